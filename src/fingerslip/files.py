@@ -173,8 +173,8 @@ def check_replaceable(folder: Path, mark: str) -> None:
     """Refuse a folder for results that holds something else, or is a file, which would be lost."""
     check_folder(folder)
     if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
-        found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
-        raise InputError(str(folder), found, allowed, "give another name")
+        fault, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
+        raise InputError(str(folder), fault, allowed, "give another name")
 
 
 def check_folder(folder: Path) -> None:

@@ -60,7 +60,7 @@ def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Datas
         _positions(history, chosen),
         history["time"].values,
         units="m",
-        kind=[kind for kind, own in rows.items() for _ in own],
+        kind=[kind for kind, row in rows.items() for _ in row],
         ring=np.array([int(name.split("-")[-2]) for name in names]),
         angle=_azimuth(rest),
         attributes={"source": "simulation"},

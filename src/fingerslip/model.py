@@ -93,8 +93,8 @@ class SupportMotion:
 
     def __post_init__(self) -> None:
         if self.ramp.at(0.0):
-            found = f"starts from a factor of {self.ramp.at(0.0):g}"
-            raise InputError("ramp", found, "needs 0 at the start", "write 0 s and a factor of 0 first")
+            fault = f"starts from a factor of {self.ramp.at(0.0):g}"
+            raise InputError("ramp", fault, "needs 0 at the start", "write 0 s and a factor of 0 first")
 
     @property
     def largest(self) -> float:
@@ -294,8 +294,8 @@ class Model:
         for number, contact in enumerate(self.contacts):
             _check_face(contact, self.bodies, f"contacts.{number}")
         if self.basis is not None and isinstance(self.time, Adaptive):
-            found, allowed = "is given with steps that control their own error", "needs steps of a fixed length"
-            raise InputError("basis", found, allowed, "leave it out, or take TimeStepping or QuasiStatic")
+            fault, allowed = "is given with steps that control their own error", "needs steps of a fixed length"
+            raise InputError("basis", fault, allowed, "leave it out, or take TimeStepping or QuasiStatic")
         if not any(self.programmes) and self.time.end is None:
             raise InputError("time.end", "is missing, and there is no programme", "needs one of the two")
 
@@ -331,9 +331,9 @@ class Model:
         rows = {
             "mesh": f"{type(self.mesh).__name__}, {self.mesh.p.shape[1]} nodes, {self.mesh.nelements} cells",
             "formulation": f"{self.formulation}, {self.kinematics} strain",
-            "materials": ", ".join(f"{name}: {type(own).__name__}" for name, own in self.materials.items()),
+            "materials": ", ".join(f"{name}: {type(material).__name__}" for name, material in self.materials.items()),
             "supports": ", ".join(self.supports) or "none",
-            "contacts": ", ".join(f"{own.boundary}: {own.friction!r}" for own in self.contacts) or "none",
+            "contacts": ", ".join(f"{contact.boundary}: {contact.friction!r}" for contact in self.contacts) or "none",
             "programme": "\n".join(map(repr, self.programmes[0])) or "none",
             "time": repr(self.time),
         }

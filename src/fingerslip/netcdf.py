@@ -50,18 +50,18 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
 
     variables, attributes = xr.conventions.cf_encoder(*xr.conventions.encode_dataset_coordinates(dataset))
     chosen = set(compressed)
-    values = {str(name): np.asarray(own.values) for name, own in variables.items()}
+    values = {str(name): np.asarray(variable.values) for name, variable in variables.items()}
     outlines = [
-        _Outline.of(str(name), own.dims, values[str(name)], dict(own.attrs), compressed=name in chosen)
-        for name, own in variables.items()
+        _Outline.of(str(name), variable.dims, values[str(name)], dict(variable.attrs), compressed=name in chosen)
+        for name, variable in variables.items()
     ]
     # Runs of a sweep differ in their numbers alone.
     empty = _empty_file(pickle.dumps((outlines, dict(dataset.sizes))))
     with h5py.File(h5py.h5f.open_file_image(empty, flags=_WRITABLE)) as file:
         _describe(file, {**attributes, "_NCProperties": np.bytes_(f"version=2,h5py={h5py.__version__}")})
-        for name, own in values.items():
-            if own.size and not _is_text(own.dtype):
-                h5py.h5d.open(file.id, name.encode()).write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(own))
+        for name, value in values.items():
+            if value.size and not _is_text(value.dtype):
+                h5py.h5d.open(file.id, name.encode()).write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(value))
         file.flush()
         image: bytes = file.id.get_file_image()
     return image
@@ -116,7 +116,7 @@ def _empty_file(pickled: bytes) -> bytes:
 
     outlines, sizes = pickle.loads(pickled)
     with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
-        made = {own.name: _made(file, own) for own in outlines}
+        made = {outline.name: _made(file, outline) for outline in outlines}
         scales = _scales(file, sizes, made)
         for own in outlines:
             if own.name not in scales:
@@ -187,7 +187,7 @@ def _stored(file: Any, name: str, place: Any) -> xr.Variable:
     if references is None:
         dimensions: tuple[str, ...] = (name,) if place.ndim else ()
     else:
-        dimensions = tuple(file[own[0]].name.removeprefix("/") for own in references)
+        dimensions = tuple(file[reference[0]].name.removeprefix("/") for reference in references)
     return xr.Variable(dimensions, values, _described(place))
 
 

@@ -217,5 +217,5 @@ def _check_free(where: str, part: object, free: Sequence[Direction]) -> None:
     """Refuse what acts in a direction in which the body is not free."""
     for direction in DIRECTIONS:
         if _value(part, direction) and direction not in free:
-            found, allowed = "acts where the body is not free", f"free is: {', '.join(free) or 'none'}"
-            raise InputError(f"{where}.{direction}", found, allowed, f"add {direction} to free, or leave it out")
+            fault, allowed = "acts where the body is not free", f"free is: {', '.join(free) or 'none'}"
+            raise InputError(f"{where}.{direction}", fault, allowed, f"add {direction} to free, or leave it out")

@@ -99,8 +99,8 @@ def unchecked_result(folder: Path) -> RunResult:
 
 def _stored(folder: Path) -> tuple[RunResult, dict[str, str]]:
     """Return the result of a finished run, and the checksums of its files."""
-    found = "holds no finished run" if folder.is_dir() else "is not there"
-    missing = ResultError(f"{folder}: {found}; {_REPAIR}")
+    fault = "holds no finished run" if folder.is_dir() else "is not there"
+    missing = ResultError(f"{folder}: {fault}; {_REPAIR}")
     try:
         values = read_json(folder / RESULT, _REPAIR)
     except (FileNotFoundError, NotADirectoryError):

@@ -129,16 +129,16 @@ class Adaptive:
         if self.scheme == "quasi_static" and self.alpha != _ALPHA:
             raise InputError("alpha", f"got {self.alpha:g} for quasi-static steps", "may not be given", "leave it out")
         if self.shortest > 0.5 * self.output:
-            found = f"got {self.shortest:g} s for records every {self.output:g} s"
+            fault = f"got {self.shortest:g} s for records every {self.output:g} s"
             allowed = "needs at most half the time between records"
-            raise InputError("smallest", found, allowed, f"write {0.5 * self.output:g} s or less, or leave it out")
+            raise InputError("smallest", fault, allowed, f"write {0.5 * self.output:g} s or less, or leave it out")
         if self.largest is not None and self.largest < 2 * self.shortest:
-            found = f"got {self.largest:g} s where the shortest step is {self.shortest:g} s"
+            fault = f"got {self.largest:g} s where the shortest step is {self.shortest:g} s"
             allowed = "needs at least twice the shortest step"
-            raise InputError("largest", found, allowed, f"write {2 * self.shortest:g} s or more, or leave it out")
+            raise InputError("largest", fault, allowed, f"write {2 * self.shortest:g} s or more, or leave it out")
         if self.end is not None and self.end < self.output:
-            found = f"got {self.output:g} s for a run of {self.end:g} s"
-            raise InputError("output", found, "needs at most the length of the run", f"write {self.end:g} s or less")
+            fault = f"got {self.output:g} s for a run of {self.end:g} s"
+            raise InputError("output", fault, "needs at most the length of the run", f"write {self.end:g} s or less")
 
     @property
     def step(self) -> float:

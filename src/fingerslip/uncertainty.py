@@ -92,12 +92,12 @@ class Convergence:
     @property
     def uncertainty(self) -> float | None:
         """Uncertainty from all settings, root of the sum of squares; None where one is not known or none matters."""
-        return combine([found.uncertainty for found in self.refinements.values()]) or None
+        return combine([refinement.uncertainty for refinement in self.refinements.values()]) or None
 
     @property
     def unsettled(self) -> tuple[str, ...]:
         """The settings with which the number does not converge."""
-        return tuple(name for name, found in self.refinements.items() if not found.converges)
+        return tuple(name for name, refinement in self.refinements.items() if not refinement.converges)
 
 
 def refine(series: Series, formal_order: float | None) -> Refinement:

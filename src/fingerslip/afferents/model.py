@@ -64,7 +64,7 @@ class Spikes:
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row for each spike: `site`, `kind` and `time` [s]."""
-        counts = [own.size for own in self.times]
+        counts = [time.size for time in self.times]
         columns = {
             "site": np.repeat(np.array(self.names, dtype=str), counts),
             "kind": np.repeat(np.array(self.kinds, dtype=str), counts),

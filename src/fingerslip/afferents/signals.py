@@ -80,7 +80,7 @@ def spectrum(values: xr.DataArray) -> xr.DataArray:
     """
     rate, axis = _rate(values), values.get_axis_num("time")
     frequency, density = signal.periodogram(values.values, rate, window="hann", axis=axis)
-    others = {name: own for name, own in values.coords.items() if "time" not in own.dims}
+    others = {name: coord for name, coord in values.coords.items() if "time" not in coord.dims}
     dims = ["frequency" if name == "time" else name for name in values.dims]
     units = values.attrs.get("units", "")
     found = xr.DataArray(density, {**others, "frequency": frequency}, dims, attrs={"units": f"({units})^2/Hz"})

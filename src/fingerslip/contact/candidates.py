@@ -139,8 +139,8 @@ def find_candidates(
     # Corner nodes of quadratic tetrahedra have no area of their own: the mid-side nodes carry all of it.
     chosen = (gap <= search_distance) & (areas[nodes] > 1e-9 * areas[nodes].max())
     if not chosen.any():
-        found = f"no node of the boundary is within {search_distance * 1e3:.4g} mm of the counterface"
-        raise InputError(where, found, "needs a programme or a start that brings the counterface to it")
+        fault = f"no node of the boundary is within {search_distance * 1e3:.4g} mm of the counterface"
+        raise InputError(where, fault, "needs a programme or a start that brings the counterface to it")
     nodes = nodes[chosen]
     area = areas[nodes]
     return Candidates(
@@ -155,8 +155,8 @@ def find_candidates(
 
 def _refuse_start_inside(shape: Counterface, gap: float, where: str) -> None:
     field, allowed = shape.start_hint(gap)
-    found = f"the counterface starts {-gap * 1e3:.4g} mm inside the body"
-    raise InputError(f"{where}.{field}", found, allowed, "leave it out and the counterface starts where it touches")
+    fault = f"the counterface starts {-gap * 1e3:.4g} mm inside the body"
+    raise InputError(f"{where}.{field}", fault, allowed, "leave it out and the counterface starts where it touches")
 
 
 def join_candidates(parts: list[Candidates], dim: int) -> Candidates:

@@ -216,5 +216,5 @@ def _check_share(share: float) -> None:
 def _check_count(count: int, share: float) -> None:
     needed = least_trials(share)
     if count < needed:
-        found = f"got {count} trials for a guarantee of {1.0 - share:.4g}"
-        raise InputError("calibration", found, f"needs at least {needed}", "keep more trials out of the training")
+        fault = f"got {count} trials for a guarantee of {1.0 - share:.4g}"
+        raise InputError("calibration", fault, f"needs at least {needed}", "keep more trials out of the training")

@@ -60,7 +60,7 @@ def columns_of(names: Sequence[str], sets: Sequence[str]) -> NDArray[np.intp]:
 
 def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     """Return all sets of features that some classifiers need, each once."""
-    return tuple(dict.fromkeys(name for one in candidates for name in one.sets))
+    return tuple(dict.fromkeys(name for candidate in candidates for name in candidate.sets))
 
 
 def described(candidate: Candidate, seed: int) -> list[Any]:

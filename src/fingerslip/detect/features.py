@@ -111,8 +111,8 @@ class FeatureSettings:
     def __post_init__(self) -> None:
         strange = [name for name in self.sets if name not in FEATURE_SETS]
         if strange or not self.sets or len(set(self.sets)) < len(self.sets):
-            found = f"got {shortened(', '.join(self.sets)) or 'none'}"
-            raise InputError("features", found, f"needs some of {', '.join(FEATURE_SETS)}, each once")
+            fault = f"got {shortened(', '.join(self.sets)) or 'none'}"
+            raise InputError("features", fault, f"needs some of {', '.join(FEATURE_SETS)}, each once")
 
 
 @dataclass(frozen=True)

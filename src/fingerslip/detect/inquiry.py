@@ -130,7 +130,9 @@ def _of_samples(
     points = learning_curve(samples, candidate, tests, sizes, seed=choices.seed, workers=choices.workers)
     name = candidate.name
     tables = {"learning-curve": curve_table(points)}
-    figures = {"learning-curve": learning_curve_figure([(one.trials, one.accuracy, one.f1) for one in points], name)}
+    figures = {
+        "learning-curve": learning_curve_figure([(point.trials, point.accuracy, point.f1) for point in points], name)
+    }
     if any(ring is not None for ring in ring_of_features(samples.names, samples.ring)):
         drops = importance_by_ring(samples, candidate, tests, seed=choices.seed, workers=choices.workers)
         tables["importance"], figures["importance"] = importance_table(drops), importance_figure(drops, name)
@@ -205,8 +207,8 @@ def vary(
         left_out(trials.conditions, condition)
     scale = trials.tracks(trials.names[0]).attrs.get("metres_per_pixel_x")
     if scale is None:
-        found = "have no metres_per_pixel"
-        raise InputError(str(dataset), found, "needs tracks in pixels with a scale", "write it to the tracks")
+        fault = "have no metres_per_pixel"
+        raise InputError(str(dataset), fault, "needs tracks in pixels with a scale", "write it to the tracks")
     stored, missing = _label_sources(trials)
     assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=stored)
     assumptions += each_alone(trials, each, assumptions[0])
@@ -231,7 +233,8 @@ def _label_sources(trials: TrialSet) -> tuple[list[str], dict[str, int]]:
     labels = [trials.labels(name) for name in trials.names]
     sources = sorted(set().union(*labels) - {_OUTSIDE})
     lacking = {
-        source: sum(source not in one or None in vars(one[source]).values() for one in labels) for source in sources
+        source: sum(source not in label or None in vars(label[source]).values() for label in labels)
+        for source in sources
     }
     return [source for source in sources if not lacking[source]], {name: one for name, one in lacking.items() if one}
 

@@ -93,7 +93,7 @@ def write_onsets(onsets: Mapping[str, Onsets], path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    rows = ((trial, _text(one.incipient), _text(one.gross)) for trial, one in onsets.items())
+    rows = ((trial, _text(onset.incipient), _text(onset.gross)) for trial, onset in onsets.items())
     write_text(Path(path), csv_text([_COLUMNS, *rows]))
 
 
@@ -214,8 +214,8 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
     """
     settings = settings or LabelSettings()
     if plate.sizes["marker"] != 1 or not np.array_equal(plate["time"].values, tracks["time"].values):
-        found = f"has {plate.sizes['marker']} markers at {plate.sizes['time']} times"
-        raise InputError("plate", found, f"needs one, at the {tracks.sizes['time']} times of the tracks")
+        fault = f"has {plate.sizes['marker']} markers at {plate.sizes['time']} times"
+        raise InputError("plate", fault, f"needs one, at the {tracks.sizes['time']} times of the tracks")
     skin, rest = _displacement(_seen_at_rest(tracks, settings), settings)
     if not len(rest):
         raise InputError("tracks", "have no external marker that is seen at rest", "needs the central one")
@@ -261,7 +261,7 @@ def label_differences(labels: Mapping[str, Mapping[str, Onsets]], reference: str
     """
     sources = dict.fromkeys(source for trial in labels.values() for source in trial if source != reference)
     rows = tuple(
-        _difference_row(source, event, [(one.get(source), one.get(reference)) for one in labels.values()])
+        _difference_row(source, event, [(label.get(source), label.get(reference)) for label in labels.values()])
         for source in sources
         for event in ("incipient", "gross")
     )
@@ -284,7 +284,7 @@ def _difference_row(
 
 def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
     """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``."""
-    rows = [[source, one.incipient, one.gross] for source, one in labels.items()]
+    rows = [[source, label.incipient, label.gross] for source, label in labels.items()]
     write_text(Path(path), csv_text([("source", "incipient_s", "gross_s"), *rows]))
 
 

@@ -231,6 +231,6 @@ def latency_of(findings: list[Finding]) -> Latency:
     """
     if not findings:
         raise InputError("frames", "got fewer than the frames at rest", "needs more of them")
-    seconds = np.array([one.seconds for one in findings])
+    seconds = np.array([finding.seconds for finding in findings])
     middle, late = (float(one) for one in np.quantile(seconds, (0.5, 0.95)))
     return Latency(len(seconds), middle, late, float(1.0 / seconds.mean()))

@@ -72,8 +72,8 @@ def write_detector(detector: Detector, folder: str | Path) -> None:
 def _description(detector: Detector) -> dict[str, Any]:
     kind = next((name for name, one in _SMOOTHERS.items() if type(detector.smoother) is one), None)
     if kind is None:
-        found = f"got {type(detector.smoother).__name__}"
-        raise InputError("detector: smoother", found, f"needs one of {', '.join(_SMOOTHERS)} to be written")
+        fault = f"got {type(detector.smoother).__name__}"
+        raise InputError("detector: smoother", fault, f"needs one of {', '.join(_SMOOTHERS)} to be written")
     return {
         "format": _FORMAT,
         "fingerslip": __version__,
@@ -146,8 +146,8 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
         wrong = sorted(name for name in {**described, **again} if described.get(name) != again.get(name))
     # Any other value may stand in any place.
     except Exception as error:
-        found = f"describes no detector ({shortened(str(error))})"
-        raise DamagedError(str(path / _DESCRIPTION), found, _REPAIR) from error
+        fault = f"describes no detector ({shortened(str(error))})"
+        raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR) from error
     if wrong:
         raise DamagedError(str(path / _DESCRIPTION), f"has another {wrong[0]!r} than a detector has", _REPAIR)
     return detector
@@ -159,15 +159,15 @@ def _typed(kind: Any, value: Any) -> Any:
 
 def _check_versions(path: Path, described: Mapping[str, Any]) -> None:
     if described.get("format") != _FORMAT:
-        found = f"has the format {shortened(str(described.get('format')))}, not {_FORMAT}"
-        raise DamagedError(str(path / _DESCRIPTION), found, _REPAIR)
+        fault = f"has the format {shortened(str(described.get('format')))}, not {_FORMAT}"
+        raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
     own, made = optional("sklearn").__version__, shortened(str(described.get("scikit_learn")))
     if own.split(".")[:2] != made.split(".")[:2]:
         allowed = f"needs the installed version {own}"
         raise InputError(str(path), f"was made with scikit-learn {made}", allowed, f"{_REPAIR}, or install {made}")
     if described.get("classes") != list(CLASSES):
-        found = f"has the classes {shortened(str(described.get('classes')))}"
-        raise DamagedError(str(path / _DESCRIPTION), found, _REPAIR)
+        fault = f"has the classes {shortened(str(described.get('classes')))}"
+        raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
 
 
 def _loaded(path: Path, wanted: object) -> Any:

@@ -82,8 +82,8 @@ def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
 def rest_positions(tracks: xr.Dataset, rest_frames: int) -> Floats:
     """Return the mean position of each marker in the first frames, shape (n_markers, 2)."""
     if tracks.sizes["time"] < rest_frames:
-        found = f"have {tracks.sizes['time']} frames"
-        raise InputError("tracks", found, f"needs the {rest_frames} at rest", "give a smaller rest_frames")
+        fault = f"have {tracks.sizes['time']} frames"
+        raise InputError("tracks", fault, f"needs the {rest_frames} at rest", "give a smaller rest_frames")
     position = tracks["position"].values[:rest_frames]
     visible = seen(tracks)[:rest_frames]
     never = np.flatnonzero(~visible.any(axis=0))

@@ -65,8 +65,8 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
     try:
         rows = list(csv.DictReader(io.StringIO(Path(path).read_text(encoding="utf-8-sig")), strict=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        found = f"cannot be read as a table ({shortened(str(error))})"
-        raise InputError(str(path), found, "needs CSV with a line of names") from error
+        fault = f"cannot be read as a table ({shortened(str(error))})"
+        raise InputError(str(path), fault, "needs CSV with a line of names") from error
     conditions: dict[str, dict[str, Any]] = {}
     for line, row in enumerate(rows, start=2):
         file = plain_cell((row.pop("file", None) or "").strip())
@@ -138,8 +138,8 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
     """
     time, other = tracks["time"].values, outer["time"].values
     if abs((time[-1] - time[0]) - (other[-1] - other[0])) > _APART:
-        found = f"lasts {other[-1] - other[0]:.3g} s beside {time[-1] - time[0]:.3g} s"
-        raise InputError(where, found, "needs two recordings that begin and end together", "cut them to one length")
+        fault = f"lasts {other[-1] - other[0]:.3g} s beside {time[-1] - time[0]:.3g} s"
+        raise InputError(where, fault, "needs two recordings that begin and end together", "cut them to one length")
     if tracks["position"].attrs["units"] != outer["position"].attrs["units"]:
         raise InputError(where, f"is in {outer['position'].attrs['units']}", "needs the unit of the inner camera")
     from fingerslip.vision.cameras.camera import interpolated
@@ -195,9 +195,9 @@ def read_recording(
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(path, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
     if n_markers is not None and tracks.sizes["marker"] != n_markers:
-        found = f"shows {tracks.sizes['marker']} markers"
+        fault = f"shows {tracks.sizes['marker']} markers"
         raise InputError(
-            str(path), found, f"needs {n_markers}", "look at it with fingerslip track, or give another number"
+            str(path), fault, f"needs {n_markers}", "look at it with fingerslip track, or give another number"
         )
     # What only its quality page needs stays behind: data sets hold positions and qualities.
     return tracks.drop_vars([name for name in tracks.data_vars if name not in ("position", "quality")])

@@ -136,16 +136,16 @@ def trial_sample(
 def joined_samples(parts: Sequence[TrialSample]) -> Samples:
     """Return the sampled frames of trials of one layout in one table."""
     return Samples(
-        values=np.concatenate([one.values for one in parts]),
-        classes=np.concatenate([one.classes for one in parts]),
-        trial=np.repeat(np.arange(len(parts)), [len(one.classes) for one in parts]),
-        time=np.concatenate([one.time for one in parts]),
+        values=np.concatenate([part.values for part in parts]),
+        classes=np.concatenate([part.classes for part in parts]),
+        trial=np.repeat(np.arange(len(parts)), [len(part.classes) for part in parts]),
+        time=np.concatenate([part.time for part in parts]),
         names=parts[0].names,
-        trials=tuple(one.name for one in parts),
+        trials=tuple(part.name for part in parts),
         ring=parts[0].ring,
-        rest_end=np.array([one.rest_end for one in parts]),
-        filled=sum(one.filled for one in parts),
-        unusable=sum(one.unusable for one in parts),
+        rest_end=np.array([part.rest_end for part in parts]),
+        filled=sum(part.filled for part in parts),
+        unusable=sum(part.unusable for part in parts),
     )
 
 
@@ -174,8 +174,8 @@ def chosen_frames(
     parts = []
     for number, frames, count in wanted:
         if len(frames) < sampling.least * count:
-            found = f"has {len(frames)} frames of {CLASSES[number]} where {count} are sampled"
-            raise InputError(f"trial {trial}", found, "needs more", "leave the trial out, or sample fewer frames")
+            fault = f"has {len(frames)} frames of {CLASSES[number]} where {count} are sampled"
+            raise InputError(f"trial {trial}", fault, "needs more", "leave the trial out, or sample fewer frames")
         parts.append(draw.choice(frames, min(count, len(frames)), replace=False))
     return np.sort(np.concatenate(parts))
 
@@ -227,7 +227,7 @@ def left_out(conditions: Mapping[str, Mapping[str, Any]], key: str) -> dict[str,
     for name, values in conditions.items():
         if key not in values:
             raise InputError(f"trial {name}", f"has no condition {key!r}", "needs it to be left out by it")
-    values = {name: found[key] for name, found in conditions.items()}
+    values = {name: condition[key] for name, condition in conditions.items()}
     different = sorted(set(values.values()), key=lambda value: (isinstance(value, str), value))
     if len(different) < 2:
         raise InputError(f"condition {key!r}", f"is {different[0]!r} in all trials", "needs at least two values")

@@ -181,8 +181,8 @@ def _evaluation_tables(
     begun: Evaluation, candidates: Sequence[Candidate], tests: Sequence[Sequence[str]], choices: Choices
 ) -> list[Table]:
     frames, events = begun.by_fold(candidates, tests)
-    scores = {name: frame_scores_of(one.matrices, seed=choices.seed) for name, one in frames.items()}
-    split = {one.name: begun.by_sample(one) for one in candidates}
+    scores = {name: frame_scores_of(frame.matrices, seed=choices.seed) for name, frame in frames.items()}
+    split = {candidate.name: begun.by_sample(candidate) for candidate in candidates}
     mixed: dict[str, Estimate] = {name: frame_scores_of(one, seed=choices.seed).accuracy for name, one in split.items()}
     samples = begun.samples
     note = (
@@ -192,8 +192,8 @@ def _evaluation_tables(
     return [
         accuracy_table(scores, mixed, note),
         frame_table(scores),
-        confusion_table({name: one.matrix for name, one in scores.items()}),
-        calibration_table({name: reliability_of(one.chances, one.classes) for name, one in frames.items()}),
+        confusion_table({name: score.matrix for name, score in scores.items()}),
+        calibration_table({name: reliability_of(frame.chances, frame.classes) for name, frame in frames.items()}),
         _event_table(begun, events, choices, len(tests)),
     ]
 
@@ -202,7 +202,8 @@ def _event_table(begun: Evaluation, events: Mapping[str, Mapping[str, Onsets]], 
     trials = begun.trials
     ends, frame = rest_ends(trials, trials.names, choices.rest_frames)
     scores = {
-        name: event_scores_of(one, begun.onsets, ends, frame=frame, seed=choices.seed) for name, one in events.items()
+        name: event_scores_of(event, begun.onsets, ends, frame=frame, seed=choices.seed)
+        for name, event in events.items()
     }
     kept = calibration_count(len(trials.names) - len(trials.names) // folds, 0.05)
     note = f"Thresholds from {kept} other trials of each fold, for at most 5 % that raise an alarm before slip."

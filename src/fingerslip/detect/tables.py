@@ -106,7 +106,7 @@ def confusion_table(matrices: Mapping[str, NDArray[np.intp]]) -> Table:
 
 def calibration_table(reliabilities: Mapping[str, Reliability]) -> Table:
     """Return how well calibrated the probabilities of slip are."""
-    rows = tuple((name, one.error, one.brier) for name, one in reliabilities.items())
+    rows = tuple((name, reliability.error, reliability.brier) for name, reliability in reliabilities.items())
     columns = (Column("classifier"), Column("calibration error", digits=3), Column("Brier score", digits=3))
     note = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
     return Table("Calibration", columns, rows, note)
@@ -136,7 +136,7 @@ _EVENT_NOTE = (
 def event_table(scores: Mapping[str, EventScores], note: str = "") -> Table:
     """Return scores of events, a column for each classifier."""
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (label, *(_event(one, name) for one in scores.values())) for label, name in _EVENTS
+        (label, *(_event(score, name) for score in scores.values())) for label, name in _EVENTS
     )
     columns = (Column("event"), *(Column(name) for name in scores))
     return Table("Onset of slip", columns, rows, f"{note} {_EVENT_NOTE}".strip())
@@ -171,7 +171,7 @@ def left_out_table(key: str, rows: Sequence[tuple[str, str, int, Estimate]]) -> 
 def curve_table(points: Sequence[CurvePoint]) -> Table:
     """Return a learning curve."""
     columns = (Column("trials"), Column("accuracy"), Column("mean F1"))
-    rows = tuple((one.trials, estimate_text(one.accuracy), estimate_text(one.f1)) for one in points)
+    rows = tuple((point.trials, estimate_text(point.accuracy), estimate_text(point.f1)) for point in points)
     return Table("Learning curve", columns, rows, _INTERVALS)
 
 
@@ -185,7 +185,9 @@ def importance_table(drops: Mapping[int, Estimate]) -> Table:
 def robustness_table(results: Sequence[Robustness]) -> Table:
     """Return accuracies under disturbances."""
     columns = (Column("disturbance"), Column("amount"), Column("accuracy"), Column("unusable", digits=3))
-    rows = tuple((one.disturbance, one.amount, estimate_text(one.accuracy), one.unusable) for one in results)
+    rows = tuple(
+        (result.disturbance, result.amount, estimate_text(result.accuracy), result.unusable) for result in results
+    )
     return Table("Robustness, all frames of the test trials", columns, rows, _INTERVALS)
 
 

@@ -176,9 +176,9 @@ def _entry(trial: Trial, folder: Path) -> dict[str, Any]:
 def common_layout(first: str, own: xr.Dataset, second: str, other: xr.Dataset) -> None:
     """Check that two trials have one layout."""
     if layout_digest(own) != layout_digest(other):
-        found = f"has {layout_text(other)}" if layout_text(other) != layout_text(own) else "has other markers or rings"
+        fault = f"has {layout_text(other)}" if layout_text(other) != layout_text(own) else "has other markers or rings"
         repair = "make a data set for each layout"
-        raise InputError(f"trial {second}", found, f"needs the layout of trial {first}: {layout_text(own)}", repair)
+        raise InputError(f"trial {second}", fault, f"needs the layout of trial {first}: {layout_text(own)}", repair)
 
 
 def open_trials(folder: str | Path) -> TrialSet:
@@ -201,8 +201,8 @@ def open_trials(folder: str | Path) -> TrialSet:
 def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
     there = {path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")}
     for name in sorted(there ^ set(entries)):
-        found = f"is in the folder, not in {MANIFEST}" if name in there else f"is in {MANIFEST}, not in the folder"
-        raise DamagedError(str(folder / name), found, _REPAIR)
+        fault = f"is in the folder, not in {MANIFEST}" if name in there else f"is in {MANIFEST}, not in the folder"
+        raise DamagedError(str(folder / name), fault, _REPAIR)
     for name, entry in entries.items():
         for file, wanted in entry["files"].items():
             if _digest(folder / name / file) != wanted:

@@ -85,5 +85,5 @@ def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
     return [
         event_table(result.scores, note),
         frame_table(frames),
-        confusion_table({name: one.matrix for name, one in frames.items()}),
+        confusion_table({name: frame.matrix for name, frame in frames.items()}),
     ]

@@ -29,7 +29,7 @@ def narrowed(model: Model) -> Model:
     if model.mesh.dim() == 2 or model.is_loaded:
         return model
     contacts = tuple(_narrowed(model, number) for number in range(len(model.contacts)))
-    same = all(one is other for one, other in zip(contacts, model.contacts, strict=True))
+    same = all(contact is other for contact, other in zip(contacts, model.contacts, strict=True))
     return model if same else replace(model, contacts=contacts)
 
 

@@ -45,10 +45,10 @@ class RotationCheck:
         self._largest = np.maximum(self._largest, angles)
         worst = int(angles.argmax())
         if angles[worst] > _REFUSE:
-            found = f"the body has turned by {angles[worst]:.3g} rad at t = {state.time:.6g} s"
+            fault = f"the body has turned by {angles[worst]:.3g} rad at t = {state.time:.6g} s"
             repair = "hold it by a stiffer spring, a damper or another contact, or leave the rotation out of free"
             allowed = f"rotations about several axes are small, up to {_REFUSE:g} rad"
-            raise InputError(self._names[worst], found, allowed, repair)
+            raise InputError(self._names[worst], fault, allowed, repair)
 
     def finish(self) -> None:
         """Warn of rotations that were not very small."""

@@ -175,8 +175,8 @@ def _simulate(
     with watch.part("assembly"):
         systems = [build_system(models[0])]
         systems += [build_system(model, systems[0]) for model in models[1:]]
-        counts = ((len(own.space.positions), len(own.candidates.nodes)) for own in systems)
-        needed = sum(record_bytes(model, *own) for model, own in zip(models, counts, strict=True))
+        counts = ((len(system.space.positions), len(system.candidates.nodes)) for system in systems)
+        needed = sum(record_bytes(model, *count) for model, count in zip(models, counts, strict=True))
         require_record_memory(models[0], needed)
     chosen = solver or preferred_solver()
     motions = Motions(tuple(models), tuple(systems), tuple(times), chosen, watch, progress, threads)

@@ -92,5 +92,5 @@ def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
     if component is None:
         return {f"{name}{suffix}": values.ravel()}
     return {
-        f"{name}_{one}{suffix}": values[..., number].ravel() for number, one in enumerate(history[component].values)
+        f"{name}_{value}{suffix}": values[..., number].ravel() for number, value in enumerate(history[component].values)
     }

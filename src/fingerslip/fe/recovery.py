@@ -302,8 +302,8 @@ def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -
     cells.eliminate_zeros()
     empty = np.flatnonzero(np.diff(cells.indptr) == 0)
     if empty.size:
-        found = f"no cell of region '{regions[empty[0]]}' at node {nodes[empty[0]]}"
-        raise MeshError(f"site {empty[0]}", found, "needs a node of that region")
+        fault = f"no cell of region '{regions[empty[0]]}' at node {nodes[empty[0]]}"
+        raise MeshError(f"site {empty[0]}", fault, "needs a node of that region")
     cells.data /= np.repeat(np.asarray(cells.sum(axis=1)).ravel(), np.diff(cells.indptr))
     return cells
 

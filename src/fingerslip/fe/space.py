@@ -106,8 +106,8 @@ def build_space(mesh: Any) -> Space:
         raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {known}")
     nowhere = np.flatnonzero(~np.isfinite(mesh.p).all(axis=0))
     if nowhere.size:
-        found = f"node {nowhere[0]} is at {coordinates(mesh.p[:, nowhere[0]])}"
-        raise MeshError("mesh", found, "needs finite coordinates", "put it in its place or leave it out")
+        fault = f"node {nowhere[0]} is at {coordinates(mesh.p[:, nowhere[0]])}"
+        raise MeshError("mesh", fault, "needs finite coordinates", "put it in its place or leave it out")
     technology = _TECHNOLOGIES[type(mesh)]
     check_folds(mesh, _orientation(mesh, technology.stiffness_order))
     full = skfem.Basis(mesh, technology.element, intorder=technology.stiffness_order)
@@ -226,8 +226,8 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     if bad.size:
         place = coordinates(mesh.p[:, mesh.t[:, bad[0]]].mean(axis=1))
         others = f" ({bad.size} cells in all)" if bad.size > 1 else ""
-        found = f"cell {bad[0]} at {place} is inverted or flat{others}"
-        raise MeshError("mesh", found, "needs cells that all turn the same way", "repair or rebuild the mesh")
+        fault = f"cell {bad[0]} at {place} is inverted or flat{others}"
+        raise MeshError("mesh", fault, "needs cells that all turn the same way", "repair or rebuild the mesh")
     return np.asarray(jacobian[:, 0] < 0.0)
 
 

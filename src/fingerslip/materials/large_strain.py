@@ -149,9 +149,9 @@ def chosen_bulk_modulus(shear_modulus: float, bulk_modulus: float | None, poisso
         return 2.0 * shear_modulus * (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))
     least = 2.0 * shear_modulus / 3.0
     if bulk_modulus < least:  # type: ignore[operator]
-        found = f"got {bulk_modulus:.6g} Pa, too small against the shear modulus of {shear_modulus:.6g} Pa"
+        fault = f"got {bulk_modulus:.6g} Pa, too small against the shear modulus of {shear_modulus:.6g} Pa"
         allowed = f"needs at least {least:.6g} Pa, where Poisson's ratio is 0"
-        raise InputError("bulk_modulus", found, allowed, "nearly incompressible layers have 10 to 1000 times as much")
+        raise InputError("bulk_modulus", fault, allowed, "nearly incompressible layers have 10 to 1000 times as much")
     return float(bulk_modulus)  # type: ignore[arg-type]
 
 
@@ -176,8 +176,8 @@ def check_stability(tangent: Callable[[Array], Array], stretches: tuple[float, f
     """
     low, high = stretches
     if not 0.0 < low < 1.0 < high:
-        found = f"got {low:g} and {high:g}"
-        raise InputError("stable_between", found, "needs a stretch between 0 and 1 and one above 1", "write [0.5, 2]")
+        fault = f"got {low:g} and {high:g}"
+        raise InputError("stable_between", fault, "needs a stretch between 0 and 1 and one above 1", "write [0.5, 2]")
     limits = {test: _limits(tangent, np.array(direction), stretches) for test, direction in TESTS.items()}
     lost = [f"{test} {' and '.join(of_test)}" for test, of_test in limits.items() if of_test]
     if lost:

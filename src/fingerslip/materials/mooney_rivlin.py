@@ -59,8 +59,8 @@ class MooneyRivlin(PowersOfStretches):
 
     def __post_init__(self) -> None:
         if self.shear_modulus <= 0.0:
-            found = f"got c10 + c01 = {self.c10 + self.c01:.6g} Pa, half the shear modulus"
-            raise InputError("c10", found, "needs a sum > 0")
+            fault = f"got c10 + c01 = {self.c10 + self.c01:.6g} Pa, half the shear modulus"
+            raise InputError("c10", fault, "needs a sum > 0")
         self.check_stable()
 
     @property

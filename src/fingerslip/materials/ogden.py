@@ -78,8 +78,8 @@ class Ogden(PowersOfStretches):
         if not self.terms:
             raise InputError("terms", "is empty", "needs at least one term")
         if self.shear_modulus <= 0.0:
-            found = f"has a sum of modulus times exponent of {2.0 * self.shear_modulus:.6g} Pa"
-            raise InputError("terms", found, "needs a sum > 0, twice the shear modulus")
+            fault = f"has a sum of modulus times exponent of {2.0 * self.shear_modulus:.6g} Pa"
+            raise InputError("terms", fault, "needs a sum > 0, twice the shear modulus")
         self.check_stable()
 
     @property

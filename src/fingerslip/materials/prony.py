@@ -91,10 +91,10 @@ def recurrence(
     times = np.array([term.time for term in terms])
     if not controlled and times.min(initial=np.inf) < _SHORTEST * step * (1.0 - 1e-9):
         number = int(times.argmin())
-        found = f"got {times[number]:.6g} s for a step of {step:.6g} s"
+        fault = f"got {times[number]:.6g} s for a step of {step:.6g} s"
         allowed = f"needs at least {_SHORTEST * step:.6g} s, half the step, within which strain is taken as linear"
         repair = "take a smaller step, or leave the term out and its share of the modulus with it"
-        raise InputError(f"{where}.{number}.time", found, allowed, repair)
+        raise InputError(f"{where}.{number}.time", fault, allowed, repair)
     ratio = step / times
     decay = np.exp(-ratio)
     mean = -np.expm1(-ratio) / ratio

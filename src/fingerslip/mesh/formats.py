@@ -121,8 +121,8 @@ def _check_numbers(file: Path, data: meshio.Mesh) -> None:
     used = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *(nodes.ravel() for nodes in cells)]))
     wrong = used[(used < 0) | (used >= len(points))]
     if wrong.size:
-        found = f"is damaged: a cell has point {wrong[0]:.0f} of {len(points)}"
-        raise MeshError(str(file), found, f"needs points from 0 to {len(points) - 1}")
+        fault = f"is damaged: a cell has point {wrong[0]:.0f} of {len(points)}"
+        raise MeshError(str(file), fault, f"needs points from 0 to {len(points) - 1}")
     used_points = points[used.astype(np.int64)]
     if not np.all(np.isfinite(used_points)):
         raise MeshError(str(file), "has coordinates that are no numbers", "needs finite ones")

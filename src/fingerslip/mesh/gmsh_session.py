@@ -194,9 +194,9 @@ def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) 
     tags, positions, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
     found = {
-        name: np.concatenate([gmsh.model.mesh.getElementsByType(kind, tag)[1] for tag in own]).astype(np.int64)
-        for name, own in pieces.items()
-        if own
+        name: np.concatenate([gmsh.model.mesh.getElementsByType(kind, tag)[1] for tag in piece]).astype(np.int64)
+        for name, piece in pieces.items()
+        if piece
     }
     empty = next((name for name, nodes in found.items() if not len(nodes)), None)
     if empty is not None:
@@ -204,7 +204,7 @@ def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) 
     used = np.unique(np.concatenate(list(found.values())))
     points = positions.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)], :dim] / MILLIMETRES
     cells = [np.searchsorted(used, nodes).reshape(-1, corners) for nodes in found.values()]
-    region = np.repeat([list(pieces).index(name) for name in found], [len(own) for own in cells])
+    region = np.repeat([list(pieces).index(name) for name in found], [len(cell) for cell in cells])
     return Fragments(points, np.vstack(cells), region)
 
 

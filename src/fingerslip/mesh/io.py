@@ -157,8 +157,8 @@ def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     try:
         mesh = from_meshio(data)
     except (IndexError, KeyError, TypeError, ValueError) as error:
-        found = f"is damaged: its groups do not fit its cells ({shortened(str(error))})"
-        raise MeshError(str(file), found, "needs a file as write_mesh writes it", "write it again") from None
+        fault = f"is damaged: its groups do not fit its cells ({shortened(str(error))})"
+        raise MeshError(str(file), fault, "needs a file as write_mesh writes it", "write it again") from None
     # Reading back sets orientations of inner facets at random; boundaries here have none.
     boundaries = {name: np.array(facets, dtype=np.int32) for name, facets in (mesh.boundaries or {}).items()}
     return mesh.with_boundaries(boundaries)
@@ -185,8 +185,8 @@ def _kind(file: Path, data: meshio.Mesh) -> str:
     highest = max((block.dim for block in data.cells if len(block.data)), default=0)
     kinds = {str(block.type) for block in data.cells if block.dim == max(highest, 2) and len(block.data)}
     if len(kinds) != 1 or not kinds <= set(_CELLS):
-        found = f"has cells of type {', '.join(sorted(kinds))}" if kinds else "has no cells"
-        raise MeshError(str(file), found, f"needs cells of one of the types {', '.join(_CELLS)}")
+        fault = f"has cells of type {', '.join(sorted(kinds))}" if kinds else "has no cells"
+        raise MeshError(str(file), fault, f"needs cells of one of the types {', '.join(_CELLS)}")
     return kinds.pop()
 
 
@@ -300,8 +300,8 @@ def _turned(raw: _Raw) -> Integers:
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
     centre = raw.points[raw.cells[cell, : _CELLS[raw.kind].corners]].mean(axis=0)
     needed = "volume" if _CELLS[raw.kind].dim == 3 else "area"
-    found = f"cell {cell} at {coordinates(centre)} is {what}"
-    return MeshError(str(raw.path), found, f"needs cells with positive {needed}")
+    fault = f"cell {cell} at {coordinates(centre)} is {what}"
+    return MeshError(str(raw.path), fault, f"needs cells with positive {needed}")
 
 
 def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:
@@ -313,8 +313,8 @@ def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers
     if np.any(known[place] != key) or np.any(nodes < 0):
         corners = _CELLS[raw.kind].side_corners
         side = "edge" if corners == 2 else "face"
-        found = f"boundary '{name}' has {_SIDES[corners]} that are no {side} of a cell"
-        raise MeshError(str(raw.path), found, f"needs {side}s of cells")
+        fault = f"boundary '{name}' has {_SIDES[corners]} that are no {side} of a cell"
+        raise MeshError(str(raw.path), fault, f"needs {side}s of cells")
     return np.unique(place).astype(np.int32)
 
 

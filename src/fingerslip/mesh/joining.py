@@ -50,7 +50,7 @@ def join_meshes(meshes: Mapping[str, Any]) -> Any:
     firsts = _firsts([mesh.nvertices for mesh in parts])
     joined = linear(
         np.ascontiguousarray(np.hstack(vertices)),
-        np.ascontiguousarray(np.hstack([own + first for own, first in zip(cells, firsts, strict=True)])),
+        np.ascontiguousarray(np.hstack([cell + first for cell, first in zip(cells, firsts, strict=True)])),
         sort_t=False,
         validate=False,
     )
@@ -93,9 +93,9 @@ def _firsts(counts: list[int]) -> NDArray[np.int64]:
 def _regions(meshes: Mapping[str, Any]) -> dict[str, Any]:
     firsts = _firsts([mesh.nelements for mesh in meshes.values()])
     return {
-        f"{name}_{own}": np.asarray(found) + first
+        f"{name}_{own}": np.asarray(subdomain) + first
         for (name, mesh), first in zip(meshes.items(), firsts, strict=True)
-        for own, found in (mesh.subdomains or {}).items()
+        for own, subdomain in (mesh.subdomains or {}).items()
     }
 
 
@@ -103,9 +103,9 @@ def _boundaries(meshes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the boundaries; facets are numbered by their vertices, and so in the order of the bodies."""
     firsts = _firsts([mesh.nfacets for mesh in meshes.values()])
     return {
-        f"{name}_{own}": _shifted(found, int(first))
+        f"{name}_{own}": _shifted(boundary, int(first))
         for (name, mesh), first in zip(meshes.items(), firsts, strict=True)
-        for own, found in (mesh.boundaries or {}).items()
+        for own, boundary in (mesh.boundaries or {}).items()
     }
 
 

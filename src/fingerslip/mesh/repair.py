@@ -85,7 +85,9 @@ def _places(found: Fragments) -> Integers:
     places = np.zeros(len(found.points), dtype=np.int64)
     for number in range(count):
         places[np.unique(found.cells[found.region == number])] |= 1 << number
-    faces = np.sort(np.vstack([found.cells[:, own] for own in itertools.combinations(range(4), 3)]), axis=1)
+    faces = np.sort(
+        np.vstack([found.cells[:, combination] for combination in itertools.combinations(range(4), 3)]), axis=1
+    )
     unique, uses = np.unique(faces, axis=0, return_counts=True)
     places[np.unique(unique[uses == 1])] |= 1 << count
     places[np.abs(found.points[:, 2]) < _ON_PLANE] |= 1 << (count + 1)

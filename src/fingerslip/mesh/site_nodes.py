@@ -39,8 +39,8 @@ def _region_cells(mesh: skfem.Mesh2D, site: Site) -> NDArray[np.int64]:
     if site.region is None:
         return np.arange(mesh.t.shape[1])
     if site.region not in regions:
-        found = f"region '{site.region}' is not in the mesh"
-        raise InputError(f"site {site.name}", found, f"it has: {', '.join(regions) or 'no regions'}")
+        fault = f"region '{site.region}' is not in the mesh"
+        raise InputError(f"site {site.name}", fault, f"it has: {', '.join(regions) or 'no regions'}")
     cells: NDArray[np.int64] = np.asarray(regions[site.region])
     return cells
 

@@ -49,8 +49,8 @@ def check_sizes(contact_size: float, bulk_size: float) -> None:
     Units: contact_size, bulk_size [m].
     """
     if bulk_size < contact_size:
-        found = f"got {millimetres(bulk_size)}"
-        raise InputError("bulk_size", found, f"needs >= {millimetres(contact_size)} (contact_size)")
+        fault = f"got {millimetres(bulk_size)}"
+        raise InputError("bulk_size", fault, f"needs >= {millimetres(contact_size)} (contact_size)")
 
 
 def graded(positions: Floats, sizes: Floats) -> Floats:

@@ -226,8 +226,8 @@ class MeshFile(MeshSource):
         try:
             return digest(file_digest(Path(self.file)), self.length_unit)
         except OSError as error:
-            found = f"cannot read {self.file} ({error.strerror})"
-            raise InputError("mesh.file", found, "needs a mesh file") from None
+            fault = f"cannot read {self.file} ({error.strerror})"
+            raise InputError("mesh.file", fault, "needs a mesh file") from None
 
     def beside(self, folder: Path, /) -> Self:
         """Return the source with an absolute path, where it is relative to a folder."""

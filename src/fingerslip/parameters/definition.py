@@ -166,7 +166,7 @@ def _front(where: str) -> str:
 def _together(mistakes: Iterable[InputError], front: str) -> InputError:
     """Return mistakes as one error, with `front` before each path, or without its separator where there is none."""
     alone = front.removesuffix(": ").removesuffix(".")
-    return Mistakes([one.moved(lambda path: f"{front}{path}" if path else alone) for one in mistakes]).error()
+    return Mistakes([mistake.moved(lambda path: f"{front}{path}" if path else alone) for mistake in mistakes]).error()
 
 
 def as_mapping(instance: object) -> Any:

@@ -97,8 +97,8 @@ def _mistakes(detail: _Detail, place: Location) -> Iterator[InputError]:
     else:
         needed = _PLAIN_NEEDS.get(detail["type"]) or _need(str(detail["msg"]), place.unit)
         given = detail["input"]
-        found = "is empty" if given is None else f"got {_shown(given, place.unit)}"
-        yield InputError(where, found, needed)
+        fault = "is empty" if given is None else f"got {_shown(given, place.unit)}"
+        yield InputError(where, fault, needed)
 
 
 def _known_keys(place: Location) -> Sequence[str]:

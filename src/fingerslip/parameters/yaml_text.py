@@ -174,8 +174,8 @@ def _composed(text: str, where: str) -> Node | None:
         raise InputError(place, f"found {problem}", _NEEDED, repair) from None
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
-        found = f"found a character that YAML does not allow (code {error.character:#x})"
-        raise InputError(f"{where}: line {line}", found, "needs text") from None
+        fault = f"found a character that YAML does not allow (code {error.character:#x})"
+        raise InputError(f"{where}: line {line}", fault, "needs text") from None
     except (YAMLError, ValueError, OverflowError) as error:
         raise InputError(where, f"found text that is no YAML ({error})", _NEEDED) from None
     return root

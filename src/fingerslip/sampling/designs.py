@@ -195,9 +195,9 @@ def encoded(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
 
 def _inputs(paths: Mapping[str, Any], values: Sequence[Mapping[str, Any]]) -> Iterator[Input]:
     for path in paths:
-        found = [own.get(path) for own in values]
+        found = [value.get(path) for value in values]
         numbers = [_number(one) for one in found]
-        known = [one for one in numbers if one is not None]
+        known = [number for number in numbers if number is not None]
         if len(known) == len(found) and len({unit for _, unit in known}) == 1:
             low, high = min(known)[0], max(known)[0]
             if low < high:

@@ -219,9 +219,9 @@ def _problem(paths: Sequence[str]) -> dict[str, Any]:
 def _require_design(study: StudyResult, needed: str) -> None:
     _require_samples(study)
     if study.design.get("method") != needed:
-        found = f"has samples of {study.design.get('method', 'another design')}"
+        fault = f"has samples of {study.design.get('method', 'another design')}"
         repair = f"use --method surrogate, or run the study with sample.method {needed}"
-        raise InputError("method", found, f"needs samples of {needed}", repair)
+        raise InputError("method", fault, f"needs samples of {needed}", repair)
 
 
 def _require_samples(study: StudyResult) -> None:
@@ -234,5 +234,5 @@ def _salib(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        found, repair = "needs SALib, which is not installed", "pip install 'fingerslip[sensitivity]'"
-        raise InputError("sensitivity", found, "is an optional part", repair) from None
+        fault, repair = "needs SALib, which is not installed", "pip install 'fingerslip[sensitivity]'"
+        raise InputError("sensitivity", fault, "is an optional part", repair) from None

@@ -121,10 +121,10 @@ def published_intervals(runs: Sequence[RunResult], references: Sequence[Publishe
     """Return the interval over samples for every published time, in the reading of the paper or the likely ones."""
     found: dict[tuple[object, ...], PublishedInterval] = {}
     for value in (value for reference in references for value in reference.values):
-        for one in _intervals(runs, value):
+        for interval in _intervals(runs, value):
             # A paper may print one time twice.
-            key = (value.quantity, one.reading, value.value, *sorted(map(str, value.conditions.items())))
-            found.setdefault(key, one)
+            key = (value.quantity, interval.reading, value.value, *sorted(map(str, value.conditions.items())))
+            found.setdefault(key, interval)
     return tuple(found.values())
 
 

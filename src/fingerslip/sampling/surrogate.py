@@ -161,5 +161,5 @@ def _module(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        found, repair = "needs scikit-learn, which is not installed", "pip install 'fingerslip[sensitivity]'"
-        raise InputError("surrogate", found, "is an optional part", repair) from None
+        fault, repair = "needs scikit-learn, which is not installed", "pip install 'fingerslip[sensitivity]'"
+        raise InputError("surrogate", fault, "is an optional part", repair) from None

@@ -72,7 +72,7 @@ def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]])
     """Return what is too coarse for the times of slip, from the measures of runs by their titles."""
     warnings = []
     for key, least, most, words, repair in _LIMITS:
-        values = {title: value for title, own in numbers.items() if (value := own.get(key))}
+        values = {title: value for title, number in numbers.items() if (value := number.get(key))}
         coarse = [
             f"{title} ({words.format(value).replace('%', ' %')})"
             for title, value in values.items()

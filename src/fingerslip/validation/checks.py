@@ -39,17 +39,19 @@ class Finding:
 
 def overall_order(evidence: Evidence) -> Finding:
     """Order of overall slip over the phalanges."""
-    return _above(_smallest_step([one.run.events.slip.overall for one in evidence.phalanges(TABLE2)]), 0.0)
+    return _above(_smallest_step([phalanx.run.events.slip.overall for phalanx in evidence.phalanges(TABLE2)]), 0.0)
 
 
 def latency_order(evidence: Evidence) -> Finding:
     """Order of latency over the phalanges."""
-    return _by_area(_above(_smallest_step([one.run.events.slip.latency for one in evidence.phalanges(TABLE2)]), 0.0))
+    return _by_area(
+        _above(_smallest_step([phalanx.run.events.slip.latency for phalanx in evidence.phalanges(TABLE2)]), 0.0)
+    )
 
 
 def overall_peak_order(evidence: Evidence) -> Finding:
     """Order of the heights of the peak of overall slip over the phalanges."""
-    heights = [_overall_height(one) for one in evidence.phalanges(TABLE2)]
+    heights = [_overall_height(phalanx) for phalanx in evidence.phalanges(TABLE2)]
     return _above(_smallest_step([None if height is None else -height for height in heights]), 0.0)
 
 
@@ -66,13 +68,13 @@ def linear_in_friction(evidence: Evidence) -> Finding:
 
 def latency_grows_with_friction(evidence: Evidence) -> Finding:
     """Latency at a friction of 0.6 over that at 0.2."""
-    latencies = [one.run.events.slip.latency for one in _frictions(evidence)]
+    latencies = [row.run.events.slip.latency for row in _frictions(evidence)]
     return _by_area(_above(_ratio(latencies[2], latencies[0]), _STRONG_GROWTH))
 
 
 def latency_flattens_with_friction(evidence: Evidence) -> Finding:
     """Growth of latency from 0.6 to 0.8 over its mean growth before."""
-    first, _, third, last = (one.run.events.slip.latency for one in _frictions(evidence))
+    first, _, third, last = (row.run.events.slip.latency for row in _frictions(evidence))
     if first is None or third is None or last is None:
         return _by_area(Finding())
     return _by_area(_below(_ratio(last - third, (third - first) / 2.0), _LITTLE_GROWTH))
@@ -88,7 +90,7 @@ def surface_receptors_feel_more(evidence: Evidence) -> Finding:
 
 def edges_first(evidence: Evidence) -> Finding:
     """How much later the centre of the contact slips than its edges."""
-    return _above(_combined(min, [one.centre_after_edge for one in evidence.phalanges(TABLE2)]), 0.0)
+    return _above(_combined(min, [phalanx.centre_after_edge for phalanx in evidence.phalanges(TABLE2)]), 0.0)
 
 
 def density_rises(evidence: Evidence) -> Finding:

@@ -134,7 +134,7 @@ def detection_of(begun: Evaluation) -> Detection:
     by_sample = {name: frame_scores_of(begun.by_sample(CLASSIFIERS[name])) for name in _COMPARED}
     by_trial = scored(grouped_folds(trials.names, _FOLDS, 0))
     groups = {words: left_out(trials.conditions, condition) for condition, words in _LEFT_OUT.items()}
-    left = {words: scored(tuple(one.values())) for words, one in groups.items()}
+    left = {words: scored(tuple(group.values())) for words, group in groups.items()}
     return Detection(by_sample, by_trial, left)
 
 

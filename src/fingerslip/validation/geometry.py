@@ -94,7 +94,7 @@ def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
     model = GEOMETRY[study.folder.name]
     runs = tuple(_read_in_space(study, run) for run in study.runs) if model == "in space" else study.runs
     references = [published(name) for name in study.compare]
-    return tuple(_geometry_row(one, model) for one in published_intervals(runs, references))
+    return tuple(_geometry_row(interval, model) for interval in published_intervals(runs, references))
 
 
 def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:

@@ -46,8 +46,8 @@ def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
     """Return the tracks of a table as :func:`tracks_table` makes it."""
     unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
     if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
-        found = f"has the columns {', '.join(map(str, table.columns))}"
-        raise InputError(where, shortened(found), "needs time_s, marker, and x_px and y_px or x_m and y_m")
+        fault = f"has the columns {', '.join(map(str, table.columns))}"
+        raise InputError(where, shortened(fault), "needs time_s, marker, and x_px and y_px or x_m and y_m")
     places = [f"{axis}_{unit}" for axis in AXES if f"{axis}_{unit}" in table.columns]
     table = _numeric(table, ("time_s", "marker", *places, "quality", *_OPTIONAL.values()), where)
     twice = table.duplicated(["time_s", "marker"])

@@ -181,11 +181,11 @@ def _check_units(tracks: xr.Dataset, where: str) -> None:
         needed = UNITS if name == "position" else (VARIABLES[name][1], None)
         unit = tracks[name].attrs.get("units")
         if unit not in needed:
-            found, allowed = (
+            fault, allowed = (
                 f"has the unit {shortened(repr(unit))}",
                 "one of px, m" if name == "position" else needed[0],
             )
-            raise InputError(f"{where}: {name}", found, f"needs {allowed or 'none'}", "convert it, with its unit")
+            raise InputError(f"{where}: {name}", fault, f"needs {allowed or 'none'}", "convert it, with its unit")
 
 
 def _check_labels(tracks: xr.Dataset, where: str) -> None:
@@ -210,8 +210,8 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
     times = tracks["time"].values
     if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
         later = np.flatnonzero(~(np.diff(times) > 0))
-        found = f"does not rise after {times[later[0]]:.6g} s" if later.size else "is not finite"
-        raise InputError(f"{where}: time", found, "needs finite times, each later than the one before")
+        fault = f"does not rise after {times[later[0]]:.6g} s" if later.size else "is not finite"
+        raise InputError(f"{where}: time", fault, "needs finite times, each later than the one before")
     position, quality = tracks["position"].values, tracks["quality"].values
     unknown = np.isnan(position)
     if np.isinf(position).any() or (unknown.any(axis=2) != unknown.all(axis=2)).any():
@@ -235,8 +235,8 @@ _NEEDED = {
 def _at(tracks: xr.Dataset, where: str, name: str, wrong: NDArray[np.bool_]) -> InputError:
     """Return the error of the first wrong value of some variable."""
     row, column = (int(index) for index in np.argwhere(wrong)[0])
-    found = f"marker {tracks['marker'].values[column]} at {tracks['time'].values[row]:.6g} s"
-    return InputError(f"{where}: {name}", f"{found} has {tracks[name].values[row, column]}", _NEEDED[name])
+    fault = f"marker {tracks['marker'].values[column]} at {tracks['time'].values[row]:.6g} s"
+    return InputError(f"{where}: {name}", f"{fault} has {tracks[name].values[row, column]}", _NEEDED[name])
 
 
 def _check_attributes(tracks: xr.Dataset, where: str) -> None:

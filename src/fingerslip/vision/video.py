@@ -210,8 +210,8 @@ def _folder_info(folder: Path) -> VideoInfo:
         try:
             rate = frame_rate_of(VideoInfo(str(folder), width, height, None, None), float(str(stated)))
         except (TypeError, ValueError, OverflowError) as error:
-            found = f"has the frame rate {shortened(repr(stated))}"
-            raise DamagedError(str(folder / _RATE_FILE), found, repair) from error
+            fault = f"has the frame rate {shortened(repr(stated))}"
+            raise DamagedError(str(folder / _RATE_FILE), fault, repair) from error
     return VideoInfo(str(folder), width, height, rate, len(images))
 
 
@@ -221,8 +221,8 @@ def _folder_frames(folder: Path, start: int, stop: int | None, colour: str) -> I
         frame = _image(cv2, path, colour)
         first = first or frame.shape
         if frame.shape != first:
-            found = f"is {frame.shape[1]} x {frame.shape[0]} px"
-            raise InputError(str(path), found, f"needs {first[1]} x {first[0]} px, as the first image has")
+            fault = f"is {frame.shape[1]} x {frame.shape[0]} px"
+            raise InputError(str(path), fault, f"needs {first[1]} x {first[0]} px, as the first image has")
         yield frame
 
 
@@ -271,8 +271,8 @@ def write_video(
         return _write_images(path, checked, rate)
     chosen = codec or CODECS.get(path.suffix.lower())
     if chosen is None or len(chosen) != 4:
-        found = f"has the ending {path.suffix!r}" if codec is None else f"got the codec {codec!r}"
-        raise InputError(str(path), found, f"needs one of {', '.join(CODECS)}, or a folder, or a codec of four letters")
+        fault = f"has the ending {path.suffix!r}" if codec is None else f"got the codec {codec!r}"
+        raise InputError(str(path), fault, f"needs one of {', '.join(CODECS)}, or a folder, or a codec of four letters")
     return _write_file(path, checked, rate, chosen)
 
 
@@ -283,8 +283,8 @@ def _checked(frames: Iterable[NDArray[Any]]) -> Iterator[Frame]:
         like = frame.dtype == np.uint8 and (frame.ndim == 2 or frame.shape[2:] == (3,)) and frame.size
         shape = shape or frame.shape
         if not like or frame.shape != shape:
-            found = f"has shape {frame.shape} and type {frame.dtype}"
-            raise InputError(f"frame {number}", found, f"needs uint8 and the shape of the first, {shape}")
+            fault = f"has shape {frame.shape} and type {frame.dtype}"
+            raise InputError(f"frame {number}", fault, f"needs uint8 and the shape of the first, {shape}")
         yield frame
     if shape is None:
         raise InputError("frames", "got none", "needs at least one")
@@ -300,9 +300,9 @@ def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) ->
         )
         try:
             if not writer.isOpened():
-                found = f"{path}: cannot be written with the codec {codec}"
+                fault = f"{path}: cannot be written with the codec {codec}"
                 raise ResultError(
-                    f"{found}; give write access, or another codec such as {' or '.join(CODECS.values())}"
+                    f"{fault}; give write access, or another codec such as {' or '.join(CODECS.values())}"
                 )
             for frame in itertools.chain([first], frames):
                 writer.write(frame)
@@ -317,8 +317,8 @@ def _check_even(path: Path, frame: Frame) -> None:
     """Refuse sizes of which OpenCV leaves a row or a column out without a word."""
     height, width = frame.shape[:2]
     if height % 2 or width % 2:
-        found = f"gets frames of {width} x {height} px"
-        raise InputError(str(path), found, "video files need an even width and height", "write a folder of images")
+        fault = f"gets frames of {width} x {height} px"
+        raise InputError(str(path), fault, "video files need an even width and height", "write a folder of images")
 
 
 def _check_written(partial: Path, path: Path, written: int) -> None:
@@ -370,7 +370,7 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
         colour = "grey" if channel == "grey" else "bgr"
         rate = frame_rate_of(info, frame_rate)
         return Frames(
-            str(video), rate, lambda: (_grey(one, channel, str(video)) for one in read_frames(video, colour=colour))
+            str(video), rate, lambda: (_grey(frame, channel, str(video)) for frame in read_frames(video, colour=colour))
         )
     return _arrays(video, frame_rate, channel)
 
@@ -379,8 +379,8 @@ def _arrays(video: NDArray[Any] | Sequence[NDArray[Any]], frame_rate: float | No
     if len(video) == 0:
         raise InputError("video", "has no frames", "needs at least one")
     if frame_rate is None or not (math.isfinite(frame_rate) and frame_rate > 0):
-        found = "states no frame rate" if frame_rate is None else f"got the frame rate {frame_rate}"
-        raise InputError("video", found, "needs frames a second > 0", "give frame_rate")
+        fault = "states no frame rate" if frame_rate is None else f"got the frame rate {frame_rate}"
+        raise InputError("video", fault, "needs frames a second > 0", "give frame_rate")
     return Frames("video", frame_rate, lambda: (_grey(np.asarray(one), channel, "video") for one in video))
 
 
@@ -389,8 +389,8 @@ def _grey(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
     if frame.dtype == np.uint16:
         frame = (frame >> 8).astype(np.uint8)
     if frame.dtype != np.uint8 or frame.ndim not in (2, 3) or (frame.ndim == 3 and frame.shape[2] not in (1, 3, 4)):
-        found = f"a frame has the type {frame.dtype} and shape {frame.shape}"
-        raise InputError(name, found, "needs uint8 or uint16, (height, width) or (height, width, 3)")
+        fault = f"a frame has the type {frame.dtype} and shape {frame.shape}"
+        raise InputError(name, fault, "needs uint8 or uint16, (height, width) or (height, width, 3)")
     if frame.ndim == 2:
         return np.ascontiguousarray(frame)
     if frame.shape[2] == 1:

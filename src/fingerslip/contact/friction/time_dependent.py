@@ -56,8 +56,8 @@ class TimeDependent:
         if not self.times or not ascending:
             raise InputError("times", f"got {list(self.times)}", "needs ascending times, at least one")
         if len(self.times) != len(self.values):
-            found = f"got {len(self.values)} for {len(self.times)} times"
-            raise InputError("values", found, "needs one for each time")
+            fault = f"got {len(self.values)} for {len(self.times)} times"
+            raise InputError("values", fault, "needs one for each time")
 
     @property
     def coefficient(self) -> float:

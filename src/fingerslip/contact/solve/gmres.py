@@ -40,12 +40,12 @@ class ScaledCompliance(NamedTuple):
         """Return that of a working set, with frames and weights in some precision."""
         scale = working_set.scale
         parts = working_set.frames, scale * working_set.factor, scale * working_set.penalty
-        return cls(working_set.body, *(own.astype(precision) for own in parts))
+        return cls(working_set.body, *(part.astype(precision) for part in parts))
 
     def of_first(self, count: int) -> ScaledCompliance:
         """Return that of the first nodes."""
         parts = self.frames, self.of_body, self.of_penalty
-        return ScaledCompliance(self.body, *(own[:count] for own in parts))
+        return ScaledCompliance(self.body, *(part[:count] for part in parts))
 
 
 class Preconditioner(NamedTuple):

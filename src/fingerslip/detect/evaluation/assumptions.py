@@ -62,14 +62,14 @@ class Sensitivity:
     @property
     def accuracies(self) -> dict[str, Estimate]:
         """Share of right frames of each classifier."""
-        return {name: frame_scores_of(one).accuracy for name, one in self.matrices.items()}
+        return {name: frame_scores_of(matrix).accuracy for name, matrix in self.matrices.items()}
 
     def of_condition(self, trials: TrialSet, condition: str) -> dict[str, dict[str, Estimate]]:
         """Return each classifier's accuracies on the trials of each value of a condition, or quarter of its range."""
         found = {}
         for value, names in left_out(trials.conditions, condition).items():
             rows = np.flatnonzero(np.isin(trials.names, names))
-            found[value] = {name: frame_scores_of(one[rows]).accuracy for name, one in self.matrices.items()}
+            found[value] = {name: frame_scores_of(matrix[rows]).accuracy for name, matrix in self.matrices.items()}
         return found
 
 
@@ -122,7 +122,7 @@ def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) ->
     groups = [left_out(trials.conditions, condition) for condition in conditions]
     found = []
     for values in itertools.product(*groups) if groups else ():
-        inside = set(trials.names).intersection(*(own[value] for own, value in zip(groups, values, strict=True)))
+        inside = set(trials.names).intersection(*(group[value] for group, value in zip(groups, values, strict=True)))
         names = tuple(name for name in trials.names if name in inside)
         words = ", ".join(condition_text(key, value) for key, value in zip(conditions, values, strict=True))
         found += [replace(base, quantity="trials alone of", value=words, trials=names)] if names else []
@@ -142,7 +142,7 @@ def sensitivity_of(
 ) -> Iterator[Sensitivity]:
     """Yield what classifiers come to with each assumption, on trials that they have not seen."""
     chosen, store = sampling or Sampling(least=0.0), parts or Parts()
-    shared = [[described(one, seed) for one in candidates], asdict(chosen), folds, seed]
+    shared = [[described(candidate, seed) for candidate in candidates], asdict(chosen), folds, seed]
     for (motion, _), group in itertools.groupby(assumptions, lambda one: (one.motion, one.noise)):
         own = tuple(group)
         kept = [store.kept("assumption", [shared, _plain(one)]) for one in own]
@@ -167,15 +167,17 @@ def _arrays(
     folds, seed, workers = numbers
     tests = grouped_folds(samples.trials, folds, seed)
     found: dict[str, NDArray[Any]] = {
-        one.name: frames_by_trial(samples, onsets, one, tests, window=window, seed=seed, workers=workers).matrices
-        for one in candidates
+        candidate.name: frames_by_trial(
+            samples, onsets, candidate, tests, window=window, seed=seed, workers=workers
+        ).matrices
+        for candidate in candidates
     }
     return found | {_MEDIANS: np.array(_medians(onsets))}
 
 
 def _sensitivity(assumption: Assumption, arrays: Mapping[str, NDArray[Any]]) -> Sensitivity:
     incipient, gross = arrays[_MEDIANS]
-    matrices = {name: one for name, one in arrays.items() if name != _MEDIANS}
+    matrices = {name: array for name, array in arrays.items() if name != _MEDIANS}
     return Sensitivity(assumption, matrices, float(incipient), float(gross))
 
 
@@ -208,10 +210,10 @@ def _samples(
             check_labels({name: found}, [name])
             labels[number][name] = found
             parts[number].append(trial_sample(name, motion, found, settings, sampling))
-    return [(joined_samples(one), found) for one, found in zip(parts, labels, strict=True)]
+    return [(joined_samples(part), label) for part, label in zip(parts, labels, strict=True)]
 
 
 def _medians(onsets: Mapping[str, Onsets]) -> tuple[float, float]:
-    times = np.array([(one.incipient, one.gross) for one in onsets.values()], dtype=float)
+    times = np.array([(onset.incipient, onset.gross) for onset in onsets.values()], dtype=float)
     incipient, gross = np.median(times, axis=0)
     return float(incipient), float(gross)

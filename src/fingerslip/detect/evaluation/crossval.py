@@ -116,7 +116,7 @@ def fitted_fold(
 
 def joined_folds(samples: Samples, parts: Sequence[FoldFrames], folds: tuple[Fold, ...] = ()) -> FrameResult:
     """Return what a classifier said in all folds together."""
-    rows, chances = (np.concatenate([getattr(one, name) for one in parts]) for name in ("rows", "chances"))
+    rows, chances = (np.concatenate([getattr(part, name) for part in parts]) for name in ("rows", "chances"))
     classes = samples.classes[rows]
     matrices = confusion_by_trial(classes, chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
     return FrameResult(matrices, chances, classes, folds)
@@ -133,8 +133,8 @@ def rows_to_learn(
         raise InputError("folds", "leave no trial to learn from", "needs some", "take more trials or other folds")
     missing = [name for number, name in enumerate(CLASSES) if number not in samples.classes[rows]]
     if missing:
-        where, found = f"the fold that leaves out trial {test[0]}", f"has no frame of {missing[0]} to learn from"
-        raise InputError(where, found, "needs frames of all classes", "take more trials or fewer folds")
+        where, fault = f"the fold that leaves out trial {test[0]}", f"has no frame of {missing[0]} to learn from"
+        raise InputError(where, fault, "needs frames of all classes", "take more trials or fewer folds")
     return rows, kept
 
 
@@ -177,8 +177,8 @@ def events_by_trial(
                     maxima[number].append(largest_before(when, one, onsets[name]))
     limits = [Thresholds(false_alarm_threshold(one, share)) if one else Thresholds() for one in maxima]
     events = [
-        {name: onsets_from(*one, limit) for name, one in found.items()}
-        for found, limit in zip(scores, limits, strict=True)
+        {name: onsets_from(*one, limit) for name, one in score.items()}
+        for score, limit in zip(scores, limits, strict=True)
     ]
     return _by_result(results, events)
 
@@ -202,6 +202,6 @@ def _by_result(results: Sequence[FrameResult], events: list[dict[str, Onsets]]) 
     ends = np.cumsum([len(result.folds) for result in results])
     starts = [end - len(result.folds) for end, result in zip(ends, results, strict=True)]
     return [
-        {name: one for found in events[first:last] for name, one in found.items()}
+        {name: one for event in events[first:last] for name, one in event.items()}
         for first, last in zip(starts, ends, strict=True)
     ]

@@ -76,14 +76,14 @@ class Evaluation:
 
         All classifiers of a fold are fitted before the next fold, so that its trials are read once for all of them.
         """
-        frames: dict[str, list[FoldFrames]] = {one.name: [] for one in candidates}
-        events: dict[str, dict[str, Onsets]] = {one.name: {} for one in candidates}
+        frames: dict[str, list[FoldFrames]] = {candidate.name: [] for candidate in candidates}
+        events: dict[str, dict[str, Onsets]] = {candidate.name: {} for candidate in candidates}
         for test in tests:
             for name, (part, found) in self._of_fold(candidates, test).items():
                 frames[name].append(part)
                 events[name] |= found
-        ordered = {name: {one: found[one] for one in self.trials.names} for name, found in events.items()}
-        return {name: joined_folds(self.samples, parts) for name, parts in frames.items()}, ordered
+        ordered = {name: {one: event[one] for one in self.trials.names} for name, event in events.items()}
+        return {name: joined_folds(self.samples, frame) for name, frame in frames.items()}, ordered
 
     def _of_group(self, candidate: Candidate, test: Sequence[str]) -> FoldFrames:
         def made() -> dict[str, NDArray[Any]]:
@@ -95,8 +95,13 @@ class Evaluation:
         self, candidates: Sequence[Candidate], test: Sequence[str]
     ) -> dict[str, tuple[FoldFrames, dict[str, Onsets]]]:
         """Return frames and events of the trials of a fold, of which those that are kept are not computed again."""
-        events = {one.name: self.parts.kept(_name(one, "events"), self._described(one, test)) for one in candidates}
-        fitted = {one.name: self._fitted(one, test) for one in candidates if events[one.name] is None}
+        events = {
+            candidate.name: self.parts.kept(_name(candidate, "events"), self._described(candidate, test))
+            for candidate in candidates
+        }
+        fitted = {
+            candidate.name: self._fitted(candidate, test) for candidate in candidates if events[candidate.name] is None
+        }
         for one in candidates:
             if one.name in fitted:
                 self.parts.keep(_name(one, "frames"), self._described(one, test), vars(fitted[one.name][1]))
@@ -138,7 +143,7 @@ def begun_evaluation(
     output: Path | None = None,
 ) -> Evaluation:
     """Sample the frames of a data set for an evaluation."""
-    labels = {name: [one.incipient, one.gross] for name, one in onsets.items()}
+    labels = {name: [onset.incipient, onset.gross] for name, onset in onsets.items()}
     settings = [dataclasses.asdict(motion), dataclasses.asdict(sampling)]
     parts = parts_beside(output, trials.digest, labels, settings, seed)
     samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)

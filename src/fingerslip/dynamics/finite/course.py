@@ -71,13 +71,13 @@ class FiniteCourse:
 
     def saved(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
-        return self._iterations, self._halved, {str(depth): own.saved() for depth, own in self._factors.items()}
+        return self._iterations, self._halved, {str(depth): factor.saved() for depth, factor in self._factors.items()}
 
     def restore(self, saved: Any) -> None:
         """Go on where :meth:`saved` was called."""
         self._iterations, self._halved, factors = saved
-        for depth, own in factors.items():
-            self._of(int(depth)).restore(*own)
+        for depth, factor in factors.items():
+            self._of(int(depth)).restore(*factor)
 
     def _of(self, depth: int) -> Factors:
         """Return the factors of a step that was halved some times."""

@@ -269,15 +269,15 @@ class Recorder:
             turned = rotations.matrices(self._bodies.rotations(steps))[:, candidates.counterface]
             points = rotations.seen(turned, points, candidates.counterface)
         owners = [candidates.counterface == number for number in range(len(self._system.counterfaces.shapes))]
-        for number, own in enumerate(owners):
-            values["counterface_force"][steps, number] = forces[:, own].sum(axis=1)
-            values["counterface_moment"][steps, number] = about_centres[:, own].sum(axis=1)
+        for number, owner in enumerate(owners):
+            values["counterface_force"][steps, number] = forces[:, owner].sum(axis=1)
+            values["counterface_moment"][steps, number] = about_centres[:, owner].sum(axis=1)
         counterface = np.tile(candidates.counterface, len(normal))
         points = points.reshape(-1, self._system.space.dim)
         normals = self._system.counterfaces.normals(points, counterface).reshape(forces.shape)
         forces -= normal[..., None] * (normals if turned is None else np.einsum("...ij,...j->...i", turned, normals))
-        for number, own in enumerate(owners):
-            self._complete_utilisation(steps, number, forces[:, own], self._limits[steps][:, own])
+        for number, owner in enumerate(owners):
+            self._complete_utilisation(steps, number, forces[:, owner], self._limits[steps][:, owner])
         forces /= candidates.area[:, None]
         normal /= candidates.area
 

@@ -31,13 +31,13 @@ def step_count(model: Model) -> int:
         return record_count(model, model.time) - 1
     steps = model.end / model.time.step
     if steps < 1.0 - 1e-9:
-        found = f"got {model.time.step:g} s for a run of {model.end:g} s"
-        raise InputError("time.step", found, "needs at least one step", "write a smaller step")
+        fault = f"got {model.time.step:g} s for a run of {model.end:g} s"
+        raise InputError("time.step", fault, "needs at least one step", "write a smaller step")
     if model.time.end is not None and abs(steps - round(steps)) > 1e-6:
-        found = f"got {model.end:g} s, which is {steps:.4g} steps of {model.time.step:g} s"
+        fault = f"got {model.end:g} s, which is {steps:.4g} steps of {model.time.step:g} s"
         before, after = (model.time.step * count for count in (math.floor(steps), math.ceil(steps)))
         repair = f"write {before:g} s or {after:g} s, or a step of {model.end / math.ceil(steps):.6g} s"
-        raise InputError("time.end", found, "needs a multiple of time.step", repair)
+        raise InputError("time.end", fault, "needs a multiple of time.step", repair)
     return math.ceil(steps - 1e-9)
 
 
@@ -111,8 +111,8 @@ def require_record_memory(model: Model, needed: int) -> None:
     available = available_memory()
     if available is None or needed <= available:
         return
-    found = f"{step_count(model):.3g} steps of {model.time.step:g} s need about {needed / 1e9:.2g} GB for their records"
+    fault = f"{step_count(model):.3g} steps of {model.time.step:g} s need about {needed / 1e9:.2g} GB for their records"
     shortest = model.time.step * needed / available
     repair = f"write a step of at least {shortest:.2g} s, record fewer sites, or take fewer snapshots"
     where = "time.output" if isinstance(model.time, Adaptive) else "time.step"
-    raise InputError(where, found, f"{available / 1e9:.2g} GB are available", repair)
+    raise InputError(where, fault, f"{available / 1e9:.2g} GB are available", repair)

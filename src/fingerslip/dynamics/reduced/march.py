@@ -192,11 +192,11 @@ def _suitable(
         if excess <= 1.0:
             return marched, basis
         tried.append((count, excess))
-        found = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
-        _logger.info("%s", found)
+        fault = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
+        _logger.info("%s", fault)
         if not _is_promising(tried):
             allowed = f"{wanted.tolerance:g} and {wanted.acceleration_tolerance:g}"
-            raise _UnsuitableError(f"{found}, and the tolerances are {allowed}")
+            raise _UnsuitableError(f"{fault}, and the tolerances are {allowed}")
         with motions.watch.part("basis"):
             basis = maker.make(_next_count(count, excess))
 

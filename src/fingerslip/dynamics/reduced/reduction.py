@@ -109,7 +109,7 @@ def interface_unknowns(systems: Sequence[System]) -> Indices:
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
     """Return the unknowns that sites and checks of the other boundary nodes read, ascending, shape (r,)."""
-    outside = [sparse.csr_matrix(own.relative).indices for system in systems for own in system.outsiders]
+    outside = [sparse.csr_matrix(outsider.relative).indices for system in systems for outsider in system.outsiders]
     regions = [tuple(site.region for site in model.record.sites) for model in models]
     # Motions mostly record the same sites.
     recorded = {(system.site_nodes.tobytes(), own): (system, own) for system, own in zip(systems, regions, strict=True)}
@@ -154,7 +154,7 @@ def reduced_system(system: System, body: StaticResponses, basis: CraigBampton, t
         if velocity.any()
         else _none(basis),
         relative=_behind(system.relative, basis),
-        outsiders=tuple(_reduced_outsiders(own, coordinates) for own in system.outsiders),
+        outsiders=tuple(_reduced_outsiders(outsider, coordinates) for outsider in system.outsiders),
         supports=replace(system.supports, stiffness=held_stiffness, mass=held_mass),
     )
 
@@ -172,7 +172,7 @@ def _matrices(system: System, body: StaticResponses, basis: CraigBampton) -> _Ma
     """Return stiffness and mass of a reduced body, with none on its interface, and their rows at what supports hold."""
     behind = np.zeros(basis.interface.size)
     diagonals = basis.eigenvalues, np.ones_like(basis.eigenvalues)
-    stiffness, mass = (sparse.diags(np.concatenate([own, behind]), format="csr") for own in diagonals)
+    stiffness, mass = (sparse.diags(np.concatenate([diagonal, behind]), format="csr") for diagonal in diagonals)
     held = system.supports.stiffness, system.supports.mass
     return (stiffness, mass), (_reduced_rows(held[0], body, basis), _reduced_rows(held[1], body, basis))
 

@@ -175,7 +175,7 @@ class _MotionError:
     def _remember(self, state: State) -> None:
         """Keep displacement and acceleration at the end of a step, and their errors, to look at some together."""
         pairs = (state, self._inside, self._following)
-        motion, inside, following = (np.stack([own.displacement, own.acceleration]) for own in pairs)
+        motion, inside, following = (np.stack([pair.displacement, pair.acceleration]) for pair in pairs)
         self._waiting.append((motion, inside, following))
         if len(self._waiting) >= _AT_ONCE:
             self.finish()

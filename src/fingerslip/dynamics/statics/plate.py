@@ -43,7 +43,7 @@ class FreePlate:
 
         Arrays: time [s]; before (k,) [m].
         """
-        force = [sum(value * ramp.at(time) for value, ramp in own) for own in self.loads]
+        force = [sum(value * ramp.at(time) for value, ramp in load) for load in self.loads]
         found: Floats = self.compliance * (np.array(force) + self.drag * before)
         return found
 
@@ -93,5 +93,5 @@ def _check(where: str, plate: RigidBody, direction: Direction, motion: Motion) -
     if plate.velocity(direction):
         raise InputError(where, f"is {direction}, with a velocity at the start", "needs a plate at rest")
     if not (plate.stiffness(direction) or plate.damping(direction)):
-        found = f"is {direction}, along which contact alone holds the plate"
-        raise InputError(where, found, "needs a spring or a damper", _REPAIR)
+        fault = f"is {direction}, along which contact alone holds the plate"
+        raise InputError(where, fault, "needs a spring or a damper", _REPAIR)

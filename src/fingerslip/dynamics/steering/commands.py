@@ -76,8 +76,8 @@ def _components(system: System, values: tuple[float, ...], name: str) -> tuple[f
 def _moved(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
     for own in system.unknowns.rigid:
         if set(own.faces) & set(faces) and abs(float(own.shift @ velocity)) > 0.0:
-            found = "moves along a direction in which the body is free"
-            raise InputError("command.velocity", found, "needs prescribed directions", "write a force there")
+            fault = "moves along a direction in which the body is free"
+            raise InputError("command.velocity", fault, "needs prescribed directions", "write a force there")
     motions = list(system.motions)
     for face in faces:
         motions[face] = _continued(motions[face], velocity, time, model.end - time + model.time.step)
@@ -102,8 +102,8 @@ def _pushed(system: System, faces: tuple[int, ...], command: Command) -> System:
         if set(own.faces) & set(faces) and not own.turns
     ]
     if not freedoms:
-        found = f"'{command.of}' is free along no direction"
-        raise InputError("command.force", found, "needs a rigid body that is free, or a drive")
+        fault = f"'{command.of}' is free along no direction"
+        raise InputError("command.force", fault, "needs a rigid body that is free, or a drive")
     added = np.zeros(system.mass.shape[0])
     for at, own in freedoms:
         added[at] = force[0] if own.body is None and force.size == 1 else _along(system, own.shift, command)

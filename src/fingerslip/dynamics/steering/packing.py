@@ -73,7 +73,7 @@ def _members(value: Any) -> Mapping[Any, Any]:
     if isinstance(value, Mapping):
         return value
     if dataclasses.is_dataclass(value):
-        return {own.name: getattr(value, own.name) for own in dataclasses.fields(value)}
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     return dict(enumerate(value)) if isinstance(value, tuple | list) else {}
 
 
@@ -103,7 +103,7 @@ def _packed(value: Any, arrays: dict[str, NDArray[Any]], known: dict[int, str]) 
         return {"mapping": {str(name): _packed(one, arrays, known) for name, one in value.items()}}
     if sparse.issparse(value):
         parts = [np.asarray(value.data), np.asarray(value.indices), np.asarray(value.indptr), list(value.shape)]
-        return {"csr": [_packed(one, arrays, known) for one in parts]}
+        return {"csr": [_packed(part, arrays, known) for part in parts]}
     if dataclasses.is_dataclass(value) and type(value).__module__.startswith(_PACKAGE):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
         mark = f"{type(value).__module__}:{type(value).__qualname__}"
@@ -118,15 +118,15 @@ def _unpacked(tree: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
         case {"array": name}:
             return arrays[name]
         case {"tuple": items} | {"list": items}:
-            found = [_unpacked(one, arrays) for one in items]
+            found = [_unpacked(item, arrays) for item in items]
             return found if "list" in tree else tuple(found)
         case {"mapping": items}:
-            return {name: _unpacked(one, arrays) for name, one in items.items()}
+            return {name: _unpacked(item, arrays) for name, item in items.items()}
         case {"csr": items}:
-            data, indices, starts, shape = (_unpacked(one, arrays) for one in items)
+            data, indices, starts, shape = (_unpacked(item, arrays) for item in items)
             return sparse.csr_matrix((data, indices, starts), shape=tuple(shape))
         case {"of": mark, "fields": fields}:
-            return _kind(mark)(**{name: _unpacked(one, arrays) for name, one in fields.items()})
+            return _kind(mark)(**{name: _unpacked(field, arrays) for name, field in fields.items()})
     raise ValueError(f"unknown: {tree}")
 
 

@@ -181,8 +181,8 @@ class Simulation:
             repair = "take the steps inside its with block, or restore a saved one"
             raise InputError("simulation", "is closed", "takes no more steps", repair)
         if self.is_finished:
-            found, repair = f"is reached, {self.time:g} s", "give the model a later end: time.end"
-            raise InputError("end", found, "is where a simulation ends", repair)
+            fault, repair = f"is reached, {self.time:g} s", "give the model a later end: time.end"
+            raise InputError("end", fault, "is where a simulation ends", repair)
         for one in (command,) if isinstance(command, Command) else tuple(command):
             self._follow(one, self._steps.taken)
         self._steps.step()

@@ -113,7 +113,7 @@ class Viscous:
 
 def viscous_steps(layers: Sequence[Relaxing], step: float) -> tuple[Viscous, ...]:
     """Return the layers that relax, for a step [s] that their model was checked for."""
-    return tuple(Viscous(own, recurrence(own.prony, step, controlled=True)) for own in layers)
+    return tuple(Viscous(layer, recurrence(layer.prony, step, controlled=True)) for layer in layers)
 
 
 def stiffness_of_step(stiffness: sparse.csr_matrix, viscous: Sequence[Viscous]) -> sparse.csr_matrix:

@@ -126,9 +126,9 @@ def check_same_matrix(models: Sequence[Model]) -> None:
     for number, model in enumerate(models):
         part = _difference(models[0], model)
         if part:
-            found = "differs from that of the first model"
+            fault = "differs from that of the first model"
             allowed = "needs the same matrix to be simulated together"
-            raise InputError(f"models.{number}.{part}", found, allowed, "simulate it by itself")
+            raise InputError(f"models.{number}.{part}", fault, allowed, "simulate it by itself")
 
 
 def _gains(model: Model) -> bool:

@@ -62,7 +62,7 @@ def _own_rows(steppers: Sequence[Stepper], local: Array) -> list[Array]:
     """Return each motion's own part of the joint local displacements, (m,) or (m, k)."""
     rows = local[None] if local.ndim == 1 else np.ascontiguousarray(local.T)
     return [
-        own if stepper.has_all(own.size) else own[stepper.rows] for own, stepper in zip(rows, steppers, strict=True)
+        row if stepper.has_all(row.size) else row[stepper.rows] for row, stepper in zip(rows, steppers, strict=True)
     ]
 
 

@@ -364,8 +364,8 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indi
         system.candidates.counterface * len(system.space.positions) + system.candidates.nodes for system in systems
     ]
     joint, first = np.unique(np.concatenate(marks), return_index=True)
-    rows = [_components(np.searchsorted(joint, own), dim) for own in marks]
-    if all(own.size == dim * joint.size for own in rows):
+    rows = [_components(np.searchsorted(joint, mark), dim) for mark in marks]
+    if all(row.size == dim * joint.size for row in rows):
         return systems[0].relative, rows
     stacked = sparse.vstack([system.relative for system in systems], format="csr")
     return stacked[_components(first, dim)], rows

@@ -153,7 +153,8 @@ def body_centres(model: Model) -> tuple[Array, Array]:
     dim, names = model.mesh.dim(), list(model.bodies)
     centres = np.reshape([_centre(body, dim) for body in model.bodies.values()], (-1, dim))
     of_contacts = [
-        np.zeros(dim) if one.rigid_body is None else centres[names.index(one.rigid_body)] for one in model.contacts
+        np.zeros(dim) if contact.rigid_body is None else centres[names.index(contact.rigid_body)]
+        for contact in model.contacts
     ]
     return centres, np.reshape(of_contacts, (-1, dim))
 
@@ -179,9 +180,9 @@ def check_bodies(model: Model) -> None:
         where = f"bodies.{name}"
         _check_dimensions(where, body, model.mesh.dim())
         if body.programme and not faces_of(model, name):
-            found = "is given for a body that no counterface is on"
+            fault = "is given for a body that no counterface is on"
             raise InputError(
-                f"{where}.programme", found, "needs the normal of one", f"write 'rigid_body: {name}' in a contact"
+                f"{where}.programme", fault, "needs the normal of one", f"write 'rigid_body: {name}' in a contact"
             )
         if not make_scheme(model.time).inertia_factor:
             _check_held(where, body, [model.contacts[number] for number in faces_of(model, name)])
@@ -202,13 +203,15 @@ def _check_dimensions(where: str, body: RigidBody, dim: int) -> None:
 def _check_held(where: str, body: RigidBody, contacts: Sequence[Contact]) -> None:
     """Refuse a body without inertia that nothing can hold, and one with a velocity."""
     if any(map(body.velocity, body.free)):
-        found = "is given for a model without inertia"
-        raise InputError(f"{where}.initial_velocity", found, "needs steps with inertia", "take TimeStepping")
-    loose = [one for one in body.free if not _is_held(body, one) and not any(_resists(own, one) for own in contacts)]
+        fault = "is given for a model without inertia"
+        raise InputError(f"{where}.initial_velocity", fault, "needs steps with inertia", "take TimeStepping")
+    loose = [
+        one for one in body.free if not _is_held(body, one) and not any(_resists(contact, one) for contact in contacts)
+    ]
     if loose:
-        found = f"nothing holds the body in {', '.join(loose)}"
+        fault = f"nothing holds the body in {', '.join(loose)}"
         allowed = "a spring, a damper or a contact has to hold it in steps without inertia"
-        raise InputError(f"{where}.free", found, allowed, "hold it, or take TimeStepping")
+        raise InputError(f"{where}.free", fault, allowed, "hold it, or take TimeStepping")
 
 
 def _is_held(body: RigidBody, direction: Direction) -> bool:

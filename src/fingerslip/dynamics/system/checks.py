@@ -95,7 +95,9 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
         for number, (counterface, motion) in enumerate(zip(counterfaces, motions, strict=True))
     )
     _check_order(model, counterfaces, motions, candidates)
-    require_record_memory(model, record_bytes(model, len(space.positions), sum(len(own.nodes) for own in candidates)))
+    require_record_memory(
+        model, record_bytes(model, len(space.positions), sum(len(candidate.nodes) for candidate in candidates))
+    )
     held = _held_dofs(model, space)
     _check_support_motions(model, space)
     free = _free_dofs(held, space)
@@ -121,9 +123,9 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
 def _check_held(model: Model, held_by_contact: tuple[str, ...]) -> None:
     """Refuse bodies without inertia at large strain that supports do not hold: their tangent is singular."""
     if model.is_finite and held_by_contact:
-        found = f"leave it to contact alone to hold {', '.join(held_by_contact)}"
+        fault = f"leave it to contact alone to hold {', '.join(held_by_contact)}"
         repair = "support it, take TimeStepping, or kinematics 'small'"
-        raise InputError("supports", found, "at large strain a body without inertia needs supports", repair)
+        raise InputError("supports", fault, "at large strain a body without inertia needs supports", repair)
 
 
 def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
@@ -131,9 +133,9 @@ def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counter
     away = contact.clearance * contact.counterface.unit_normal
     placed = contact.counterface.placed(skin - away)
     if contact.clearance > 0.0 and placed is contact.counterface:
-        found = f"got {millimetres(contact.clearance)} for a counterface whose start is given"
+        fault = f"got {millimetres(contact.clearance)} for a counterface whose start is given"
         repair = "leave out its offset or centre, or the clearance"
-        raise InputError(f"contacts.{number}.clearance", found, "needs a counterface without a given start", repair)
+        raise InputError(f"contacts.{number}.clearance", fault, "needs a counterface without a given start", repair)
     return placed
 
 
@@ -149,14 +151,14 @@ def _check_contacts(model: Model, space: Space) -> None:
     for number, contact in enumerate(model.contacts):
         where, law = f"contacts.{number}", contact.friction
         if contact.counterface.dim != space.dim:
-            found = f"got {contact.counterface.dim} components"
-            raise InputError(f"{where}.counterface.normal", found, f"needs {space.dim}")
+            fault = f"got {contact.counterface.dim} components"
+            raise InputError(f"{where}.counterface.normal", fault, f"needs {space.dim}")
         if space.dim not in law.dims:
-            found = f"got {type(law).__name__} in {space.dim} dimensions"
-            raise InputError(f"{where}.friction", found, f"needs {' or '.join(map(str, law.dims))}")
+            fault = f"got {type(law).__name__} in {space.dim} dimensions"
+            raise InputError(f"{where}.friction", fault, f"needs {' or '.join(map(str, law.dims))}")
         if contact.drive and not make_scheme(model.time).inertia_factor:
-            found = "got a force that drives a counterface in a model without inertia"
-            raise InputError(f"{where}.drive", found, "needs prescribed motion", "take TimeStepping")
+            fault = "got a force that drives a counterface in a model without inertia"
+            raise InputError(f"{where}.drive", fault, "needs prescribed motion", "take TimeStepping")
 
 
 def _check_initial_velocity(model: Model, space: Space) -> None:
@@ -164,8 +166,8 @@ def _check_initial_velocity(model: Model, space: Space) -> None:
     if velocity is not None and len(velocity) != space.dim:
         raise InputError("initial_velocity", f"got {len(velocity)} components", f"needs {space.dim}")
     if velocity is not None and any(velocity) and not make_scheme(model.time).inertia_factor:
-        found = "is given for a model without inertia"
-        raise InputError("initial_velocity", found, "needs steps with inertia", "take TimeStepping, or leave it out")
+        fault = "is given for a model without inertia"
+        raise InputError("initial_velocity", fault, "needs steps with inertia", "take TimeStepping, or leave it out")
 
 
 def _programme_name(contact: Contact, number: int) -> str:
@@ -196,13 +198,13 @@ def _check_support_motions(model: Model, space: Space) -> None:
             known = ", ".join(model.supports) or "none"
             raise InputError(where, "moves what is no support", f"the supports are: {known}")
         if len(motion.displacement) != space.dim:
-            found = f"got {len(motion.displacement)} components"
-            raise InputError(f"{where}.displacement", found, f"needs {space.dim}")
+            fault = f"got {len(motion.displacement)} components"
+            raise InputError(f"{where}.displacement", fault, f"needs {space.dim}")
         for component, moved in zip("xyz", motion.displacement, strict=False):
             if moved and component not in model.supports[name]:
-                found, allowed = f"moves along {component}", f"the support holds {', '.join(model.supports[name])}"
+                fault, allowed = f"moves along {component}", f"the support holds {', '.join(model.supports[name])}"
                 repair = f"hold {component} as well, or write 0 there"
-                raise InputError(f"{where}.displacement", found, allowed, repair)
+                raise InputError(f"{where}.displacement", fault, allowed, repair)
 
 
 def _free_dofs(held: Mapping[str, NDArray[np.int64]], space: Space) -> NDArray[np.int64]:
@@ -218,16 +220,16 @@ def _free_dofs(held: Mapping[str, NDArray[np.int64]], space: Space) -> NDArray[n
 def _unheld(model: Model, space: Space, free: NDArray[np.int64], candidates: tuple[Candidates, ...]) -> tuple[str, ...]:
     """Return the bodies that only contact holds; refuse pieces of the mesh without contact."""
     pieces = free_pieces(space, free)
-    touching = np.concatenate([np.zeros(0, dtype=np.int64), *(own.nodes for own in candidates)])
+    touching = np.concatenate([np.zeros(0, dtype=np.int64), *(candidate.nodes for candidate in candidates)])
     for piece in pieces:
         if not np.isin(piece.nodes, touching).any():
-            found = f"leave {', '.join(piece.motions)} free"
+            fault = f"leave {', '.join(piece.motions)} free"
             repair = "support it or let it touch a counterface"
             if len(pieces) > 1 or len(piece.nodes) < len(space.positions):
-                found = f"{found}, of the piece around {coordinates(space.positions[piece.nodes].mean(axis=0))}"
+                fault = f"{fault}, of the piece around {coordinates(space.positions[piece.nodes].mean(axis=0))}"
             elif not model.contacts:
                 repair = "support it, or take TimeStepping"
-            raise InputError("supports", found, "have to hold a body without inertia", repair)
+            raise InputError("supports", fault, "have to hold a body without inertia", repair)
     return (*(("body",) if pieces else ()), *unheld_bodies(model.bodies))
 
 
@@ -258,10 +260,12 @@ def _check_order(
     sliding = [any(isinstance(phase, Slide) for phase in programme) for programme in model.programmes]
     if not model.contacts or model.is_loaded or not any(sliding):
         return
-    for programme, counterface, motion, own in zip(model.programmes, counterfaces, motions, candidates, strict=True):
+    for programme, counterface, motion, candidate in zip(
+        model.programmes, counterfaces, motions, candidates, strict=True
+    ):
         first = next((i for i, phase in enumerate(programme) if isinstance(phase, Slide)), len(programme))
         approach = float(np.max(motion.positions[: first + 1] @ counterface.unit_normal))
-        if approach > counterface.gap(own.positions).min():
+        if approach > counterface.gap(candidate.positions).min():
             return
     kinds = ", ".join(phase_table(model.programme)[0])
     raise InputError(
@@ -299,9 +303,9 @@ def _judge_depth(where: str, depth: float, thickness: float, *, is_finite: bool)
     """Refuse or warn of a press by `depth` [m] into a soft `thickness` [m]."""
     between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
     if depth > _WHOLE_SHARE * thickness:
-        found = f"presses {depth * 1e3:.4g} mm deep"
+        fault = f"presses {depth * 1e3:.4g} mm deep"
         allowed = f"needs less than {between}"
-        raise InputError(where, found, allowed, "press less deep")
+        raise InputError(where, fault, allowed, "press less deep")
     if depth > _LARGEST_SHARE * thickness and not is_finite:
         _logger.warning(
             "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough: "

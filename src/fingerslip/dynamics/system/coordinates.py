@@ -85,10 +85,10 @@ class MeshCoordinates:
         """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""
         full = np.zeros((self.n_dofs, *field.shape[1:]), order="F")
         # Column by column: memory is read and written in its order.
-        for own, of_field in zip(_columns(full), _columns(field), strict=True):
-            own[self.unknowns.free] = of_field[: self.unknowns.free.size]
+        for column, of_field in zip(_columns(full), _columns(field), strict=True):
+            column[self.unknowns.free] = of_field[: self.unknowns.free.size]
             for unknown, dofs in zip(self.unknowns.moving, self.unknowns.carried, strict=True):
-                own[dofs] = of_field[unknown]
+                column[dofs] = of_field[unknown]
         return full
 
     def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> Factor:

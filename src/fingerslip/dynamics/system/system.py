@@ -272,8 +272,8 @@ def _relaxing(
     layers = relaxing_layers(known.space, known.materials, model.depth, model.integration)
     expansion = unknowns.expansion(known.space.n_dofs)
     return (
-        tuple(own.mapped(lambda matrix: expansion.T @ matrix @ expansion) for own in layers),
-        tuple(own.mapped(lambda matrix: rows @ matrix @ expansion) for own in layers),
+        tuple(layer.mapped(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers),
+        tuple(layer.mapped(lambda matrix: rows @ matrix @ expansion) for layer in layers),
     )
 
 

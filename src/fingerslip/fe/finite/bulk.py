@@ -160,7 +160,7 @@ class LargeStrain:
         if self.volumes is None or history is None:
             return found
         values = history.points[points, -2:]
-        dashpots = [own[points, -2:] for own in history.point_dashpots]
+        dashpots = [dashpot[points, -2:] for dashpot in history.point_dashpots]
         modulus = material.at_rest().dilatational_modulus(self.materials.formulation)
         return found - selective_excess(relaxation.constants[number], modulus, values, dashpots)
 
@@ -170,7 +170,7 @@ class LargeStrain:
         if history is None:
             return 0.0
         modulus = self.materials.materials[number].at_rest().dilatational_modulus(self.materials.formulation)
-        dashpots = [own[groups] for own in history.group_dashpots]
+        dashpots = [dashpot[groups] for dashpot in history.group_dashpots]
         return selective_excess(self._relaxation.constants[number], modulus, history.groups[groups], dashpots)
 
     @property

@@ -366,17 +366,17 @@ class Relaxation:
     @cached_property
     def shear_moduli(self) -> Array:
         """Shear moduli at once, shape (n_materials,) [Pa]."""
-        return np.array([own.shear_modulus for own in self.constants])
+        return np.array([constant.shear_modulus for constant in self.constants])
 
     def at_rest(self) -> History:
         """Return what a body remembers that has never moved."""
-        count, columns = max(len(own.prony) for own in self.constants), self.tensor + 3
+        count, columns = max(len(constant.prony) for constant in self.constants), self.tensor + 3
         points, groups = np.zeros((self.points.size, columns)), np.zeros((self.groups.size, 2))
         return History(points, np.zeros((count, *points.shape)), groups, np.zeros((count, *groups.shape)))
 
     def terms(self, step: float) -> Terms:
         """Return the terms for a step [s] that the model was checked for."""
-        count = max(len(own.prony) for own in self.constants)
+        count = max(len(constant.prony) for constant in self.constants)
         tables = np.zeros((4, len(self.constants), count))
         for number, own in enumerate(self.constants):
             follows, size = recurrence(own.prony, step, controlled=True), len(own.prony)
@@ -400,7 +400,7 @@ class Relaxation:
         if self.formulation != "plane_stress":
             return twice / 3.0 * terms.taken, twice[:, None] * [1.0 / 3.0, 0.0]
         now, earlier = self.thinning(terms).T
-        along = [across_of(own.poisson_ratio).along for own in self.constants]
+        along = [across_of(constant.poisson_ratio).along for constant in self.constants]
         rest = 1.0 - terms.taken
         return twice * (rest * now - along), (twice * [rest * earlier, 2.0 * rest * earlier - 1.0]).T
 
@@ -449,7 +449,7 @@ def _product(one: Array, other: Array) -> Array:
 def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes: Volumes | None) -> Relaxation | None:
     """Return how a body relaxes; None where all its materials are elastic."""
     constants = tuple(constants_of(material) for material in materials.materials)
-    if not any(own.prony for own in constants):
+    if not any(constant.prony for constant in constants):
         return None
     groups = np.zeros(0, dtype=np.int64) if volumes is None else volumes.material
     return Relaxation(constants, materials.formulation, np.repeat(materials.number, points), groups)

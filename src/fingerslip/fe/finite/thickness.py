@@ -61,8 +61,8 @@ def thinned(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> 
         trial[:, 2] -= change
         if np.abs(change).max(initial=0.0) <= _LAST:
             return trial[:, 2]
-    found = f"{_name(material)}: no thickness with zero stress across the plane was found"
-    raise FingerslipError(f"{found}; take plane strain, or smaller steps")
+    fault = f"{_name(material)}: no thickness with zero stress across the plane was found"
+    raise FingerslipError(f"{fault}; take plane strain, or smaller steps")
 
 
 def check_thickness(name: str, material: FiniteMaterial) -> None:
@@ -72,11 +72,11 @@ def check_thickness(name: str, material: FiniteMaterial) -> None:
     stiffness = float(material.kirchhoff_tangent(at_rest)[0, 2, 2])
     if stiffness > 0.0 and abs(stress) <= _LAST * stiffness:
         return
-    found = (
+    fault = (
         f"got {_name(material)}, whose stress across the plane is {stress:g} Pa at rest and grows by {stiffness:g} Pa"
     )
     repair = "take plane_strain, or correct kirchhoff_stress and kirchhoff_tangent of the law"
-    raise InputError(f"materials.{name}", found, "plane stress needs 0 Pa at rest, and growth with the strain", repair)
+    raise InputError(f"materials.{name}", fault, "plane stress needs 0 Pa at rest, and growth with the strain", repair)
 
 
 def _name(material: _Law) -> str:

@@ -205,7 +205,9 @@ def scan_tables(scan: ScanMesh) -> tuple[MeshTable, MeshTable, MeshTable]:
         )
         for layer in scan.layers
     )
-    distances = tuple((found.boundary, found.mean * 1e3, found.largest * 1e3) for found in scan.deviations)
+    distances = tuple(
+        (deviation.boundary, deviation.mean * 1e3, deviation.largest * 1e3) for deviation in scan.deviations
+    )
     least, mean, largest = (value * 1e3 for value in scan.thickness)
     thickness = f"Thickness of the skin: {least:.3g} to {largest:.3g} mm, mean {mean:.3g} mm."
     repairs = tuple(

@@ -71,8 +71,8 @@ class LayerSizes:
     def __post_init__(self) -> None:
         check_sizes(self.contact_size, self.bulk_size)
         if self.tolerance > self.skin_thickness / 4:
-            found = f"got {millimetres(self.tolerance)}"
-            raise InputError("tolerance", found, f"needs <= {self.skin_thickness * 250:.4g} mm (skin_thickness / 4)")
+            fault = f"got {millimetres(self.tolerance)}"
+            raise InputError("tolerance", fault, f"needs <= {self.skin_thickness * 250:.4g} mm (skin_thickness / 4)")
 
 
 @dataclass(frozen=True)
@@ -128,9 +128,9 @@ def _bodies(skin: Surface, phalanx: Surface | None, sizes: LayerSizes) -> _Bodie
     low, high = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     cut = low - 1.0 if sizes.cut is None else high - sizes.cut
     if sizes.cut is not None and cut <= low:
-        found = f"got {millimetres(sizes.cut)} from the tip"
+        fault = f"got {millimetres(sizes.cut)} from the tip"
         allowed = f"needs < {millimetres(high - low)}, the length of the scan along x"
-        raise MeshError("cut", found, allowed)
+        raise MeshError("cut", fault, allowed)
     skin = closed_where(skin, cut)
     check_closed(skin)
     if phalanx is not None:
@@ -151,9 +151,9 @@ def _check_inside(phalanx: Surface, skin: Surface, cut: float) -> None:
         return
     deepest = outside[int(depth.argmax())]
     share = f"{len(outside)} of {len(points)} points" if len(outside) < len(points) else "all points"
-    found = f"pokes {millimetres(depth.max(), 3)} through the skin at {coordinates(deepest, 3)} with {share}"
+    fault = f"pokes {millimetres(depth.max(), 3)} through the skin at {coordinates(deepest, 3)} with {share}"
     repair = "check that both scans have the same unit and axes and the same placement"
-    raise MeshError(phalanx.name, found, f"needs to lie inside {skin.name}", repair)
+    raise MeshError(phalanx.name, fault, f"needs to lie inside {skin.name}", repair)
 
 
 def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:

@@ -124,8 +124,8 @@ def _grid(surface: Surface, spacing: float) -> pyvista.ImageData:
     low, extent = surface.points.min(axis=0) - spacing, np.ptp(surface.points, axis=0) + 2 * spacing
     count = np.ceil(extent / spacing).astype(int) + 1
     if count.prod() > _GRID_LIMIT:
-        found = f"got {3e3 * spacing:.3g} mm on a body {millimetres(extent.max(), 3)} long"
-        raise MeshError(surface.name, found, "needs a thicker skin", "or cut the finger shorter")
+        fault = f"got {3e3 * spacing:.3g} mm on a body {millimetres(extent.max(), 3)} long"
+        raise MeshError(surface.name, fault, "needs a thicker skin", "or cut the finger shorter")
     return pyvista.ImageData(dimensions=tuple(count), spacing=(spacing,) * 3, origin=tuple(low))
 
 

@@ -87,9 +87,9 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
     axis = axes[:, -1] * (1.0 if axes[:, -1] @ towards >= 0 else -1.0)
     if axis @ towards < np.cos(_FAR):
         angle = np.degrees(np.arccos(axis @ towards))
-        found = f"its long axis is {angle:.0f} degrees off the direction of the tip"
+        fault = f"its long axis is {angle:.0f} degrees off the direction of the tip"
         repair = "correct tip, or give landmarks (placement_from_landmarks) for a finger cut short"
-        raise MeshError(skin.name, found, "needs at most 45 degrees", repair)
+        raise MeshError(skin.name, fault, "needs at most 45 degrees", repair)
     return _placement(skin, axis, _unit("pad", pad), plate_angle)
 
 

@@ -198,9 +198,9 @@ def check_closed(surface: Surface) -> None:
         sizes = [float(np.linalg.norm(np.ptp(surface.points[loop], axis=0))) for loop in loops]
         middle = surface.points[loops[int(np.argmax(sizes))]].mean(axis=0)
         largest = f"the largest {millimetres(max(sizes), 3)} wide at {coordinates(middle, 3)}"
-        found = f"is open: {len(loops)} hole{'s'[: len(loops) != 1]}, {largest}"
+        fault = f"is open: {len(loops)} hole{'s'[: len(loops) != 1]}, {largest}"
         repair = "repair it with a larger largest_hole, cut the finger distal of it, or scan it again"
-        raise MeshError(surface.name, found, "needs a closed surface", repair)
+        raise MeshError(surface.name, fault, "needs a closed surface", repair)
     if surface.volume <= 0:
         raise MeshError(surface.name, "is inside out", "needs normals that face outwards", "repair_surface turns it")
 
@@ -303,5 +303,5 @@ def _check_size(file: Path, points: Floats, unit: str) -> None:
         return
     others = [other for other, factor in METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
     repair = f"is its unit '{others[-1]}'?" if others else ""
-    found = f"is {extent * METRES[unit]:.3g} m long when its unit is '{unit}'"
-    raise MeshError(str(file), found, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)
+    fault = f"is {extent * METRES[unit]:.3g} m long when its unit is '{unit}'"
+    raise MeshError(str(file), fault, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)

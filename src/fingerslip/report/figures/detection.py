@@ -48,7 +48,7 @@ def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], titl
     (keys["accuracy"],) = _with_intervals(axes, trials, accuracy, "o-", BLUE)
     (keys["mean F1"],) = _with_intervals(axes, trials, scores, "s--", ORANGE)
     axes.set_xscale("log", base=2)
-    axes.set_xticks(trials, [f"{one:g}" for one in trials])
+    axes.set_xticks(trials, [f"{trial:g}" for trial in trials])
     axes.minorticks_off()
     axes.set_ylim(None, 1.01)
     add_legend(figure, keys)

@@ -59,8 +59,8 @@ class Film:
 
     def __post_init__(self) -> None:
         if any(side % 2 or side < least for side, least in zip(self.size, _LEAST, strict=True)):
-            found = f"got {self.size[0]}x{self.size[1]}"
-            raise InputError("figure: --size", found, "needs an even width and height of at least 320x240")
+            fault = f"got {self.size[0]}x{self.size[1]}"
+            raise InputError("figure: --size", fault, "needs an even width and height of at least 320x240")
         for name, value in (("--rate", self.frame_rate), ("--seconds", self.seconds)):
             if not 0.0 < value < np.inf:
                 raise InputError(f"figure: {name}", f"got {value:g}", "needs a number > 0")

@@ -128,7 +128,7 @@ _ZOOM_WIDTH = 3.2e-3
 def receptor_positions(history: xr.Dataset) -> dict[str, NDArray[np.float64]]:
     """Return the reference positions of a history's receptors by type, each (n, 2) [m]."""
     rows = {kind: sites_of_kinds(history, [kind]) for kind in _RECEPTOR_MARKS}
-    return {kind: history["site_position"].values[own] for kind, own in rows.items() if own.size}
+    return {kind: history["site_position"].values[row] for kind, row in rows.items() if row.size}
 
 
 @styled

@@ -179,9 +179,11 @@ def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
     time = tracks["time"].values
     step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     intervals = lost_intervals(tracks)
-    for one in intervals:
-        colour = SKY if one.returned else VERMILLION
-        axes.barh(one.marker, one.frames * step, left=time[one.first] - 0.5 * step, height=0.9, color=colour)
+    for interval in intervals:
+        colour = SKY if interval.returned else VERMILLION
+        axes.barh(
+            interval.marker, interval.frames * step, left=time[interval.first] - 0.5 * step, height=0.9, color=colour
+        )
     axes.set_ylim(-1, tracks.sizes["marker"])
     axes.set_ylabel("marker")
     axes.set_title("Lost: found again (light), not found again (dark)" if intervals else "No marker was lost")

@@ -140,7 +140,7 @@ def run_keys(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) 
     """Return keys for the lines that :func:`mark_run` draws from accumulated slip; none where nothing slides."""
     if all(slide_window(history) is None for history in histories.values()):
         return {}
-    return event_keys(happened(own.slip for own in events.values()))
+    return event_keys(happened(event.slip for event in events.values()))
 
 
 def event_keys(names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:

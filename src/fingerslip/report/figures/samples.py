@@ -83,7 +83,7 @@ def tornado_figure(fits: Sequence[Fit], published: Mapping[int, tuple[float, flo
 
     Units: published [s].
     """
-    largest = {one.path: max(abs(_of(fit, one.path).change) for fit in fits) for one in fits[0].effects}
+    largest = {effect.path: max(abs(_of(fit, effect.path).change) for fit in fits) for effect in fits[0].effects}
     paths = sorted(largest, key=lambda path: largest[path])
     title = f"What moves {event_label(fits[0].time)} ({READINGS[fits[0].reading]})"
     width = _WIDTHS.get(len(fits), _WIDTHS[3])
@@ -122,7 +122,7 @@ def _draw_tornado(axes: Axes, fit: Fit, paths: Sequence[str], published: tuple[f
 def _labels(fit: Fit, paths: Sequence[str]) -> list[str]:
     short = short_labels(paths)
     effects = [_of(fit, path) for path in paths]
-    texts = [f"{short[one.path]}, {one.low:g} to {one.high:g} {one.unit}".strip() for one in effects]
+    texts = [f"{short[effect.path]}, {effect.low:g} to {effect.high:g} {effect.unit}".strip() for effect in effects]
     return [text.replace(" -", " \N{MINUS SIGN}") for text in texts]
 
 
@@ -170,7 +170,7 @@ def paired_figure(
     """
     size = (3.2, max(_ROW_PAIRED * len(pairs) + 0.5, 1.5))
     figure, (left, right) = figure_grid(2, 2, size, "Two studies side by side", ("", ""), share="none")
-    _draw_paired(left, [[_since(run, own) for run, own in zip(pair.runs, starts, strict=True)] for pair in pairs])
+    _draw_paired(left, [[_since(run, start) for run, start in zip(pair.runs, starts, strict=True)] for pair in pairs])
     _draw_paired(right, [[_latency(run) for run in pair.runs] for pair in pairs])
     left.set_xlabel("overall slip from the start of the slide [s]")
     right.set_xlabel("latency [ms]")

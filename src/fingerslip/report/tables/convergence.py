@@ -33,7 +33,7 @@ def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Tabl
         *(Column(f"± {setting.name}") for setting in SETTINGS),
         Column("converges"),
     )
-    rows = tuple(_row(one, _reason(key)) for key, one in quantities.items())
+    rows = tuple(_row(quantity, _reason(key)) for key, quantity in quantities.items())
     return Table(
         f"Numerical uncertainty, {title}",
         columns,
@@ -46,10 +46,10 @@ def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:
     """List every number at every level, one row each, for other programs."""
     names = ("run", "quantity", "unit", "setting", "size", "value")
     rows = tuple(
-        (run, key, one.unit, setting, size, value)
+        (run, key, quantity.unit, setting, size, value)
         for run, quantities in runs.items()
-        for key, one in quantities.items()
-        for setting, series in one.sources.items()
+        for key, quantity in quantities.items()
+        for setting, series in quantity.sources.items()
         for size, value in zip(series.sizes, series.values, strict=True)
     )
     return Table("Refinement", tuple(Column(name) for name in names), rows)

@@ -96,9 +96,9 @@ def _interval_rows(runs: Sequence[RunResult]) -> Iterator[tuple[Cell, ...]]:
             for time in TIMES if any(event.recorded for event in events) else ():
                 interval = interval_of([event.time(time) for event in events])
                 if is_defined(reading, time):
-                    found = f"{0 if interval is None else len(interval.values)} of {len(members)}"
+                    fault = f"{0 if interval is None else len(interval.values)} of {len(members)}"
                     name = f"{event_label(time)} ({words})"
-                    yield (group_text(group) or "all", name, *interval_cells(interval), found)
+                    yield (group_text(group) or "all", name, *interval_cells(interval), fault)
 
 
 def sensitivity_table(fit: Fit) -> Table:

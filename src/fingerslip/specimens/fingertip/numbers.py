@@ -51,8 +51,8 @@ class RidgeZone:
 
     def __post_init__(self) -> None:
         if self.end - self.start <= 2 * self.fade:
-            found = f"zone from {millimetres(self.start)} to {millimetres(self.end)} with fade {millimetres(self.fade)}"
-            raise InputError("", found, "needs end - start > 2 fade")
+            fault = f"zone from {millimetres(self.start)} to {millimetres(self.end)} with fade {millimetres(self.fade)}"
+            raise InputError("", fault, "needs end - start > 2 fade")
 
 
 @parameters
@@ -112,8 +112,8 @@ def _check_lengths(outline: SagittalOutline | TransverseOutline, *names: str) ->
     """Refuse what no finger has, before its outline is sampled every hundredth of a millimetre."""
     for name in names:
         if getattr(outline, name) > _LONGEST:
-            found, allowed = f"got {millimetres(getattr(outline, name))}", f"needs at most {millimetres(_LONGEST)}"
-            raise InputError(name, found, allowed, "write the unit with the number, as in 7 mm")
+            fault, allowed = f"got {millimetres(getattr(outline, name))}", f"needs at most {millimetres(_LONGEST)}"
+            raise InputError(name, fault, allowed, "write the unit with the number, as in 7 mm")
 
 
 @parameters
@@ -509,10 +509,10 @@ def _check_ridges(fingertip: FingertipNumbers) -> None:
             allowed = f"needs a value < {millimetres(room)}, above which the ridge pierces the dermis"
             raise InputError(f"ridges.{name}", f"got {millimetres(getattr(ridges, name))}", allowed)
     if ridges.mean_height >= layers.epidermis_thickness:
-        found = f"mean height {millimetres(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
+        fault = f"mean height {millimetres(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
         repair = "make them lower or the epidermis thicker, which between ridges is thinner by that height"
         raise InputError(
-            "ridges", found, f"needs < {millimetres(layers.epidermis_thickness)} (epidermis_thickness)", repair
+            "ridges", fault, f"needs < {millimetres(layers.epidermis_thickness)} (epidermis_thickness)", repair
         )
 
 

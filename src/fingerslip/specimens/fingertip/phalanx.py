@@ -109,9 +109,9 @@ def _check_sagittal(fingertip: FingertipNumbers, phalanx: SagittalPhalanx) -> No
         raise InputError("phalanx.sagittal.distal_end", f"got {millimetres(phalanx.distal_end)}", allowed)
     face = palmar_face(fingertip, np.linspace(start, phalanx.distal_end - radius, 500))
     if face.max() >= phalanx.dorsal_level - radius:
-        found = f"got {millimetres(phalanx.dorsal_level)}"
+        fault = f"got {millimetres(phalanx.dorsal_level)}"
         allowed = f"needs a value > {millimetres(face.max() + radius)}, above the palmar face"
-        raise InputError("phalanx.sagittal.dorsal_level", found, allowed)
+        raise InputError("phalanx.sagittal.dorsal_level", fault, allowed)
 
 
 def _transverse(fingertip: FingertipNumbers) -> Floats:
@@ -130,8 +130,8 @@ def _stretched(fingertip: FingertipNumbers, contour: Floats) -> Floats:
     """Stretch a transverse contour to the height of the sagittal one above the lowest point of the skin."""
     phalanx = fingertip.phalanx
     if phalanx.sagittal.distal_end <= phalanx.corner_radius:
-        found, allowed = f"got {millimetres(phalanx.sagittal.distal_end)}", "needs to reach beyond x = 0 in space"
-        raise InputError("phalanx.sagittal.distal_end", found, allowed)
+        fault, allowed = f"got {millimetres(phalanx.sagittal.distal_end)}", "needs to reach beyond x = 0 in space"
+        raise InputError("phalanx.sagittal.distal_end", fault, allowed)
     lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), phalanx.sagittal.dorsal_level
     palmar, dorsal = heights_in_the_middle(contour)
     height = lowest + (contour[:, 1] - palmar) * (highest - lowest) / (dorsal - palmar)
@@ -164,8 +164,8 @@ def _scaled(fingertip: FingertipNumbers) -> Floats:
     ring = _rounded_offset(curve, offset, fingertip.phalanx.corner_radius)
     contour = ring if curve.closed else _clipped(fingertip, ring)
     if len(contour) == 0:
-        found = f"got {millimetres(fingertip.phalanx.tissue_thickness)}"
-        raise InputError("phalanx.tissue_thickness", found, "needs a smaller value: nothing is left of the phalanx")
+        fault = f"got {millimetres(fingertip.phalanx.tissue_thickness)}"
+        raise InputError("phalanx.tissue_thickness", fault, "needs a smaller value: nothing is left of the phalanx")
     return contour
 
 
@@ -228,9 +228,9 @@ def _check_tissue(fingertip: FingertipNumbers, contour: Floats) -> None:
     needed = 0.1 * fingertip.layers.skin_thickness
     thinnest = int(thickness.argmin())
     if thickness[thinnest] < needed:
-        found = f"{millimetres(thickness[thinnest], 3)} of tissue at {coordinates(contour[thinnest], 3)}"
+        fault = f"{millimetres(thickness[thinnest], 3)} of tissue at {coordinates(contour[thinnest], 3)}"
         allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
-        raise InputError("phalanx", found, allowed, "make the skin thinner or the phalanx smaller")
+        raise InputError("phalanx", fault, allowed, "make the skin thinner or the phalanx smaller")
 
 
 def _depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
@@ -350,8 +350,8 @@ def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
     places = [-fingertip.sagittal.pad_length, widths.waist_position, 0.0, phalanx.sagittal.distal_end]
     known = [widths.base_half_width, widths.waist_half_width, phalanx.transverse.half_width, widths.end_half_width]
     if widths.end_half_width <= phalanx.corner_radius:
-        found, allowed = f"got {millimetres(widths.end_half_width)}", f"needs > {millimetres(phalanx.corner_radius)}"
-        raise InputError("solid.phalanx.end_half_width", found, f"{allowed} (phalanx.corner_radius)")
+        fault, allowed = f"got {millimetres(widths.end_half_width)}", f"needs > {millimetres(phalanx.corner_radius)}"
+        raise InputError("solid.phalanx.end_half_width", fault, f"{allowed} (phalanx.corner_radius)")
     half_width: Floats = PchipInterpolator(places, known)(x)
     return half_width
 
@@ -361,8 +361,8 @@ def _scaled_rows(fingertip: FingertipNumbers) -> _Rows:
     contour = phalanx_contour(dataclasses.replace(fingertip, section="sagittal"))
     first, last = float(contour[:, 0].min()), float(contour[:, 0].max())
     if not first < -fingertip.phalanx.corner_radius < fingertip.phalanx.corner_radius < last:
-        found = f"reaches from x = {millimetres(first)} to {millimetres(last)}"
-        raise InputError("phalanx", found, "needs to reach to both sides of x = 0", "write a smaller tissue_thickness")
+        fault = f"reaches from x = {millimetres(first)} to {millimetres(last)}"
+        raise InputError("phalanx", fault, "needs to reach to both sides of x = 0", "write a smaller tissue_thickness")
     x = _closing(first, last, reaches_cut(contour))
     low, high = _heights(contour, x)
     across = phalanx_contour(dataclasses.replace(fingertip, section="transverse"))
@@ -421,5 +421,5 @@ def _check_tissue_phalanx_surface(fingertip: FingertipNumbers, surface: Floats) 
     if thickness[thinnest] < needed:
         place = coordinates(points[thinnest], 3)
         allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
-        found = f"{millimetres(thickness[thinnest], 3)} of tissue at {place}"
-        raise InputError("phalanx", found, allowed, "make the skin thinner or the phalanx smaller")
+        fault = f"{millimetres(thickness[thinnest], 3)} of tissue at {place}"
+        raise InputError("phalanx", fault, allowed, "make the skin thinner or the phalanx smaller")

@@ -59,8 +59,8 @@ class TacTipNumbers:
 
 def _check_materials(sensor: TacTipNumbers) -> None:
     if set(sensor.materials) != set(REGIONS):
-        found = f"has {', '.join(sensor.materials) or 'nothing'}"
-        raise InputError("materials", found, f"needs {', '.join(REGIONS)}")
+        fault = f"has {', '.join(sensor.materials) or 'nothing'}"
+        raise InputError("materials", fault, f"needs {', '.join(REGIONS)}")
 
 
 def _check_skin(sensor: TacTipNumbers) -> None:
@@ -88,12 +88,12 @@ def _check_ends(sensor: TacTipNumbers) -> None:
     from scipy.spatial import cKDTree
 
     rods, places = sensor.rods, marker_places(sensor.markers)
-    found = f"markers {millimetres(sensor.marker_depth)} below the crowns"
+    fault = f"markers {millimetres(sensor.marker_depth)} below the crowns"
     if sensor.marker_depth >= sensor.dome.radius:
-        raise InputError("rods.length", found, f"needs < {millimetres(sensor.dome.radius)} (dome.radius)")
+        raise InputError("rods.length", fault, f"needs < {millimetres(sensor.dome.radius)} (dome.radius)")
     distance, height = placed(sensor.dome, places.along, np.full(len(places.along), sensor.marker_depth)).T
     if height.max() + rods.radius >= sensor.dome.height:
-        raise InputError("rods.length", found, "needs markers below the window", "make the rods shorter")
+        raise InputError("rods.length", fault, "needs markers below the window", "make the rods shorter")
     ends = np.column_stack([distance * np.cos(places.azimuth), height, distance * np.sin(places.azimuth)])
     nearest = float(cKDTree(ends).query(ends, k=2)[0][:, 1].min()) if len(ends) > 1 else np.inf
     if nearest <= _APART * 2.0 * rods.radius:
@@ -107,12 +107,12 @@ def _check_layout(sensor: TacTipNumbers) -> None:
     if not ridges.enabled:
         return
     if markers.layout != "rings":
-        found = "is hexagonal under concentric ridges"
+        fault = "is hexagonal under concentric ridges"
         allowed = "needs rings, as a rod begins in the crown of a ridge and a ridge is a ring"
-        raise InputError("markers.layout", found, allowed, "or take a smooth skin, skin: {ridges: {enabled: false}}")
+        raise InputError("markers.layout", fault, allowed, "or take a smooth skin, skin: {ridges: {enabled: false}}")
     if abs(markers.spacing - ridges.pitch) > 1e-9:
         allowed = f"needs {millimetres(ridges.pitch)} (skin.ridges.pitch), as a ridge has each ring"
         raise InputError("markers.spacing", f"got {millimetres(markers.spacing)}", allowed)
     if len(markers.rings) - 1 > ridges.number:
-        found = f"has {len(markers.rings) - 1} rings around the axis"
-        raise InputError("markers.rings", found, f"needs at most {ridges.number} (skin.ridges.number)")
+        fault = f"has {len(markers.rings) - 1} rings around the axis"
+        raise InputError("markers.rings", fault, f"needs at most {ridges.number} (skin.ridges.number)")

@@ -143,8 +143,8 @@ class Markers:
 
     def __post_init__(self) -> None:
         if not self.rings or self.rings[0] != 1 or any(count % 2 for count in self.rings[1:]):
-            found = f"got {', '.join(map(str, self.rings)) or 'none'}"
-            raise InputError("rings", found, "needs 1 on the axis and even numbers around it")
+            fault = f"got {', '.join(map(str, self.rings)) or 'none'}"
+            raise InputError("rings", fault, "needs 1 on the axis and even numbers around it")
 
 
 @parameters

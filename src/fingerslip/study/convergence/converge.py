@@ -167,16 +167,16 @@ def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
     numbers = {level: quantities(result) for level, result in others.items()}
     sizes = {level: _size(level, base, result) for level, result in others.items()}
     found = {}
-    for key, one in quantities(base).items():
+    for key, quantity in quantities(base).items():
         sources = {
             setting: Series(
                 setting,
                 (_size_in_use(setting, refined.run), *(sizes[level] for level in levels)),
-                (one.value, *(numbers[level][key].value for level in levels)),
+                (quantity.value, *(numbers[level][key].value for level in levels)),
             )
             for setting, levels in _by_setting(others).items()
         }
-        found[key] = Convergence(one.label, one.unit, one.value, sources)
+        found[key] = Convergence(quantity.label, quantity.unit, quantity.value, sources)
     return RunConvergence(name, plan.identities[name], found)
 
 
@@ -210,8 +210,8 @@ def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) 
             continue
         twin = hashes.setdefault(result.mesh_hash, level.label)
         if twin != level.label:
-            found = f"factor {level.value:g} gives the same mesh as {twin}"
-            raise InputError(f"{run.where}: converge.mesh", found, "needs factors with meshes of their own")
+            fault = f"factor {level.value:g} gives the same mesh as {twin}"
+            raise InputError(f"{run.where}: converge.mesh", fault, "needs factors with meshes of their own")
 
 
 def _write_pictures(result: StudyConvergence, runs: Sequence[RunConvergence]) -> None:

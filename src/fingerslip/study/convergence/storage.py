@@ -39,7 +39,7 @@ class RunConvergence:
 
 def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence]) -> None:
     """Write the convergence of the runs of a study into its results."""
-    values = {name: _run_mapping(found) for name, found in convergences.items()}
+    values = {name: _run_mapping(convergence) for name, convergence in convergences.items()}
     with writing(folder):
         (folder / FOLDER).mkdir(exist_ok=True)
     write_json(folder / FOLDER / _FILE, values)
@@ -67,15 +67,19 @@ def _warn(message: str) -> None:
 def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str, dict[str, float]]:
     """Return the known uncertainties of the runs with these inputs: run, then key, to the number [SI]."""
     return {
-        name: {key: one.uncertainty for key, one in found.quantities.items() if one.uncertainty is not None}
-        for name, found in read_convergences(folder, identities).items()
+        name: {
+            key: quantity.uncertainty
+            for key, quantity in convergence.quantities.items()
+            if quantity.uncertainty is not None
+        }
+        for name, convergence in read_convergences(folder, identities).items()
     }
 
 
 def _run_mapping(found: RunConvergence) -> dict[str, Any]:
     return {
         "identity": found.identity,
-        "quantities": {key: _quantity_mapping(one) for key, one in found.quantities.items()},
+        "quantities": {key: _quantity_mapping(quantity) for key, quantity in found.quantities.items()},
     }
 
 

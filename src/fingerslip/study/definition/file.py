@@ -34,8 +34,8 @@ def read_mapping(path: Path) -> dict[str, Any]:
     """Read a YAML file that holds one mapping."""
     content = copy.deepcopy(_document(_read_text(path), str(path)).content)
     if not isinstance(content, dict):
-        found = "is empty" if content is None else f"holds a {type(content).__name__}"
-        raise InputError(str(path), found, "needs 'key: value' lines")
+        fault = "is empty" if content is None else f"holds a {type(content).__name__}"
+        raise InputError(str(path), fault, "needs 'key: value' lines")
     return content
 
 
@@ -101,8 +101,8 @@ def read_with_base(path: Path) -> dict[str, Any]:
         base = _base_of(files[-1], mappings[-1].pop(BASE))
         if base in files:
             names = shortened(" -> ".join(file.name for file in (*files, base)))
-            found = f"leads back to {base.name} ({names})"
-            raise InputError(f"{files[-1]}: {BASE}", found, "needs a file without this one as base")
+            fault = f"leads back to {base.name} ({names})"
+            raise InputError(f"{files[-1]}: {BASE}", fault, "needs a file without this one as base")
         files.append(base)
         mappings.append(read_mapping(base))
     return functools.reduce(_merged, reversed(mappings))
@@ -111,8 +111,8 @@ def read_with_base(path: Path) -> dict[str, Any]:
 def _base_of(path: Path, name: object) -> Path:
     """Return the file of a base, which is in the folder of the study, as paths of mesh files are."""
     if not isinstance(name, str) or not name or Path(name).name != name:
-        found = f"got {shortened(repr(name))}"
-        raise InputError(f"{path}: {BASE}", found, "needs the name of a study file in the same folder", "copy it there")
+        fault = f"got {shortened(repr(name))}"
+        raise InputError(f"{path}: {BASE}", fault, "needs the name of a study file in the same folder", "copy it there")
     return path.with_name(name)
 
 

@@ -24,8 +24,8 @@ def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
     for path, deviation in scatter.items():
         known = _quantity(deviation)
         if known is None or not 0.0 < known[0] < math.inf:
-            found, allowed = f"got {shortened(repr(deviation))}", "needs a standard deviation above 0"
-            raise InputError(path, found, allowed, "write a number, or a quantity such as '0.1 mm'")
+            fault, allowed = f"got {shortened(repr(deviation))}", "needs a standard deviation above 0"
+            raise InputError(path, fault, allowed, "write a number, or a quantity such as '0.1 mm'")
     return scatter
 
 
@@ -74,8 +74,8 @@ def _drawn(path: str, value: Any, deviation: Any, draw: float) -> Any:
     known, spread = _quantity(value), _quantity(deviation)
     where = f"repeats.scatter.{path}"
     if known is None:
-        found = "is not known" if value is None else f"leads to {shortened(repr(value))}"
-        raise InputError(where, found, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
+        fault = "is not known" if value is None else f"leads to {shortened(repr(value))}"
+        raise InputError(where, fault, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
     if spread is None or spread[1] != known[1]:
         raise InputError(where, f"got {shortened(repr(deviation))}", f"needs a unit of [{known[1] or 'a pure number'}]")
     text = f"{known[0] + draw * spread[0]:.{_DIGITS}g}"

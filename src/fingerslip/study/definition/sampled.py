@@ -131,8 +131,8 @@ class SampleSettings:
         if path in self.ranges:
             raise InputError(f"choices.{path}", "has a range too", "needs a path of its own")
         if self.method == "morris" and len(values) > LEVELS:
-            found, allowed = f"has {len(values)} values", f"may have {LEVELS}, the levels of morris"
-            raise InputError(f"choices.{path}", found, allowed, "use saltelli, or leave some out")
+            fault, allowed = f"has {len(values)} values", f"may have {LEVELS}, the levels of morris"
+            raise InputError(f"choices.{path}", fault, allowed, "use saltelli, or leave some out")
 
     @property
     def paths(self) -> tuple[str, ...]:

@@ -159,13 +159,13 @@ class ContactSettings:
         if self.friction_coefficient is not None and self.friction is not None:
             raise InputError("friction", "is given with friction_coefficient", "needs one of the two")
         if self.counterface is not None and (self.offset is not None or self.normal != _UPWARDS):
-            found = "is given with normal or offset"
-            raise InputError("counterface", found, "needs them inside it", "move them into counterface")
+            fault = "is given with normal or offset"
+            raise InputError("counterface", fault, "needs them inside it", "move them into counterface")
         if self.counterface is None:
             _check_plane(self)
         if self.clearance > 0.0 and _start_is_given(self.rigid_counterface):
-            found, repair = "is given with offset or centre", "leave out one of them"
-            raise InputError("clearance", found, "needs a counterface without a given start", repair)
+            fault, repair = "is given with offset or centre", "leave out one of them"
+            raise InputError("clearance", fault, "needs a counterface without a given start", repair)
 
     @property
     def law(self) -> FrictionLaw:
@@ -320,8 +320,8 @@ class RefinementSettings:
         for name in ("mesh", "step", "penalty"):
             factors = getattr(self, name)
             if factors and len({1.0, *factors}) != 3:
-                found = f"has {', '.join(f'{factor:g}' for factor in factors)}"
-                raise InputError(name, found, "needs two different factors beside 1, or none", "write [0.6667, 0.5]")
+                fault = f"has {', '.join(f'{factor:g}' for factor in factors)}"
+                raise InputError(name, fault, "needs two different factors beside 1, or none", "write [0.6667, 0.5]")
 
 
 _ALPHA = -0.05

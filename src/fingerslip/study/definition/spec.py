@@ -100,8 +100,8 @@ def _contact_of_a_programme(
     contact: ContactSettings | None, contacts: tuple[ContactSettings, ...], programme: tuple[Phase, ...]
 ) -> None:
     if programme and contact is None and not contacts:
-        found, repair = "is missing, and the programme moves the plate", "write contact: {friction_coefficient: 0.6}"
-        raise InputError("contact", found, "needs a contact", f"{repair}, or time: {{end: ...}} for programme")
+        fault, repair = "is missing, and the programme moves the plate", "write contact: {friction_coefficient: 0.6}"
+        raise InputError("contact", fault, "needs a contact", f"{repair}, or time: {{end: ...}} for programme")
 
 
 def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: SampleSettings | None) -> None:
@@ -183,8 +183,8 @@ def _check_body(name: str, value: object, specimen: str | None, mesh: MeshSettin
 def _check_no_sites(name: str, specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
     """Refuse sites that only a specimen has."""
     if specimen is None and not mesh.needs_specimen and getattr(record, name):
-        found, repair = f"is given without a {_KINDS}", "name points in record.sites"
-        raise InputError(f"record.{name}", found, f"needs a {_KINDS}", repair)
+        fault, repair = f"is given without a {_KINDS}", "name points in record.sites"
+        raise InputError(f"record.{name}", fault, f"needs a {_KINDS}", repair)
 
 
 #: The fields of a study that do not belong to a single run.

@@ -38,8 +38,8 @@ def _check_values(path: str, values: Sequence[Any], sweep: Mapping[str, Any]) ->
     own = swept_together(path)
     for number, value in enumerate(values if len(own) > 1 else ()):
         if not isinstance(value, list | tuple) or len(value) != len(own):
-            found, needed = f"got {value!r}", f"needs a list of {len(own)} values, one for each path"
-            raise InputError(joined(path, str(number)), found, needed)
+            fault, needed = f"got {value!r}", f"needs a list of {len(own)} values, one for each path"
+            raise InputError(joined(path, str(number)), fault, needed)
     others = [other for key in sweep for other in swept_together(key) if key != path or len(own) > 1]
     for one in own:
         inside = next((other for other in others if one != other and is_below(one, other)), None)

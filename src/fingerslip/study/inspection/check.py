@@ -77,7 +77,7 @@ def _bytes(jobs: Sequence[Job]) -> float:
     """Estimate the memory of a process that computes jobs together [bytes]."""
     model = jobs[0].model
     known = checked(model)
-    candidates = sum(len(own.nodes) for own in known.candidates)
+    candidates = sum(len(candidate.nodes) for candidate in known.candidates)
     records = sum(record_bytes(job.model, known.space.n_dofs // known.space.dim, candidates) for job in jobs)
     return process_bytes(known.space.n_dofs, records, known.space.dim)
 

@@ -124,7 +124,7 @@ def _study_subject(study: StudyResult, choice: FigureChoice) -> StudySubject:
         histories={title: read_history(study.folder / run.name / HISTORY) for title, run in drawn.items()},
         events={title: run.events for title, run in drawn.items()},
         reference=dataclasses.replace(references[0], values=values) if references else None,
-        starts={name: own[0][0] for name, own in slides.items() if own},
+        starts={name: slide[0][0] for name, slide in slides.items() if slide},
         path=choice.path or (paths[0] if paths else ""),
     )
 
@@ -154,7 +154,7 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     result, history = read_stored_run(folder), read_history(folder / HISTORY)
     opened = {"cut": "z", "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
     options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
-    times = tuple(time_of_run(history, given, "figure: --time") for given in choice.times)
+    times = tuple(time_of_run(history, time, "figure: --time") for time in choice.times)
     return RunSubject(history, result.events, options, times)
 
 

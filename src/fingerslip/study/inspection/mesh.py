@@ -39,10 +39,10 @@ def _mesh_of_preset(name: str) -> InspectedMesh:
     if name not in names:
         near = difflib.get_close_matches(name, names, n=1)
         repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
-        found, allowed = (
+        fault, allowed = (
             "is neither a preset nor a study file",
             "needs the name of a preset or the path of a study (.yaml)",
         )
-        raise InputError(f"mesh {name}", found, allowed, repair)
+        raise InputError(f"mesh {name}", fault, allowed, repair)
     specimen: Specimen = presets_of(name).read(name)
     return specimen.default_mesh.inspect(specimen)

@@ -40,7 +40,7 @@ def _saves(models: Sequence[Model]) -> bool:
     if any(_needs_mesh(model) for model in models):
         return False
     known = checked(models[0])
-    nodes = {node for own in known.candidates for node in own.nodes.tolist()}
+    nodes = {node for candidate in known.candidates for node in candidate.nodes.tolist()}
     # The first of several motions with a matrix may try out how many vibrations they need, and is then computed again.
     first = first_alike(models, same_matrix)
     steps = sum(

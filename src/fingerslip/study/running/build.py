@@ -178,14 +178,16 @@ def _check_extent(mesh: Any, run: Run) -> None:
     largest = body if run.specimen is None else run.specimen.largest_extent
     if run.study.mesh.assumes_metres and extent > largest:
         beside = f"a {kind}" if kind else f"a body that is touched over {millimetres(travel)}"
-        found = f"the body is {extent:.4g} m large, too large for {beside}"
+        fault = f"the body is {extent:.4g} m large, too large for {beside}"
         repair = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
-        raise InputError("mesh.file", found, "needs coordinates in metres", repair)
+        raise InputError("mesh.file", fault, "needs coordinates in metres", repair)
 
 
 def _longest_travel(study: Study) -> float:
     """Return the longest travel of a phase [m]; 0 where no counterface moves."""
-    programmes = [one.programme or () for one in study.all_contacts] + [one.programme for one in study.bodies.values()]
+    programmes = [contact.programme or () for contact in study.all_contacts] + [
+        body.programme for body in study.bodies.values()
+    ]
     own = [entry for programme in programmes for entry in programme]
     return max(map(phase_travel, _phases((*study.programme, *own))), default=0.0)
 

@@ -159,8 +159,8 @@ def _connected(address: str) -> Iterator[Any]:
     try:
         client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
-        found = f"nothing answers at '{address}' ({type(error).__name__})"
-        raise InputError("scheduler", found, allowed) from None
+        fault = f"nothing answers at '{address}' ({type(error).__name__})"
+        raise InputError("scheduler", fault, allowed) from None
     # What goes wrong is said here; Dask's log adds tracebacks.
     with distributed.utils.silence_logging_cmgr(logging.CRITICAL), client:
         try:

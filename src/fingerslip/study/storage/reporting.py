@@ -130,7 +130,8 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
         histories=histories,
         meshes={name: _mesh(study, name) for name in meshed},
         pictures={
-            name: own if name in first else dataclasses.replace(own, model=None) for name, own in pictures.items()
+            name: picture if name in first else dataclasses.replace(picture, model=None)
+            for name, picture in pictures.items()
         },
         references=tuple(published(name) for name in study.compare),
         values=value_rows(specified, manifest.get("given") or None),
@@ -149,14 +150,14 @@ def _representatives(study: StudyResult, starts: Mapping[str, float]) -> dict[st
         return {}
     from fingerslip.report.page.samples import representatives
 
-    names = [one.run.name for one in representatives(study, starts)]
+    names = [representative.run.name for representative in representatives(study, starts)]
     return {name: read_history(study.folder / name / HISTORY) for name in names}
 
 
 def slide_starts(study: StudyResult) -> dict[str, float]:
     """Return when the slide of each run begins [s]; runs in which nothing slides are left out."""
     slides = {run.name: stored_phases(study.folder / run.name / HISTORY, "slide") for run in study.runs}
-    return {name: own[0][0] for name, own in slides.items() if own}
+    return {name: slide[0][0] for name, slide in slides.items() if slide}
 
 
 _MINUTE = "%Y-%m-%d %H:%M %Z"  # of any time zone, those that datetime refuses too

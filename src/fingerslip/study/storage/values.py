@@ -113,14 +113,16 @@ def _specimen_rows(run: Specified, specimen: Specimen, given: Collection[str] | 
         if reason := _why_unused(leaf.path, run.study, specimen):
             yield _row(f"{kind}.{leaf.path}", _text(leaf.value, leaf.unit), NOT_USED, reason)
             continue
-        own = next((own for path, own in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
+        own = next((origin for path, origin in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
         yield _row_of(kind, leaf, own, given)
 
 
 def _named_materials(values: Mapping[str, Any]) -> Mapping[str, str]:
     """Return the names of materials that ship from which those of a specimen start, by their paths in it."""
     materials = values.get("materials") or {}
-    named = {name: own for name, own in materials.items() if isinstance(own, Mapping) and PRESET in own}
+    named = {
+        name: material for name, material in materials.items() if isinstance(material, Mapping) and PRESET in material
+    }
     return {f"materials.{name}": str(own[PRESET]) for name, own in named.items()}
 
 

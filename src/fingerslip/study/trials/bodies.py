@@ -80,8 +80,8 @@ def _one_body(runs: Sequence[Run], settings: TrialSettings) -> tuple[str, Run, f
     deepest = max(map(_press, runs))
     keys = {body_key(run, settings, deepest): run for run in runs}
     if len(keys) > 1:
-        found = f"have {len(keys)} different sensors or meshes"
-        raise InputError("sweep, sample", found, "needs one in all trials of a data set", "make a study for each")
+        fault = f"have {len(keys)} different sensors or meshes"
+        raise InputError("sweep, sample", fault, "needs one in all trials of a data set", "make a study for each")
     ((key, run),) = keys.items()
     return key, run, deepest
 
@@ -141,5 +141,5 @@ def _twin(half: MarkerPlaces, ring: int, azimuth: float, turn: float) -> tuple[i
         row = int(np.argmin(beside))
         if beside[row] < _ROUNDING:
             return row, mirrored
-    found = f"turns ring {ring} by {np.degrees(turn):.4g} degrees to other places"
-    raise InputError("trials.directions", found, "needs a layout that such a turn leaves as it is", "take fewer")
+    fault = f"turns ring {ring} by {np.degrees(turn):.4g} degrees to other places"
+    raise InputError("trials.directions", fault, "needs a layout that such a turn leaves as it is", "take fewer")

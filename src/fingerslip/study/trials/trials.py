@@ -101,11 +101,11 @@ def _check(plan: TrialPlan, settings: TrialSettings) -> None:
     _, hold, _ = _phases(plan)
     plate = plate_of(plan.run.study)
     if plate is not None and set(plate.free) - {"x"}:
-        found, name = f"is {', '.join(plate.free)}", plan.run.study.all_contacts[0].rigid_body
-        raise InputError(f"bodies.{name}.free", found, "needs x, as the half of the sensor is mirrored at z = 0")
+        fault, name = f"is {', '.join(plate.free)}", plan.run.study.all_contacts[0].rigid_body
+        raise InputError(f"bodies.{name}.free", fault, "needs x, as the half of the sensor is mirrored at z = 0")
     if settings.rest > hold.duration:
-        found = f"films {settings.rest:g} s of rest"
-        raise InputError("trials.rest", found, f"needs at most the hold, {hold.duration:g} s")
+        fault = f"films {settings.rest:g} s of rest"
+        raise InputError("trials.rest", fault, f"needs at most the hold, {hold.duration:g} s")
 
 
 def _falls(plan: TrialPlan) -> bool:

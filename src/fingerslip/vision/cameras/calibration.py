@@ -71,10 +71,10 @@ def read_calibration(path: str | Path, *, model: str | None = None, size: tuple[
     where = str(path)
     matrix = _array(values, _MATRIX, where)
     if matrix is None or matrix.shape != (3, 3):
-        found = (
+        fault = (
             f"has the keys {', '.join(values)}" if matrix is None else f"has a camera matrix of shape {matrix.shape}"
         )
-        raise InputError(where, shortened(found), "needs camera_matrix with 3 x 3 numbers")
+        raise InputError(where, shortened(fault), "needs camera_matrix with 3 x 3 numbers")
     if matrix[0, 1] != 0 or not np.array_equal(matrix[[1, 2, 2, 2], [0, 0, 1, 2]], [0, 0, 0, 1]):
         raise InputError(f"{where}: camera_matrix", "has a skew or another scale", "needs fx 0 cx, 0 fy cy, 0 0 1")
     distortion = _array(values, _DISTORTION, where)

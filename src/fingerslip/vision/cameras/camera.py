@@ -57,8 +57,8 @@ class Pose:
         """Check that the directions differ."""
         axis = np.subtract(self.target, self.position)
         if not np.linalg.norm(np.cross(axis, self.up)) > _ROUNDING * np.linalg.norm(axis) * np.linalg.norm(self.up):
-            found = f"got a camera that looks along {tuple(axis.tolist())}, with {self.up} up"
-            raise InputError("pose", found, "needs a target that is not the position, and another direction up")
+            fault = f"got a camera that looks along {tuple(axis.tolist())}, with {self.up} up"
+            raise InputError("pose", fault, "needs a target that is not the position, and another direction up")
 
     @property
     def rotation(self) -> Floats:

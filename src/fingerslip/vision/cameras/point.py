@@ -135,8 +135,8 @@ class CameraPair:
         """Check that both take the same frames, each of its own markers."""
         rates = self.internal.frame_rate, self.external.frame_rate
         if rates[0] != rates[1]:
-            found = f"got {rates[0]:g} and {rates[1]:g} frames a second"
-            raise InputError("cameras: frame_rate", found, "needs one rate of both cameras")
+            fault = f"got {rates[0]:g} and {rates[1]:g} frames a second"
+            raise InputError("cameras: frame_rate", fault, "needs one rate of both cameras")
         for kind in ("internal", "external"):
             sees = getattr(self, kind).sees
             if sees != kind:

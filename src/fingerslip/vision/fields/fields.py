@@ -57,8 +57,8 @@ def window_frames(times: Floats, smoothing: float) -> int:
     step = float(np.median(np.diff(times))) if times.size > 1 else np.inf
     frames = 2 * max(round(0.5 * smoothing / step), _DEGREE) + 1
     if frames > times.size:
-        found = f"{times.size} frames, and the smoothing time spans {frames}"
-        raise InputError("tracks: time", f"has {found}", "needs as many frames", "give a shorter smoothing time")
+        fault = f"{times.size} frames, and the smoothing time spans {frames}"
+        raise InputError("tracks: time", f"has {fault}", "needs as many frames", "give a shorter smoothing time")
     return frames
 
 

@@ -190,7 +190,10 @@ def _normalised(profiles: Floats, window: Floats) -> Floats:
     """Return profiles from 1 in the centre to 0 at the edge, half of each what all have in common."""
     samples = _SOFT * (profiles.shape[1] - 1) / window
     filled = np.array(
-        [gaussian_filter1d(_filled(one), width, mode="nearest") for one, width in zip(profiles, samples, strict=True)]
+        [
+            gaussian_filter1d(_filled(profile), width, mode="nearest")
+            for profile, width in zip(profiles, samples, strict=True)
+        ]
     )
     outside = filled[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
     height = filled[:, :_CENTRE].mean(axis=1, keepdims=True) - outside

@@ -63,7 +63,7 @@ def find_blobs(
     Arrays: image (height, width); mask (height, width).
     """
     relative = _relative(image)
-    found = [_settled(*one, n_markers) for one in _answers(relative, mask, bright)]
+    found = [_settled(*answer, n_markers) for answer in _answers(relative, mask, bright)]
     usable = [(merit, blobs) for merit, blobs in found if blobs is not None]
     return max(usable, key=lambda pair: pair[0])[1] if usable else None
 

@@ -65,9 +65,9 @@ def _with_gap(sensor: TacTipNumbers, refused: MeshError) -> MeshError:
     inside = skin.ridges.bend_radius - 0.5 * skin.thickness
     if not (skin.ridges.enabled and 0.0 < inside - radius < _SLIVER * skin.thickness):
         return refused
-    found = f"got {millimetres(radius)}, which leaves a sliver of gel inside a ridge, with a {refused.where}"
+    fault = f"got {millimetres(radius)}, which leaves a sliver of gel inside a ridge, with a {refused.where}"
     thin = millimetres(inside - _SLIVER * skin.thickness)
-    return MeshError("tactip.rods.radius", found, f"needs at least {millimetres(inside)}, or at most {thin}")
+    return MeshError("tactip.rods.radius", fault, f"needs at least {millimetres(inside)}, or at most {thin}")
 
 
 def _meshed(sensor: TacTipNumbers, sizes: SensorSizes, at_rods: float, element: str) -> skfem.Mesh2D:

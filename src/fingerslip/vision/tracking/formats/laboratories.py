@@ -153,8 +153,8 @@ def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -
     """
     counts = sorted({len(markers) for markers in data.markers})
     if len(counts) != 1:
-        found = f"has {' or '.join(map(str, counts))} markers in an image" if counts else "has no processed markers"
-        raise InputError(str(data.folder), found, "tracks need the same ones in all", "track its images")
+        fault = f"has {' or '.join(map(str, counts))} markers in an image" if counts else "has no processed markers"
+        raise InputError(str(data.folder), fault, "tracks need the same ones in all", "track its images")
     position = np.stack(data.markers) * np.array(size, dtype=np.float64)
     attributes = {
         "source": str(data.folder),
@@ -198,8 +198,8 @@ def write_bristol(
     check_empty(Path(folder))
     width, height = (tracks.attrs.get(f"image_{name}") for name in ("width", "height"))
     if tracks["position"].attrs["units"] != "px" or width is None or height is None:
-        found = f"is in {tracks['position'].attrs['units']}, in an image of {width} x {height} px"
-        raise InputError("tracks: position", found, "needs pixels and the attributes image_width and image_height")
+        fault = f"is in {tracks['position'].attrs['units']}, in an image of {width} x {height} px"
+        raise InputError("tracks: position", fault, "needs pixels and the attributes image_width and image_height")
     shares = tracks["position"].values / (float(width), float(height))
     names = [f"image_{number}.png" for number in range(len(shares))]
     plain = {

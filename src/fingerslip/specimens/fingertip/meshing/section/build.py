@@ -288,10 +288,10 @@ def _contact_spacing(fingertip: FingertipNumbers, sizes: ElementSizes) -> float:
 def _check_resolved(name: str, pitch: float, contact_size: float) -> None:
     # Refining silently would turn a mesh study into a series of equal meshes, so coarse sizes are refused.
     if contact_size > pitch / 3:
-        found = f"got {millimetres(contact_size)}"
+        fault = f"got {millimetres(contact_size)}"
         allowed = f"needs <= {millimetres(pitch / 3)}, a third of {name}.pitch"
         repair = f"write '{millimetres(pitch / 4)}' or switch the {name} off"
-        raise InputError("mesh.contact_size", found, allowed, repair)
+        raise InputError("mesh.contact_size", fault, allowed, repair)
 
 
 def row_counts(fingertip: FingertipNumbers, spacing: float) -> tuple[int, int]:
@@ -305,9 +305,9 @@ def row_counts(fingertip: FingertipNumbers, spacing: float) -> tuple[int, int]:
 def _check_zone(fingertip: FingertipNumbers, limits: tuple[float, float]) -> None:
     zone, place = fingertip.zone, f"{fingertip.section}.zone"
     if not limits[0] <= zone.start < zone.end <= limits[1]:
-        found = f"reaches from {millimetres(zone.start)} to {millimetres(zone.end)}"
+        fault = f"reaches from {millimetres(zone.start)} to {millimetres(zone.end)}"
         allowed = f"needs to lie within {millimetres(limits[0])} to {millimetres(limits[1])}, the skin of the section"
-        raise InputError(place, found, allowed)
+        raise InputError(place, fault, allowed)
 
 
 def _contact_range(curve: Curve, reach: float, limits: tuple[float, float]) -> tuple[float, float]:

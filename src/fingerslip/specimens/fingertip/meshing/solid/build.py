@@ -197,9 +197,9 @@ def check_skin_fits(fingertip: FingertipNumbers) -> None:
     thinnest = int(depth.argmin())
     if depth[thinnest] < 0.98 * thickness:
         place = coordinates(skin[thinnest], 3)
-        found = f"got {millimetres(thickness)}"
+        fault = f"got {millimetres(thickness)}"
         allowed = f"needs a smaller value: layers would cross below the skin at {place}, which bends too sharply"
-        raise InputError("layers.skin_thickness", found, allowed, "make the skin thinner or the finger rounder")
+        raise InputError("layers.skin_thickness", fault, allowed, "make the skin thinner or the finger rounder")
 
 
 def graded_sizes(points: Floats, contact: Floats, contact_size: float, largest: Floats | float) -> Floats:
@@ -259,9 +259,9 @@ def _inside(height: Floats, reach: float) -> Floats:
 def _check_relief(fingertip: FingertipNumbers, sizes: ElementSizes) -> None:
     fingerprint = fingertip.fingerprint
     if fingerprint.enabled and sizes.contact_size > fingerprint.pitch / 4:
-        found, allowed = f"got {millimetres(sizes.contact_size)}", f"needs <= {millimetres(fingerprint.pitch / 4)}"
+        fault, allowed = f"got {millimetres(sizes.contact_size)}", f"needs <= {millimetres(fingerprint.pitch / 4)}"
         repair = "write a smaller one or switch the fingerprint off"
-        raise InputError("mesh.contact_size", found, f"{allowed}, a quarter of fingerprint.pitch", repair)
+        raise InputError("mesh.contact_size", fault, f"{allowed}, a quarter of fingerprint.pitch", repair)
 
 
 def _levels(fingertip: FingertipNumbers, sizes: ElementSizes) -> Floats:
@@ -281,9 +281,9 @@ def _check_rows(stops: list[float], sizes: ElementSizes) -> None:
     """Refuse borders of layers so close to each other that the cells between would be flat."""
     thinnest, least = float(np.diff(stops).min()), sizes.contact_size / 5
     if thinnest < least:
-        found = f"has borders {millimetres(thinnest, 3)} apart (epidermis, skin, nail)"
+        fault = f"has borders {millimetres(thinnest, 3)} apart (epidermis, skin, nail)"
         allowed = f"needs >= {millimetres(least, 3)}, a fifth of mesh.contact_size, or equal depths"
-        raise InputError("layers", found, allowed, "write a smaller contact_size or change the thickness")
+        raise InputError("layers", fault, allowed, "write a smaller contact_size or change the thickness")
 
 
 def _row(fingertip: FingertipNumbers, skin: Floats, level: float, relief: Floats) -> Floats:
