@@ -26,10 +26,10 @@ def digest(*parts: Any) -> str:
     >>> digest({"a": 1, "b": [2, 3]}) == digest({"b": [2, 3], "a": 1})
     True
     """
-    found = hashlib.sha256()
+    checksum = hashlib.sha256()
     for part in parts:
-        found.update(_content(part))
-    return found.hexdigest()
+        checksum.update(_content(part))
+    return checksum.hexdigest()
 
 
 def file_digest(path: Path) -> str:

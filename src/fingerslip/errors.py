@@ -73,7 +73,7 @@ class InputError(FingerslipError, ValueError):
         """Every mistake, each an error of its own; of a single mistake the error itself."""
         return (self,)
 
-    def moved(self, place: Callable[[str], str], line: int | None = None) -> InputError:
+    def moved(self, position: Callable[[str], str], line: int | None = None) -> InputError:
         """Return the error, of the same kind, at another location.
 
         Parameters
@@ -83,7 +83,7 @@ class InputError(FingerslipError, ValueError):
         line : int, optional
             Line of the file; that of this error where it is not given.
         """
-        return type(self)(place(self.where), self.found, self.allowed, self.repair, line or self.line)
+        return type(self)(position(self.where), self.found, self.allowed, self.repair, line or self.line)
 
     def __str__(self) -> str:
         text = f"{self.where}: {self.found}, {self.allowed}" if self.where else f"{self.found}, {self.allowed}"
@@ -105,12 +105,12 @@ class InputErrors(InputError):  # noqa: N818  it holds several
         """Every mistake, each an error of its own."""
         return self._all
 
-    def moved(self, place: Callable[[str], str], line: int | None = None) -> InputError:
+    def moved(self, position: Callable[[str], str], line: int | None = None) -> InputError:
         """Return the mistakes at other locations; see :meth:`InputError.moved`."""
-        return InputErrors([one.moved(place, line) for one in self._all])
+        return InputErrors([error.moved(position, line) for error in self._all])
 
     def __str__(self) -> str:
-        return "\n".join(str(one) for one in self._all)
+        return "\n".join(str(error) for error in self._all)
 
 
 class Mistakes:
@@ -127,8 +127,8 @@ class Mistakes:
     ['x.yaml: depth', 'x.yaml: title']
     """
 
-    def __init__(self, found: Iterable[InputError] = ()) -> None:
-        self.found = list(found)
+    def __init__(self, result: Iterable[InputError] = ()) -> None:
+        self.found = list(result)
 
     @contextlib.contextmanager
     def collected(self) -> Iterator[None]:
@@ -227,8 +227,8 @@ class InvertedCellError(FingerslipError):
         super().__init__(cell, position)
 
     def __str__(self) -> str:
-        place = ", ".join(f"{1e3 * value:.6g}" for value in self.position)
-        return f"cell {self.cell} at ({place}) mm is turned inside out"
+        coordinates = ", ".join(f"{1e3 * value:.6g}" for value in self.position)
+        return f"cell {self.cell} at ({coordinates}) mm is turned inside out"
 
 
 class ResultError(FingerslipError):
@@ -259,9 +259,9 @@ class TruncatedVideoError(FingerslipError):
         Number of frames that the video should have.
     """
 
-    def __init__(self, file: str, found: int, said: int) -> None:
-        self.file, self.found, self.said = file, found, said
-        super().__init__(file, found, said)
+    def __init__(self, file: str, result: int, said: int) -> None:
+        self.file, self.found, self.said = file, result, said
+        super().__init__(file, result, said)
 
     def __str__(self) -> str:
         return f"{self.file}: ends after {self.found} of {self.said} frames; copy or record it again"

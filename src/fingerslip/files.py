@@ -99,8 +99,8 @@ def new_files(final: Path) -> Iterator[Path]:
     with _partial(final) as partial, writing(final):
         partial.mkdir()
         yield partial / final.name
-        for made in sorted(partial.iterdir(), key=lambda path: path.name == final.name):
-            made.replace(final.with_name(made.name))
+        for file in sorted(partial.iterdir(), key=lambda path: path.name == final.name):
+            file.replace(final.with_name(file.name))
 
 
 @contextlib.contextmanager
@@ -256,8 +256,8 @@ def read_json(path: Path, repair: str) -> dict[str, Any]:
         raise DamagedError(str(path), "has no checksum: it is damaged or of an earlier version", repair)
     if checksum != digest(values):
         raise DamagedError(str(path), "is damaged: its checksum is another", repair)
-    found: dict[str, Any] = values
-    return found
+    mapping: dict[str, Any] = values
+    return mapping
 
 
 def clean_stale(folder: Path, name: str | None = None) -> None:

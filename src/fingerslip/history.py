@@ -169,8 +169,8 @@ def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr
 
     def labelled(table: Mapping[str, Variable]) -> dict[str, xr.Variable]:
         return {
-            name: xr.Variable(known.dims, values[name], {"units": known.units, "long_name": known.long_name})
-            for name, known in table.items()
+            name: xr.Variable(variable.dims, values[name], {"units": variable.units, "long_name": variable.long_name})
+            for name, variable in table.items()
             if name in values
         }
 
@@ -243,9 +243,9 @@ def read_history(path: str | Path) -> xr.Dataset:
 def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:
     """Return start and end [s] of every phase of one kind."""
     # Without the coordinates that come with an array of a dataset, which is asked for them many times.
-    known = history.variables
-    chosen = np.flatnonzero(known["phase_kind"].values == kind)
-    starts, ends = known["phase_start"].values, known["phase_end"].values
+    variables = history.variables
+    chosen = np.flatnonzero(variables["phase_kind"].values == kind)
+    starts, ends = variables["phase_start"].values, variables["phase_end"].values
     return [(float(starts[i]), float(ends[i])) for i in chosen]
 
 
@@ -279,8 +279,10 @@ def sites_of_kinds(history: xr.Dataset, kinds: Sequence[str]) -> NDArray[np.intp
 
 def site_rows(history: xr.Dataset, names: Sequence[str]) -> NDArray[np.intp]:
     """Return the rows of recorded sites by name, shape (n_names,)."""
-    known = {str(name): row for row, name in enumerate(history["site"].values)} if "site" in history.coords else {}
-    return np.array([known[name] for name in names], dtype=np.intp)
+    row_of_site = (
+        {str(name): row for row, name in enumerate(history["site"].values)} if "site" in history.coords else {}
+    )
+    return np.array([row_of_site[name] for name in names], dtype=np.intp)
 
 
 def nearest_record(history: xr.Dataset, time: float) -> int:
@@ -297,8 +299,8 @@ def nearest_snapshot(history: xr.Dataset, time: float | None = None) -> int:
 def full_tensors(components: xr.DataArray) -> NDArray[np.float64]:
     """Return symmetric tensors, shape (..., 3, 3), from their components over the last dimension `stress_component`."""
     values = components.values
-    found = np.zeros((*values.shape[:-1], 3, 3))
+    tensors = np.zeros((*values.shape[:-1], 3, 3))
     for column, name in enumerate(components["stress_component"].values):
         row, other = ("xyz".index(axis) for axis in str(name))
-        found[..., row, other] = found[..., other, row] = values[..., column]
-    return found
+        tensors[..., row, other] = tensors[..., other, row] = values[..., column]
+    return tensors

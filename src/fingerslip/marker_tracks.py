@@ -113,9 +113,11 @@ def _azimuth(rest: Floats) -> Floats:
 
 def _feet(history: xr.Dataset, names: NDArray[np.str_]) -> Rows:
     """Return the row of the rod foot that belongs to each marker; -1 where there is none."""
-    own = {str(history["site"].values[row])[len("rod-foot") :]: row for row in sites_of_kinds(history, [ROD_FOOT])}
-    found = [own.get(name.removeprefix("internal-marker"), -1) for name in names]
-    return np.array(found, dtype=np.intp)
+    row_of_foot = {
+        str(history["site"].values[row])[len("rod-foot") :]: row for row in sites_of_kinds(history, [ROD_FOOT])
+    }
+    rows = [row_of_foot.get(name.removeprefix("internal-marker"), -1) for name in names]
+    return np.array(rows, dtype=np.intp)
 
 
 def _directions(history: xr.Dataset, tracks: xr.Dataset, feet: Rows) -> xr.Variable:

@@ -73,11 +73,11 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
     import xarray as xr
 
     with h5py.File(path, "r") as file:
-        places = {name: place for name, place in file.items() if not _is_no_variable(place)}
-        stored = {name: _stored(file, name, place) for name, place in places.items()}
+        places = {name: item for name, item in file.items() if not _is_no_variable(item)}
+        stored = {name: _stored(file, name, item) for name, item in places.items()}
         attributes = _described(file)
-    variables, kept, coordinates = xr.conventions.decode_cf_variables(stored, attributes, decode_times=False)
-    return xr.Dataset(variables, attrs=kept).set_coords(coordinates).load()
+    variables, selected, coordinates = xr.conventions.decode_cf_variables(stored, attributes, decode_times=False)
+    return xr.Dataset(variables, attrs=selected).set_coords(coordinates).load()
 
 
 @dataclass(frozen=True)
@@ -116,12 +116,12 @@ def _empty_file(pickled: bytes) -> bytes:
 
     outlines, sizes = pickle.loads(pickled)
     with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
-        made = {outline.name: _made(file, outline) for outline in outlines}
-        scales = _scales(file, sizes, made)
-        for own in outlines:
-            if own.name not in scales:
-                for axis, dimension in enumerate(own.dims):
-                    made[own.name].dims[axis].attach_scale(scales[dimension])
+        datasets = {outline.name: _made(file, outline) for outline in outlines}
+        scales = _scales(file, sizes, datasets)
+        for element in outlines:
+            if element.name not in scales:
+                for axis, dimension in enumerate(element.dims):
+                    datasets[element.name].dims[axis].attach_scale(scales[dimension])
         file.flush()
         image: bytes = file.id.get_file_image()
     return image
@@ -136,23 +136,23 @@ def _made(file: Any, outline: _Outline) -> Any:
     if 0 in outline.shape:
         # A dimension without length is one that may grow.
         options |= {"maxshape": tuple(size or None for size in outline.shape), "chunks": True}
-    made = file.create_dataset(outline.name, outline.shape, dtype, track_order=True, **options)
-    _describe(made, outline.attributes)
+    dataset = file.create_dataset(outline.name, outline.shape, dtype, track_order=True, **options)
+    _describe(dataset, outline.attributes)
     if outline.text is not None:
-        made[...] = outline.text.astype(dtype)
-    return made
+        dataset[...] = outline.text.astype(dtype)
+    return dataset
 
 
 def _is_text(dtype: np.dtype[Any]) -> bool:
     return dtype.kind in "UO"
 
 
-def _scales(file: Any, sizes: Mapping[Hashable, int], made: Mapping[Hashable, Any]) -> dict[Hashable, Any]:
+def _scales(file: Any, sizes: Mapping[Hashable, int], datasets: Mapping[Hashable, Any]) -> dict[Hashable, Any]:
     """Return the dimension scales of all dimensions: the variables of their names, and others without values."""
     scales = {}
     for number, (name, size) in enumerate(sizes.items()):
-        if name in made:
-            scale, label = made[name], str(name)
+        if name in datasets:
+            scale, label = datasets[name], str(name)
         else:
             grows: dict[str, Any] = {} if size else {"maxshape": (None,), "chunks": True}
             scale, label = file.create_dataset(str(name), (size,), ">f4", **grows), _NO_VARIABLE.format(size)
@@ -162,44 +162,44 @@ def _scales(file: Any, sizes: Mapping[Hashable, int], made: Mapping[Hashable, An
     return scales
 
 
-def _describe(place: Any, attributes: Mapping[Any, Any]) -> None:
+def _describe(owner: Any, attributes: Mapping[Any, Any]) -> None:
     """Write attributes of a file or of a variable."""
     import h5py
 
     for name, value in attributes.items():
-        of_text = isinstance(value, (list, tuple)) and all(isinstance(own, str) for own in value)
-        place.attrs[str(name)] = np.array(value, dtype=h5py.string_dtype()) if of_text else value
+        of_text = isinstance(value, (list, tuple)) and all(isinstance(item, str) for item in value)
+        owner.attrs[str(name)] = np.array(value, dtype=h5py.string_dtype()) if of_text else value
 
 
-def _is_no_variable(place: Any) -> bool:
+def _is_no_variable(item: Any) -> bool:
     """Tell whether a dataset of a file only says how long a dimension is."""
-    return bytes(place.attrs.get("NAME", b"")).startswith(_NO_VARIABLE.partition("{")[0].encode())
+    return bytes(item.attrs.get("NAME", b"")).startswith(_NO_VARIABLE.partition("{")[0].encode())
 
 
-def _stored(file: Any, name: str, place: Any) -> xr.Variable:
+def _stored(file: Any, name: str, dataset: Any) -> xr.Variable:
     """Return a variable as it stands in the file."""
     import h5py
     import xarray as xr
 
-    is_text = h5py.check_string_dtype(place.dtype) is not None
-    values = np.asarray(place.asstr()[()]).astype(str) if is_text else place[()]
-    references = place.attrs.get("DIMENSION_LIST")
+    is_text = h5py.check_string_dtype(dataset.dtype) is not None
+    values = np.asarray(dataset.asstr()[()]).astype(str) if is_text else dataset[()]
+    references = dataset.attrs.get("DIMENSION_LIST")
     if references is None:
-        dimensions: tuple[str, ...] = (name,) if place.ndim else ()
+        dimensions: tuple[str, ...] = (name,) if dataset.ndim else ()
     else:
         dimensions = tuple(file[reference[0]].name.removeprefix("/") for reference in references)
-    return xr.Variable(dimensions, values, _described(place))
+    return xr.Variable(dimensions, values, _described(dataset))
 
 
-def _described(place: Any) -> dict[str, Any]:
+def _described(owner: Any) -> dict[str, Any]:
     """Return the attributes of a file or of a variable."""
-    return {name: _plain(place.attrs[name]) for name in place.attrs if name not in _OF_THE_FORMAT}
+    return {name: _plain(owner.attrs[name]) for name in owner.attrs if name not in _OF_THE_FORMAT}
 
 
 def _plain(value: Any) -> Any:
     """Return the value of an attribute: of several an array or a list of texts, of one itself."""
     if isinstance(value, np.ndarray) and value.dtype.kind == "O":
-        value = [own.decode() if isinstance(own, bytes) else own for own in value]
+        value = [item.decode() if isinstance(item, bytes) else item for item in value]
     elif isinstance(value, np.ndarray) and value.size == 1:
         value = value.reshape(-1)[0]
     return value

@@ -126,8 +126,8 @@ def _same(value: object, needed: object) -> bool:
     """Tell whether a value is the needed one; quantities and numbers may be written differently."""
     if not isinstance(needed, str) or not isinstance(value, str):
         return value == needed
-    quantity, given = split_quantity(needed), split_quantity(value)
-    if quantity is None or given is None:
+    quantity, actual = split_quantity(needed), split_quantity(value)
+    if quantity is None or actual is None:
         return value == needed
     number, unit = quantity
     try:

@@ -69,13 +69,13 @@ def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunRe
     """Read off a history what is stored beside it."""
     # What is read off is looked up many times, each time with all coordinates that fit: without any that is faster.
     history = history.reset_coords()
-    found = find_slip(history)
+    slip = find_slip(history)
     return RunResult(
         name=name,
         swept=swept,
-        events=found.events,
-        peaks=found.peaks.peaks,
-        numbers=measures.read_measures(history, found=found),
+        events=slip.events,
+        peaks=slip.peaks.peaks,
+        numbers=measures.read_measures(history, found=slip),
         edge=edge_contact(history),
     )
 

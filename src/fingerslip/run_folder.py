@@ -116,8 +116,8 @@ def _stored(folder: Path) -> tuple[RunResult, dict[str, str]]:
 def write_result(result: RunResult, folder: Path) -> None:
     """Write a result into the folder of its run, with the checksums of the files that are there already."""
     # The log is written until the end.
-    own = (file for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in (RESULT, LOG))
-    digests = {file.relative_to(folder).as_posix(): file_digest(file) for file in own}
+    files = (file for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in (RESULT, LOG))
+    digests = {file.relative_to(folder).as_posix(): file_digest(file) for file in files}
     write_json(folder / RESULT, {**result_mapping(result), "files": digests})
 
 

@@ -124,10 +124,10 @@ def refine(series: Series, formal_order: float | None) -> Refinement:
     return _refined(series.sizes, values, formal_order, settled)
 
 
-def combine(parts: Sequence[float | None]) -> float | None:
+def combine(values: Sequence[float | None]) -> float | None:
     """Combine independent uncertainties; None where one of them is None, or there is none."""
-    known = [part for part in parts if part is not None]
-    return math.hypot(*known) if known and len(known) == len(parts) else None
+    finite = [part for part in values if part is not None]
+    return math.hypot(*finite) if finite and len(finite) == len(values) else None
 
 
 def _refined(sizes: Sequence[float], values: Sequence[float], formal_order: float, settled: bool) -> Refinement:

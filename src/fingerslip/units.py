@@ -92,8 +92,8 @@ def _registry() -> pint.UnitRegistry[Any]:
 def _factor(unit: str, si: str) -> float | None:
     """Return the factor from `unit` to `si`; None where `unit` is unknown or of another dimension."""
     if unit in _FACTORS and si in _OF_MECHANICS:
-        known, factor = _FACTORS[unit]
-        return factor if known == si else None
+        dimension, factor = _FACTORS[unit]
+        return factor if dimension == si else None
     if (unit, si) in _SHOWN:
         return _SHOWN[unit, si]
     return _computed_factor(unit, si)
@@ -144,10 +144,10 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     0.0015
     """
     unit_example = example or si
-    match, shown = _QUANTITY.fullmatch(text), shortened(text)
+    match, text_shown = _QUANTITY.fullmatch(text), shortened(text)
     if match is None:
         raise InputError(
-            where, f"'{shown}' is not a quantity", f"needs a number and a unit such as '1.5 {unit_example}'"
+            where, f"'{text_shown}' is not a quantity", f"needs a number and a unit such as '1.5 {unit_example}'"
         )
     number, unit = match.groups()
     if not unit:
@@ -155,13 +155,15 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     factor = _factor(unit, si)
     if _COMMA.match(unit) and number.isdecimal():
         repair = f"write '{shortened(number + unit.replace(',', '.', 1))}'"
-        raise InputError(where, f"got '{shown}'", "needs a decimal point, not a comma", repair)
+        raise InputError(where, f"got '{text_shown}'", "needs a decimal point, not a comma", repair)
     if factor is None:
         repair = f"write for example '{shortened(number)} {unit_example}'"
-        raise InputError(where, f"got '{shown}'", f"needs a unit of [{si}]", repair)
+        raise InputError(where, f"got '{text_shown}'", f"needs a unit of [{si}]", repair)
     value = _scaled(number, factor)
     if not math.isfinite(value) or (value == 0.0 and _NOT_ZERO.match(number)):
-        raise InputError(where, f"got '{shown}'", "needs a number that a computer can hold, between 1e-300 and 1e300")
+        raise InputError(
+            where, f"got '{text_shown}'", "needs a number that a computer can hold, between 1e-300 and 1e300"
+        )
     return value
 
 
@@ -179,9 +181,9 @@ def _scaled(number: str, factor: float) -> float:
 
 def _no_unit(number: object, si: str, example: str, where: str = "") -> InputError:
     """Return the error of a bare number; it names the SI unit too, in which the number may be meant."""
-    shown = shortened(str(number))
-    repair = f"write '{shown} {example}'" + (f" or '{shown} {si}'" if si != example else "")
-    return InputError(where, f"'{shown}' has no unit", f"needs a unit of [{si}]", repair)
+    text = shortened(str(number))
+    repair = f"write '{text} {example}'" + (f" or '{text} {si}'" if si != example else "")
+    return InputError(where, f"'{text}' has no unit", f"needs a unit of [{si}]", repair)
 
 
 def split_quantity(text: str) -> tuple[float, str] | None:
@@ -218,7 +220,7 @@ def si_quantity(text: str) -> tuple[float, str] | None:
     split = split_quantity(text)
     if split is None:
         return None
-    si = next((known for known in _OF_MECHANICS if _factor(split[1], known) is not None), None)
+    si = next((unit for unit in _OF_MECHANICS if _factor(split[1], unit) is not None), None)
     return None if si is None else (parse_quantity(text, si), si)
 
 

@@ -99,8 +99,8 @@ class IntegrateAndFire:
         if self.highest_frequency >= 0.5 * rate:
             return values
         sections = signal.butter(_LOW_PASS_ORDER, self.highest_frequency, fs=rate, output="sos")
-        found, _ = signal.sosfilt(sections, values, axis=0, zi=signal.sosfilt_zi(sections)[:, :, None] * values[0])
-        low: Array = found
+        smoothed, _ = signal.sosfilt(sections, values, axis=0, zi=signal.sosfilt_zi(sections)[:, :, None] * values[0])
+        low: Array = smoothed
         return low
 
     def _fired(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -104,9 +104,9 @@ class Spikes:
 
     def _histogram(self, kind: str, edges: Array) -> Array:
         """Return spikes per afferent of a type in each window."""
-        own = [times for times, its_kind in zip(self.times, self.kinds, strict=True) if its_kind == kind]
-        counts, _ = np.histogram(np.concatenate(own), edges)
-        mean: Array = counts.astype(float) / len(own)
+        trains = [times for times, its_kind in zip(self.times, self.kinds, strict=True) if its_kind == kind]
+        counts, _ = np.histogram(np.concatenate(trains), edges)
+        mean: Array = counts.astype(float) / len(trains)
         return mean
 
 
@@ -138,21 +138,21 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
                 f"{kind}.stimulus", f"'{model.stimulus}' is not known", f"needs one of {', '.join(STIMULI)}"
             )
     stimuli = receptor_stimuli(history, tuple(models))
-    times, known = stimuli["time"].values, stimuli["site_kind"].values
-    found: dict[int, Array] = {}
-    for kind in dict.fromkeys(str(name) for name in known):
-        model, rows = models[kind], np.flatnonzero(known == kind)
+    times, available = stimuli["time"].values, stimuli["site_kind"].values
+    result: dict[int, Array] = {}
+    for kind in dict.fromkeys(str(name) for name in available):
+        model, rows = models[kind], np.flatnonzero(available == kind)
         values = stimuli[model.stimulus].values[:, rows]
         _check_values(model.stimulus, values)
         warn_beyond(history, model.highest_frequency, f"the model of {kind}")
         trains = model.spikes(times, values)
         if len(trains) != rows.size:
             raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
-        found |= dict(zip(rows.tolist(), trains, strict=True))
-    order = sorted(found)
+        result |= dict(zip(rows.tolist(), trains, strict=True))
+    order = sorted(result)
     names = tuple(str(stimuli["site"].values[row]) for row in order)
-    kinds = tuple(str(known[row]) for row in order)
-    return Spikes(names, kinds, tuple(found[row] for row in order), float(times[0]), float(times[-1]))
+    kinds = tuple(str(available[row]) for row in order)
+    return Spikes(names, kinds, tuple(result[row] for row in order), float(times[0]), float(times[-1]))
 
 
 def _check_values(stimulus: str, values: Array) -> None:

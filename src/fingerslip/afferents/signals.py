@@ -52,11 +52,11 @@ def filtered(values: xr.DataArray, low: float | None = None, high: float | None 
             raise InputError(name, f"got {frequency:g} Hz", f"must be above 0 and below {0.5 * rate:g} Hz")
     if low is not None and high is not None and low >= high:
         raise InputError("low", f"got {low:g} Hz", f"must be below high, {high:g} Hz")
-    axis, kept = values.get_axis_num("time"), values.values
+    axis, signals = values.get_axis_num("time"), values.values
     for frequency, kind in ((high, "lowpass"), (low, "highpass")):
         if frequency is not None:
-            kept = _passed(kept, signal.butter(_ORDER, frequency, kind, fs=rate, output="sos"), axis)
-    return values.copy(data=kept)
+            signals = _passed(signals, signal.butter(_ORDER, frequency, kind, fs=rate, output="sos"), axis)
+    return values.copy(data=signals)
 
 
 def spectrum(values: xr.DataArray) -> xr.DataArray:
@@ -83,17 +83,17 @@ def spectrum(values: xr.DataArray) -> xr.DataArray:
     others = {name: coord for name, coord in values.coords.items() if "time" not in coord.dims}
     dims = ["frequency" if name == "time" else name for name in values.dims]
     units = values.attrs.get("units", "")
-    found = xr.DataArray(density, {**others, "frequency": frequency}, dims, attrs={"units": f"({units})^2/Hz"})
-    found["frequency"].attrs = {"units": "Hz"}
-    return found
+    powers = xr.DataArray(density, {**others, "frequency": frequency}, dims, attrs={"units": f"({units})^2/Hz"})
+    powers["frequency"].attrs = {"units": "Hz"}
+    return powers
 
 
 def _passed(values: NDArray[np.float64], sections: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
     """Filter from a state at rest at the first value."""
     moved = np.moveaxis(values, axis, 0)
     rest = signal.sosfilt_zi(sections).reshape(len(sections), 2, *([1] * (moved.ndim - 1))) * moved[0]
-    found, _ = signal.sosfilt(sections, moved, axis=0, zi=rest)
-    back: NDArray[np.float64] = np.moveaxis(found, 0, axis)
+    passed, _ = signal.sosfilt(sections, moved, axis=0, zi=rest)
+    back: NDArray[np.float64] = np.moveaxis(passed, 0, axis)
     return back
 
 
@@ -141,12 +141,12 @@ def mesh_bandwidth(model: Model) -> dict[str, float]:
     incompressible tissue. The longest edge of a region counts.
     """
     longest = _longest_edges(model.mesh)
-    found = {}
+    limits = {}
     for region, material in model.materials.items():
         cells = model.mesh.subdomains[region]
         speed = np.sqrt(material.stiffness / (3.0 * material.density))
-        found[region] = float(speed / (_ELEMENTS_A_WAVE * longest[cells].max()))
-    return found
+        limits[region] = float(speed / (_ELEMENTS_A_WAVE * longest[cells].max()))
+    return limits
 
 
 def warn_beyond(history: xr.Dataset, highest: float, what: str) -> None:
@@ -154,11 +154,11 @@ def warn_beyond(history: xr.Dataset, highest: float, what: str) -> None:
 
     Units: highest [Hz].
     """
-    known = record_bandwidth(history)
-    if highest > known:
+    bandwidth = record_bandwidth(history)
+    if highest > bandwidth:
         step = 1.0 / (_STEPS_A_PERIOD * highest)
-        text = f"{what} reaches {highest:g} Hz, and the records resolve {known:.3g} Hz; a step of {step:.1g} s would do"
-        warnings.warn(text, BandwidthWarning, stacklevel=3)
+        resolved = f"the records resolve {bandwidth:.3g} Hz; a step of {step:.1g} s would do"
+        warnings.warn(f"{what} reaches {highest:g} Hz, and {resolved}", BandwidthWarning, stacklevel=3)
 
 
 def _longest_edges(mesh: skfem.Mesh) -> NDArray[np.float64]:

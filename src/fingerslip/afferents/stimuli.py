@@ -63,41 +63,41 @@ def _equivalent_strain(at: xr.Dataset) -> Array:
     strain = full_tensors(at[_STRAIN])
     mean = np.trace(strain, axis1=-2, axis2=-1) / 3.0
     deviator = strain - mean[..., None, None] * np.eye(3)
-    found: Array = np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1)))
-    return found
+    equivalent: Array = np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1)))
+    return equivalent
 
 
 def _principal(at: xr.Dataset, which: int) -> Array:
     """Return a principal strain, numbered from the smallest; NaN where the strain across the plane is not known."""
     strain = full_tensors(at[_STRAIN])
-    known = np.asarray(np.isfinite(strain).all(axis=(-2, -1), keepdims=True))
+    finite = np.asarray(np.isfinite(strain).all(axis=(-2, -1), keepdims=True))
     # Eigenvalues of a tensor with NaN are numbers that mean nothing.
-    principal = np.linalg.eigvalsh(np.where(known, strain, 0.0))
-    found: Array = np.where(known[..., 0, 0], principal[..., which], np.nan)
-    return found
+    principal = np.linalg.eigvalsh(np.where(finite, strain, 0.0))
+    values: Array = np.where(finite[..., 0, 0], principal[..., which], np.nan)
+    return values
 
 
 def _pressure(at: xr.Dataset) -> Array:
-    found: Array = -at["stress"].values[..., :3].mean(axis=-1)
-    return found
+    pressure: Array = -at["stress"].values[..., :3].mean(axis=-1)
+    return pressure
 
 
 def _length_of(name: str) -> Callable[[xr.Dataset], Array]:
     def length(at: xr.Dataset) -> Array:
-        found: Array = np.linalg.norm(at[name].values, axis=-1)
-        return found
+        lengths: Array = np.linalg.norm(at[name].values, axis=-1)
+        return lengths
 
     return length
 
 
 def _energy(at: xr.Dataset) -> Array:
-    found: Array = at["strain_energy_density"].values
-    return found
+    energy: Array = at["strain_energy_density"].values
+    return energy
 
 
 def _rate(times: Array, values: Array) -> Array:
-    found: Array = np.gradient(values, times, axis=0) if times.size > 1 else np.zeros_like(values)
-    return found
+    rate: Array = np.gradient(values, times, axis=0) if times.size > 1 else np.zeros_like(values)
+    return rate
 
 
 #: Name of each stimulus with its SI unit, its meaning, and how a history gives it.

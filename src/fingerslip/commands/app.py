@@ -89,16 +89,16 @@ def _verbs() -> Iterator[tuple[Callable[..., Any], Sequence[Callable[..., Any]]]
 
 def _group(verb: Callable[..., Any], actions: Sequence[Callable[..., Any]]) -> typer.Typer:
     """Return a verb that has verbs below it; its own function says what they have in common."""
-    made = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
-    made.callback()(verb)
+    group = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+    group.callback()(verb)
     for action in actions:
-        made.command()(action)
-    return made
+        group.command()(action)
+    return group
 
 
 def command_line() -> typer.Typer:
     """Return the command line, with a verb for each file of this folder."""
-    made = typer.Typer(
+    verbs = typer.Typer(
         cls=_Verbs,
         help=_HELP,
         epilog=_EPILOG,
@@ -106,13 +106,13 @@ def command_line() -> typer.Typer:
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
-    made.callback()(_options)
+    verbs.callback()(_options)
     for verb, actions in _verbs():
         if actions:
-            made.add_typer(_group(verb, actions), name=verb.__name__)
+            verbs.add_typer(_group(verb, actions), name=verb.__name__)
         else:
-            made.command()(verb)
-    return made
+            verbs.command()(verb)
+    return verbs
 
 
 app = command_line()

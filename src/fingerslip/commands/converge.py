@@ -42,14 +42,14 @@ def converge(
 
     tables: list[Table] = []
     for study in studies:
-        found = refinement.converge(
+        convergence = refinement.converge(
             study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress(quiet)
         )
-        tables += found.tables
+        tables += convergence.tables
         if markdown:
-            typer.echo(found.markdown)
+            typer.echo(convergence.markdown)
         elif not as_json:
-            print_tables(found.tables)
-            typer.echo(f"figures: {found.figures}")
+            print_tables(convergence.tables)
+            typer.echo(f"figures: {convergence.figures}")
     if as_json and not markdown:
         print_tables(tables, as_json)

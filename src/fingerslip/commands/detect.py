@@ -67,12 +67,12 @@ def simulate(
     """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
     from fingerslip.study.trials.simulate import simulate_trials
 
-    made = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
-    typer.echo(f"{output}: {len(made.names)} trials")
+    trials = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
+    typer.echo(f"{output}: {len(trials.names)} trials")
     if parquet is not None:
         from fingerslip.detect.trial_table import write_parquet
 
-        write_parquet(made, parquet)
+        write_parquet(trials, parquet)
         typer.echo(f"{parquet}: a row for each frame")
 
 
@@ -202,9 +202,9 @@ def inquire(
 
     check_folder(output)
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
-    found = asked(dataset, classifier, choices, Levels(lost, noise, slower))
-    write_inquiry(found, output)
-    print_tables(found.tables.values(), as_json)
+    answers = asked(dataset, classifier, choices, Levels(lost, noise, slower))
+    write_inquiry(answers, output)
+    print_tables(answers.tables.values(), as_json)
 
 
 def vary(
@@ -238,8 +238,8 @@ def vary(
 
     choices = Choices("external_markers", rest_frames, window, samples, seed, workers)
     names, by, each = classifier or ("forest",), by or [], each or []
-    found = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)
-    print_tables(found.tables.values(), as_json)
+    variation = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)
+    print_tables(variation.tables.values(), as_json)
 
 
 def transfer(

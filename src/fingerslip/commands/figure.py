@@ -45,7 +45,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     if kind == "list":
         typer.echo(kinds_text())
         return
-    given: dict[str, Any] = {"scalar": field, "cut": cut, "camera": camera, "contact": contact}
+    options: dict[str, Any] = {"scalar": field, "cut": cut, "camera": camera, "contact": contact}
     choice = FigureChoice(
         kind=kind,
         style=style,
@@ -53,7 +53,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
         run=run,
         path=over,
         times=tuple(times or ()),
-        options={name: value for name, value in given.items() if value},
+        options={name: value for name, value in options.items() if value},
         film={"size": film_size(size), "frame_rate": rate, "seconds": seconds},
     )
     typer.echo(str(write_figure(target, choice, output)))

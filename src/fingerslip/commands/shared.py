@@ -159,4 +159,4 @@ def exit_code(error: FingerslipError) -> int:
         The error; of a study of which several runs failed, one repairable error is enough.
     """
     errors = getattr(error, "errors", None) or {"": error}
-    return 2 if any(isinstance(one, InputError | ResultError) for one in errors.values()) else 1
+    return 2 if any(isinstance(entry, InputError | ResultError) for entry in errors.values()) else 1

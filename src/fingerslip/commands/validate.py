@@ -59,11 +59,11 @@ def validate(
     computed = [
         part for part, wanted in (("geometry", geometry), ("pouring", pouring), ("detection", detection)) if wanted
     ]
-    found = validation.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
+    comparison = validation.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
     if as_json:
-        mapping = validation.comparison_mapping(found)
+        mapping = validation.comparison_mapping(comparison)
         typer.echo(json.dumps(mapping, indent=2, ensure_ascii=False, allow_nan=False))
     elif markdown:
-        typer.echo(validation.comparison_markdown(found), nl=False)
+        typer.echo(validation.comparison_markdown(comparison), nl=False)
     else:
-        print_tables(found.tables)
+        print_tables(comparison.tables)

@@ -31,9 +31,9 @@ def verify(
     if names:
         typer.echo("\n".join(known_names()))
         return
-    found = verify_problems(only or (), (lambda _: None) if quiet else (lambda line: typer.echo(line, err=True)))
+    verification = verify_problems(only or (), (lambda _: None) if quiet else (lambda line: typer.echo(line, err=True)))
     if markdown:
-        typer.echo(found.markdown)
+        typer.echo(verification.markdown)
     else:
-        print_tables([found.numbers if as_json else found.table], as_json)
-    raise typer.Exit(0 if found.passed else 1)
+        print_tables([verification.numbers if as_json else verification.table], as_json)
+    raise typer.Exit(0 if verification.passed else 1)

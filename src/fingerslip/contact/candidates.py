@@ -69,26 +69,26 @@ class Counterfaces:
         """Return the gaps, shape (n,) [m]."""
         gaps = np.zeros(len(points))
         for number, shape in enumerate(self.shapes):
-            own = self._own(counterface, number)
-            gaps[own] = shape.gap(points[own])
+            rows = self._own(counterface, number)
+            gaps[rows] = shape.gap(points[rows])
         return gaps
 
     def normals(self, points: Array, counterface: Indices) -> Array:
         """Return the outward unit normals, shape (n, dim) [-]."""
         normals = np.zeros_like(points)
         for number, shape in enumerate(self.shapes):
-            own = self._own(counterface, number)
-            normals[own] = shape.normals(points[own])
+            rows = self._own(counterface, number)
+            normals[rows] = shape.normals(points[rows])
         return normals
 
     def frames(self, points: Array, counterface: Indices) -> Array:
         """Return the frames that the friction laws ask for, shape (n, dim, dim) [-]; rows normal, then tangents."""
         frames = np.zeros((len(points), points.shape[1], points.shape[1]))
         for number, (shape, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
-            own, wanted = self._own(counterface, number), law.frame
+            rows, wanted = self._own(counterface, number), law.frame
             direction = sliding_direction(shape.unit_normal) if wanted.direction is None else wanted.direction
-            frames[own] = contact_frames(shape.normals(points[own]), np.asarray(direction))
-            frames[own, 2:] *= wanted.stretch
+            frames[rows] = contact_frames(shape.normals(points[rows]), np.asarray(direction))
+            frames[rows, 2:] *= wanted.stretch
         return frames
 
     def coefficients(self, conditions: Conditions, counterface: Indices) -> Array:
@@ -97,8 +97,8 @@ class Counterfaces:
             return self.friction[0].coefficients(conditions)
         values = np.zeros(len(counterface))
         for number, law in enumerate(self.friction):
-            own = self._own(counterface, number)
-            values[own] = law.coefficients(conditions.at(own))
+            rows = self._own(counterface, number)
+            values[rows] = law.coefficients(conditions.at(rows))
         return values
 
     def _own(self, counterface: Indices, number: int) -> NDArray[np.bool_] | slice:
@@ -159,13 +159,13 @@ def _refuse_start_inside(shape: Counterface, gap: float, where: str) -> None:
     raise InputError(f"{where}.{field}", fault, allowed, "leave it out and the counterface starts where it touches")
 
 
-def join_candidates(parts: list[Candidates], dim: int) -> Candidates:
+def join_candidates(candidates: list[Candidates], dim: int) -> Candidates:
     """Join the candidates of several counterfaces; an empty list gives an empty set in `dim` dimensions."""
-    if not parts:
+    if not candidates:
         none, ints = np.zeros(0), np.zeros(0, dtype=np.int64)
         return Candidates(ints, ints, np.zeros((0, dim)), none, none, none)
-    fields = vars(parts[0])
-    return Candidates(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in fields})
+    fields = vars(candidates[0])
+    return Candidates(**{name: np.concatenate([getattr(part, name) for part in candidates]) for name in fields})
 
 
 def check_outsiders(gaps: Array, nodes: Indices, positions: Array, time: float) -> None:

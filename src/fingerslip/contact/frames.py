@@ -34,8 +34,8 @@ def in_frames(frames: Array, forces: Array) -> Array:
     >>> in_frames(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[3.0, 5.0]])).tolist()
     [[5.0, 1.5]]
     """
-    given: Array = np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames)
-    return given
+    components: Array = np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames)
+    return components
 
 
 def tangent_lengths(frames: Array) -> Array:

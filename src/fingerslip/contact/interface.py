@@ -99,8 +99,8 @@ def contact_problem(candidates: Candidates, before: InterfaceState, free_relativ
 
     The normal part is the gap. The tangential part is the motion of the step, less the elastic slip at its start.
     """
-    found: Array = _problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
-    return found
+    problem: Array = _problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
+    return problem
 
 
 @numba.njit(cache=True, nogil=True)
@@ -118,13 +118,13 @@ def flat_motion(frames, gaps, before, moved_before, moved):  # type: ignore[no-u
 
     Arrays: frames (n_c, dim, dim) [-]; gaps (n_c,) [m]; before (n_c, dim) [m]; moved_before, moved (n_c, dim) [m].
     """
-    found = np.empty_like(moved)
+    motion = np.empty_like(moved)
     for i in range(len(moved)):
         for k in range(moved.shape[1]):
-            found[i, k] = before[i, k] if k else gaps[i]
+            motion[i, k] = before[i, k] if k else gaps[i]
             for j in range(moved.shape[1]):
-                found[i, k] += frames[i, k, j] * (moved[i, j] - moved_before[i, j] if k else moved[i, j])
-    return found
+                motion[i, k] += frames[i, k, j] * (moved[i, j] - moved_before[i, j] if k else moved[i, j])
+    return motion
 
 
 @numba.njit(cache=True, nogil=True)
@@ -136,12 +136,12 @@ def in_components(frames, forces):  # type: ignore[no-untyped-def]
     >>> in_components(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[5.0, 1.5]])).tolist()
     [[3.0, 5.0]]
     """
-    found = np.zeros_like(forces)
+    components = np.zeros_like(forces)
     for i in range(len(forces)):
         for k in range(forces.shape[1]):
             for j in range(forces.shape[1]):
-                found[i, j] += frames[i, k, j] * forces[i, k]
-    return found
+                components[i, j] += frames[i, k, j] * forces[i, k]
+    return components
 
 
 def settle(

@@ -116,9 +116,9 @@ class Hysteresis:
         del interval  # frames count here, not seconds
         classified = ~np.isnan(probabilities).any(axis=1)
         odds = _log_odds(np.log(np.maximum(probabilities[classified], _LEAST)))
-        known = np.concatenate([state, odds])
-        smallest: Floats = np.lib.stride_tricks.sliding_window_view(known, self.frames, axis=0).min(axis=2)
-        return smallest[np.cumsum(classified)], known[-self.frames :]
+        history = np.concatenate([state, odds])
+        smallest: Floats = np.lib.stride_tricks.sliding_window_view(history, self.frames, axis=0).min(axis=2)
+        return smallest[np.cumsum(classified)], history[-self.frames :]
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = No
     limits = thresholds or Thresholds()
     slip = np.maximum.accumulate(scores[:, 0] > limits.slip)
     above = (slip, slip & (scores[:, 1] > limits.gross))
-    return Onsets(*(float(time[np.argmax(one)]) if one.any() else None for one in above))
+    return Onsets(*(float(time[np.argmax(flags)]) if flags.any() else None for flags in above))
 
 
 def _log_odds(beliefs: Floats) -> Floats:

@@ -51,11 +51,13 @@ class Candidate:
 
 def columns_of(names: Sequence[str], sets: Sequence[str]) -> NDArray[np.intp]:
     """Return the columns of some sets of features, by the names of all features."""
-    found = [np.flatnonzero([name.split("/")[0] == one for name in names]) for one in sets]
-    for one, columns in zip(sets, found, strict=True):
+    columns_by_set = [np.flatnonzero([name.split("/")[0] == name_of_set for name in names]) for name_of_set in sets]
+    for name_of_set, columns in zip(sets, columns_by_set, strict=True):
         if columns.size == 0:
-            raise InputError("features", f"have no {one!r}", "needs all sets of the classifier", "make them too")
-    return np.concatenate(found)
+            raise InputError(
+                "features", f"have no {name_of_set!r}", "needs all sets of the classifier", "make them too"
+            )
+    return np.concatenate(columns_by_set)
 
 
 def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
@@ -82,9 +84,11 @@ def fit(
 
     Arrays: values (n_samples, n_features); classes, groups (n_samples,).
     """
-    found = np.unique(classes)
-    if len(found) < 3:
-        raise InputError("training", f"has the classes {found.tolist()}", "needs 0, 1 and 2", "take more trials")
+    present_classes = np.unique(classes)
+    if len(present_classes) < 3:
+        raise InputError(
+            "training", f"has the classes {present_classes.tolist()}", "needs 0, 1 and 2", "take more trials"
+        )
     if not np.isfinite(values).all():
         raise InputError("training", "has features that are not finite", "needs finite numbers", "check the tracks")
     unfinished = optional("sklearn.exceptions").ConvergenceWarning
@@ -128,8 +132,8 @@ def _chosen(
     search = selection.GridSearchCV(
         estimator, grid, scoring="f1_macro", cv=selection.GroupKFold(3), refit=False, error_score="raise"
     )
-    found: dict[str, float] = search.fit(values, classes, groups=groups).best_params_
-    return found
+    best: dict[str, float] = search.fit(values, classes, groups=groups).best_params_
+    return best
 
 
 def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
@@ -145,8 +149,8 @@ def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
         return np.asarray(estimator.predict_proba(exact), dtype=np.float64)
     scores = np.asarray(estimator.decision_function(exact), dtype=np.float64)
     grown = np.exp(scores - scores.max(axis=1, keepdims=True))
-    found: NDArray[np.float64] = grown / grown.sum(axis=1, keepdims=True)
-    return found
+    shares: NDArray[np.float64] = grown / grown.sum(axis=1, keepdims=True)
+    return shares
 
 
 def _forest_probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
@@ -209,7 +213,7 @@ def _linear_grid(_features: int) -> Mapping[str, Sequence[float]]:
 
 
 def _radial_grid(features: int) -> Mapping[str, Sequence[float]]:
-    return {"linearsvc__C": SVM_GRID["C"], "nystroem__gamma": [one / features for one in SVM_GRID["gamma"]]}
+    return {"linearsvc__C": SVM_GRID["C"], "nystroem__gamma": [gamma / features for gamma in SVM_GRID["gamma"]]}
 
 
 _ALL = (

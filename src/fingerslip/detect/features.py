@@ -88,8 +88,8 @@ def entropy(displacement: Floats, bins: int = 16) -> Floats:
     part = np.minimum((share * bins).astype(np.intp), bins - 1)
     counts = (part[:, :, None] == np.arange(bins)).sum(axis=1) / length.shape[1]
     logarithm = np.log2(counts, out=np.zeros_like(counts), where=counts > 0)
-    found: Floats = -(counts * logarithm).sum(axis=1)
-    return found + 0.0
+    bits: Floats = -(counts * logarithm).sum(axis=1)
+    return bits + 0.0
 
 
 Columns = Mapping[str, Floats]
@@ -270,11 +270,11 @@ def ring_of_features(names: Sequence[str], ring: NDArray[np.intp]) -> list[int |
     return [_ring_of(name.split("/"), ring) for name in names]
 
 
-def _ring_of(parts: Sequence[str], ring: NDArray[np.intp]) -> int | None:
-    inside = _ring_in(parts[1])
-    return int(ring[int(parts[2])]) if inside is None and len(parts) > 2 else inside
+def _ring_of(names: Sequence[str], ring: NDArray[np.intp]) -> int | None:
+    inside = _ring_in(names[1])
+    return int(ring[int(names[2])]) if inside is None and len(names) > 2 else inside
 
 
 def _ring_in(quantity: str) -> int | None:
-    _, found, ring = quantity.partition("_ring_")
-    return int(ring) if found else None
+    _, separator, ring = quantity.partition("_ring_")
+    return int(ring) if separator else None

@@ -157,9 +157,9 @@ def _robustness(
         seed=choices.seed,
         workers=choices.workers,
     )
-    found = robustness_of(detector, trials, onsets, tests, pairs, seed=choices.seed)
-    rows = [(one.disturbance, one.amount, one.accuracy, one.unusable) for one in found]
-    return robustness_table(found), robustness_figure(rows, candidate.name)
+    results = robustness_of(detector, trials, onsets, tests, pairs, seed=choices.seed)
+    rows = [(result.disturbance, result.amount, result.accuracy, result.unusable) for result in results]
+    return robustness_table(results), robustness_figure(rows, candidate.name)
 
 
 def vary(
@@ -212,19 +212,19 @@ def vary(
     stored, missing = _label_sources(trials)
     assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=stored)
     assumptions += each_alone(trials, each, assumptions[0])
-    parts = parts_beside(output, trials.digest)
+    store = parts_beside(output, trials.digest)
     sampling = dataclasses.replace(choices.sampling, least=0.0)
     ask = functools.partial(sensitivity_of, sampling=sampling, folds=folds, seed=choices.seed, workers=choices.workers)
     try:
-        varied = list(ask(trials, assumptions, candidates, parts=parts))
+        varied = list(ask(trials, assumptions, candidates, stored_parts=store))
     except InputError:
         # A label that never comes may be one of the last assumption: nothing is left of the others.
-        parts.remove()
+        store.remove()
         raise
     inquiry = _varied(trials, varied, conditions, missing)
     if output is not None:
         write_inquiry(inquiry, output)
-    parts.remove()
+    store.remove()
     return inquiry
 
 
@@ -236,16 +236,18 @@ def _label_sources(trials: TrialSet) -> tuple[list[str], dict[str, int]]:
         source: sum(source not in label or None in vars(label[source]).values() for label in labels)
         for source in sources
     }
-    return [source for source in sources if not lacking[source]], {name: one for name, one in lacking.items() if one}
+    return [source for source in sources if not lacking[source]], {
+        name: count for name, count in lacking.items() if count
+    }
 
 
 def _varied(
     trials: TrialSet, varied: Sequence[Sensitivity], conditions: Sequence[str], missing: Mapping[str, int]
 ) -> Inquiry:
-    rows = [(f"{one.assumption.quantity}: {one.assumption.value}", one.accuracies) for one in varied]
+    rows = [(f"{score.assumption.quantity}: {score.assumption.value}", score.accuracies) for score in varied]
     listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
-    rows += [(condition_text(key, value), one) for key, found in listed.items() for value, one in found.items()]
-    tables = {f"by-{key}": condition_table(key, found) for key, found in listed.items()}
+    rows += [(condition_text(key, value), score) for key, scores in listed.items() for value, score in scores.items()]
+    tables = {f"by-{key}": condition_table(key, scores) for key, scores in listed.items()}
     table = assumption_table(varied)
     left = [f"Labels {name} lack an onset in {count} trials and are left out." for name, count in missing.items()]
     table = dataclasses.replace(table, note=" ".join([table.note, *left]))

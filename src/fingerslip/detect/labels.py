@@ -78,11 +78,11 @@ def classes_at(onsets: Onsets, time: NDArray[np.float64]) -> NDArray[np.int8]:
     >>> classes_at(Onsets(1.0, 3.0), np.array([0.0, 1.0, 2.0, 3.0])).tolist()
     [0, 1, 1, 2]
     """
-    found = np.full(time.shape, NO_SLIP, dtype=np.int8)
+    classes = np.full(time.shape, NO_SLIP, dtype=np.int8)
     for number, onset in ((INCIPIENT, onsets.incipient), (GROSS, onsets.gross)):
         if onset is not None:
-            found[time >= onset] = number
-    return found
+            classes[time >= onset] = number
+    return classes
 
 
 def write_onsets(onsets: Mapping[str, Onsets], path: str | Path) -> None:
@@ -100,21 +100,21 @@ def write_onsets(onsets: Mapping[str, Onsets], path: str | Path) -> None:
 def read_onsets(path: str | Path) -> dict[str, Onsets]:
     """Read the onsets of trials from a CSV file as :func:`write_onsets` writes it; ``gross_s`` may be missing."""
     rows = _rows(Path(path))
-    found: dict[str, Onsets] = {}
+    onsets: dict[str, Onsets] = {}
     for line, row in enumerate(rows, start=2):
         trial = plain_cell((row["trial"] or "").strip())
-        if not trial or trial in found:
+        if not trial or trial in onsets:
             problem = f"trial {trial!r} stands twice" if trial else "a row has no trial"
             raise InputError(str(path), problem, "needs each trial once", line=line)
         incipient, gross = (seconds(row.get(name), f"{path}: {name}", line) for name in _COLUMNS[1:])
-        found[trial] = Onsets(incipient, gross)
-    return found
+        onsets[trial] = Onsets(incipient, gross)
+    return onsets
 
 
 def _rows(path: Path) -> list[dict[str, str | None]]:
     try:
         rows = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig")), strict=True)
-        names, found = tuple(rows.fieldnames or ()), list(rows)
+        names, records = tuple(rows.fieldnames or ()), list(rows)
     except OSError as error:
         raise InputError(str(path), f"cannot be read ({error.strerror})", "needs a CSV file of onset times") from error
     except (UnicodeDecodeError, csv.Error) as error:
@@ -126,7 +126,7 @@ def _rows(path: Path) -> list[dict[str, str | None]]:
             f"needs {', '.join(_COLUMNS)}",
             "write a first line with these names",
         )
-    return found
+    return records
 
 
 def seconds(text: str | None, where: str, line: int | None = None) -> float | None:
@@ -219,10 +219,12 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
     skin, rest = _displacement(_seen_at_rest(tracks, settings), settings)
     if not len(rest):
         raise InputError("tracks", "have no external marker that is seen at rest", "needs the central one")
-    own, _ = _displacement(_in_units(plate, settings).isel(axis=slice(0, 2)), settings)
-    relative = np.linalg.norm(own[:, 0] - skin[:, _central(rest)], axis=1)
+    plate_displacement, _ = _displacement(_in_units(plate, settings).isel(axis=slice(0, 2)), settings)
+    relative = np.linalg.norm(plate_displacement[:, 0] - skin[:, _central(rest)], axis=1)
     return Onsets(
-        incipient=_first(tracks, np.linalg.norm(own[:, 0], axis=1) > settings.incipient, settings.sustained),
+        incipient=_first(
+            tracks, np.linalg.norm(plate_displacement[:, 0], axis=1) > settings.incipient, settings.sustained
+        ),
         gross=_first(tracks, relative > settings.gross, settings.sustained),
     )
 
@@ -273,9 +275,9 @@ def label_differences(labels: Mapping[str, Mapping[str, Onsets]], reference: str
 def _difference_row(
     source: str, event: str, pairs: Sequence[tuple[Onsets | None, Onsets | None]]
 ) -> tuple[str | int | float | Missing, ...]:
-    times = [tuple(getattr(one, event, None) for one in pair) for pair in pairs]
-    later = np.array([own - other for own, other in times if own is not None and other is not None])
-    alone = sum((own is None) != (other is None) for own, other in times)
+    times = [tuple(getattr(time, event, None) for time in pair) for pair in pairs]
+    later = np.array([first - other for first, other in times if first is not None and other is not None])
+    alone = sum((first is None) != (other is None) for first, other in times)
     if not later.size:
         return (source, event, 0, alone, *[Missing.NO_EVENT] * 4)
     spread = float(later.std(ddof=1)) if later.size > 1 else Missing.NOT_DEFINED

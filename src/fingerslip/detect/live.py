@@ -100,12 +100,12 @@ class LiveDetector:
             return []
         self._rest = self._at_rest()
         self._weights = neighbour_weights(self._rest)
-        found = [self._found(one) for one in self._waiting]
+        decisions = [self._found(entry) for entry in self._waiting]
         self._waiting = []
-        return found
+        return decisions
 
     def _check(self, frame: Frame) -> None:
-        times = [self._recent[-1][0]] if self._recent else [one.time for one in self._waiting[-1:]]
+        times = [self._recent[-1][0]] if self._recent else [entry.time for entry in self._waiting[-1:]]
         if times and not frame.time > times[0]:
             raise InputError("frame", f"is at {frame.time:.6g} s after {times[0]:.6g} s", "needs rising times")
         wanted = self._waiting[0].position.shape if self._waiting else (0 if self._rest is None else self._rest.shape)
@@ -113,7 +113,7 @@ class LiveDetector:
             raise InputError("frame", f"has positions of shape {frame.position.shape}", f"needs {wanted}")
 
     def _at_rest(self) -> Floats:
-        positions = np.stack([one.position for one in self._waiting])
+        positions = np.stack([frame.position for frame in self._waiting])
         visible = ~np.isnan(positions).any(axis=2)
         if not visible.any(axis=0).all():
             marker = int(np.argmin(visible.any(axis=0)))
@@ -141,7 +141,7 @@ class LiveDetector:
         visible: NDArray[np.bool_] = np.asarray(np.isfinite(frame.position).all(axis=1))
         displacement = filled((frame.position - self._rest)[None], visible[None], self._weights)
         self._recent.append((frame.time, displacement[0], visible))
-        times, moved, seen = (np.array(one) for one in zip(*self._recent, strict=True))
+        times, moved, seen = (np.array(column) for column in zip(*self._recent, strict=True))
         velocity = velocities(times, moved, seen, len(times))[-1:]
         usable = np.array([visible.mean() >= self.detector.features.motion.least_seen])
         ring = np.zeros(len(self._rest), dtype=np.intp) if self._ring is None else self._ring
@@ -205,10 +205,13 @@ def run_on_markers(detector: Detector, stream: MarkerStream) -> Iterator[Finding
     check_tracks_fit(detector, stream.at_rest)
     live, start = LiveDetector(detector, stream.reference.ring), clock.perf_counter()
     for seen in stream:
-        found = live.take(Frame(seen.time, seen.position.astype(np.float64)))
-        taken, start = clock.perf_counter() - start, clock.perf_counter()
+        decisions = live.take(Frame(seen.time, seen.position.astype(np.float64)))
+        duration, start = clock.perf_counter() - start, clock.perf_counter()
         # The frames at rest are worked off at once, so only later ones have a time of their own.
-        yield from (dataclasses.replace(one, seconds=taken if len(found) == 1 else one.seconds) for one in found)
+        yield from (
+            dataclasses.replace(decision, seconds=duration if len(decisions) == 1 else decision.seconds)
+            for decision in decisions
+        )
 
 
 @dataclass(frozen=True)
@@ -232,5 +235,5 @@ def latency_of(findings: list[Finding]) -> Latency:
     if not findings:
         raise InputError("frames", "got fewer than the frames at rest", "needs more of them")
     seconds = np.array([finding.seconds for finding in findings])
-    middle, late = (float(one) for one in np.quantile(seconds, (0.5, 0.95)))
+    middle, late = (float(quantile) for quantile in np.quantile(seconds, (0.5, 0.95)))
     return Latency(len(seconds), middle, late, float(1.0 / seconds.mean()))

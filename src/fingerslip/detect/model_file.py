@@ -70,7 +70,7 @@ def write_detector(detector: Detector, folder: str | Path) -> None:
 
 
 def _description(detector: Detector) -> dict[str, Any]:
-    kind = next((name for name, one in _SMOOTHERS.items() if type(detector.smoother) is one), None)
+    kind = next((name for name, smoother in _SMOOTHERS.items() if type(detector.smoother) is smoother), None)
     if kind is None:
         fault = f"got {type(detector.smoother).__name__}"
         raise InputError("detector: smoother", fault, f"needs one of {', '.join(_SMOOTHERS)} to be written")
@@ -161,10 +161,12 @@ def _check_versions(path: Path, described: Mapping[str, Any]) -> None:
     if described.get("format") != _FORMAT:
         fault = f"has the format {shortened(str(described.get('format')))}, not {_FORMAT}"
         raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
-    own, made = optional("sklearn").__version__, shortened(str(described.get("scikit_learn")))
-    if own.split(".")[:2] != made.split(".")[:2]:
-        allowed = f"needs the installed version {own}"
-        raise InputError(str(path), f"was made with scikit-learn {made}", allowed, f"{_REPAIR}, or install {made}")
+    installed, written = optional("sklearn").__version__, shortened(str(described.get("scikit_learn")))
+    if installed.split(".")[:2] != written.split(".")[:2]:
+        allowed = f"needs the installed version {installed}"
+        raise InputError(
+            str(path), f"was made with scikit-learn {written}", allowed, f"{_REPAIR}, or install {written}"
+        )
     if described.get("classes") != list(CLASSES):
         fault = f"has the classes {shortened(str(described.get('classes')))}"
         raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
@@ -173,7 +175,7 @@ def _check_versions(path: Path, described: Mapping[str, Any]) -> None:
 def _loaded(path: Path, wanted: object) -> Any:
     try:
         with zipfile.ZipFile(path) as packed:
-            size = sum(one.file_size for one in packed.infolist())
+            size = sum(member.file_size for member in packed.infolist())
         if size > LARGEST:
             raise InputError(str(path), f"has {size / 1e6:.0f} MB", f"needs at most {LARGEST / 1e6:.0f} MB", _REPAIR)
         if file_digest(path) != wanted:
@@ -214,8 +216,8 @@ def _kind_fault(detector: Detector, estimator: Any) -> str:
     if seen != len(detector.names) or classes != [0, 1, 2]:
         return f"sees {seen} features and {len(classes)} classes, not {len(detector.names)} and 3"
     kinds, needed = (
-        [type(step) for step in (one, *(step for _, step in getattr(one, "steps", ())))]
-        for one in (estimator, candidate_named(detector.classifier).make(0))
+        [type(step) for step in (model, *(step for _, step in getattr(model, "steps", ())))]
+        for model in (estimator, candidate_named(detector.classifier).make(0))
     )
     return "" if kinds == needed else f"is not the classifier {detector.classifier}"
 
@@ -250,11 +252,11 @@ def _node_fault(children: Any, is_split: Any, feature: Any, threshold: Any, valu
 
 
 def _card(detector: Detector) -> str:
-    kept, motion = detector.calibration, detector.features.motion
+    calibration, motion = detector.calibration, detector.features.motion
     promise = "The threshold guarantees nothing, as too few trials were kept for it: slip is as likely as not."
-    if kept.trials:
-        like = f"if they are like the {kept.trials} that set the threshold"
-        promise = f"At most {100 * kept.share:.3g} % of trials without slip raise a false alarm, {like}."
+    if calibration.trials:
+        like = f"if they are like the {calibration.trials} that set the threshold"
+        promise = f"At most {100 * calibration.share:.3g} % of trials without slip raise a false alarm, {like}."
     seen = f"{len(detector.names)} features ({', '.join(detector.features.sets)})"
     lines = [
         f"# Slip detector: {detector.classifier}",

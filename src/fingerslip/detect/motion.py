@@ -130,9 +130,9 @@ def filled(displacement: Floats, visible: Bools, weights: Floats) -> Floats:
     """
     if visible.all():
         return displacement
-    known = np.where(visible[:, :, None], displacement, 0.0)
+    visible_displacement = np.where(visible[:, :, None], displacement, 0.0)
     total = visible @ weights.T
-    guessed = np.einsum("tmd,nm->tnd", known, weights, optimize=True)
+    guessed = np.einsum("tmd,nm->tnd", visible_displacement, weights, optimize=True)
     guessed = np.divide(guessed, total[:, :, None], out=np.zeros_like(guessed), where=total[:, :, None] > 0)
     return np.where(visible[:, :, None], displacement, guessed)
 
@@ -163,9 +163,9 @@ def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) 
 
 def _slopes(sums: list[Floats], moments: list[Floats]) -> Floats:
     spread = sums[0] * sums[2] - sums[1] ** 2
-    known = sums[0] > 1.5
+    determined = sums[0] > 1.5
     numerator = sums[0][:, :, None] * moments[1] - sums[1][:, :, None] * moments[0]
-    slope = np.divide(numerator, spread[:, :, None], out=np.zeros_like(numerator), where=known[:, :, None])
-    number = known.sum(axis=1)[:, None]
+    slope = np.divide(numerator, spread[:, :, None], out=np.zeros_like(numerator), where=determined[:, :, None])
+    number = determined.sum(axis=1)[:, None]
     mean = np.divide(slope.sum(axis=1), number, out=np.zeros_like(slope[:, 0]), where=number > 0)
-    return np.where(known[:, :, None], slope, mean[:, None, :])
+    return np.where(determined[:, :, None], slope, mean[:, None, :])

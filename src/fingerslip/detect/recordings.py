@@ -82,14 +82,14 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
 def _row(row: Mapping[str | None, Any], path: str, line: int) -> dict[str, Any]:
     if None in row:
         raise InputError(path, "a row has more cells than there are names", "needs as many", line=line)
-    found = {}
+    result = {}
     for heading, cell in row.items():
         match = _HEADING.fullmatch(heading or "")
         if match is None:
             raise InputError(path, f"has the column {heading!r}", "needs a name, or a name with a unit in brackets")
         if cell is not None and cell.strip():
-            found[match["name"]] = _value(match["name"], match["unit"], cell.strip(), f"{path}: line {line}")
-    return found
+            result[match["name"]] = _value(match["name"], match["unit"], cell.strip(), f"{path}: line {line}")
+    return result
 
 
 def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
@@ -97,8 +97,8 @@ def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
     if si not in ("", "1"):
         return parse_quantity(f"{cell} {unit or ''}".strip(), si, where=f"{where}: {name}")
     if unit is not None:
-        known = ", ".join(one for one, (its, _) in CONDITIONS.items() if its not in ("", "1"))
-        raise InputError(f"{where}: {name}", f"has the unit {unit}", f"takes none; units are known of {known}")
+        allowed = ", ".join(condition for condition, (its, _) in CONDITIONS.items() if its not in ("", "1"))
+        raise InputError(f"{where}: {name}", f"has the unit {unit}", f"takes none; units are known of {allowed}")
     try:
         return float(cell)
     except ValueError:
@@ -127,8 +127,8 @@ def recorded_trials(
         if outer is not None:
             tracks = with_external(tracks, read_external(Path(folder) / str(outer)), str(outer))
         labels = _labels(tracks, path.stem, onsets or {}, settings)
-        own = {name: value for name, value in values.items() if name != EXTERNAL}
-        yield Trial(path.stem, tracks, labels, own, _origin(file, outer, tracks))
+        element = {name: value for name, value in values.items() if name != EXTERNAL}
+        yield Trial(path.stem, tracks, labels, element, _origin(file, outer, tracks))
 
 
 def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external") -> xr.Dataset:
@@ -161,22 +161,22 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
 
 def _origin(file: str, outer: object, tracks: xr.Dataset) -> dict[str, Any]:
     """Return where a recorded trial comes from, with what its tracker complained of."""
-    found: dict[str, Any] = {"recording": file}
+    origin: dict[str, Any] = {"recording": file}
     if outer is not None:
-        found["external_recording"] = str(outer)
-    return found | ({"warnings": str(tracks.attrs["warnings"])} if tracks.attrs.get("warnings") else {})
+        origin["external_recording"] = str(outer)
+    return origin | ({"warnings": str(tracks.attrs["warnings"])} if tracks.attrs.get("warnings") else {})
 
 
 def _labels(
     tracks: xr.Dataset, name: str, onsets: Mapping[str, Onsets], settings: LabelSettings | None
 ) -> dict[str, Onsets]:
-    found = {"user": onsets[name]} if name in onsets else {}
+    labels = {"user": onsets[name]} if name in onsets else {}
     if (tracks["kind"].values.astype(str) == "external").sum() > 1:
-        found["external_markers"] = labels_from_external_markers(tracks, settings)
-    if not found:
+        labels["external_markers"] = labels_from_external_markers(tracks, settings)
+    if not labels:
         allowed = "needs external markers in the tracks, or a label of your own"
         raise InputError(f"trial {name}", "has nothing to label it by", allowed)
-    return found
+    return labels
 
 
 def read_recording(

@@ -133,19 +133,19 @@ def trial_sample(
     )
 
 
-def joined_samples(parts: Sequence[TrialSample]) -> Samples:
+def joined_samples(samples: Sequence[TrialSample]) -> Samples:
     """Return the sampled frames of trials of one layout in one table."""
     return Samples(
-        values=np.concatenate([part.values for part in parts]),
-        classes=np.concatenate([part.classes for part in parts]),
-        trial=np.repeat(np.arange(len(parts)), [len(part.classes) for part in parts]),
-        time=np.concatenate([part.time for part in parts]),
-        names=parts[0].names,
-        trials=tuple(part.name for part in parts),
-        ring=parts[0].ring,
-        rest_end=np.array([part.rest_end for part in parts]),
-        filled=sum(part.filled for part in parts),
-        unusable=sum(part.unusable for part in parts),
+        values=np.concatenate([part.values for part in samples]),
+        classes=np.concatenate([part.classes for part in samples]),
+        trial=np.repeat(np.arange(len(samples)), [len(part.classes) for part in samples]),
+        time=np.concatenate([part.time for part in samples]),
+        names=samples[0].names,
+        trials=tuple(part.name for part in samples),
+        ring=samples[0].ring,
+        rest_end=np.array([part.rest_end for part in samples]),
+        filled=sum(part.filled for part in samples),
+        unusable=sum(part.unusable for part in samples),
     )
 
 
@@ -171,13 +171,13 @@ def chosen_frames(
         (INCIPIENT, rest, sampling.more_incipient),
         (GROSS, np.flatnonzero((classes == GROSS) & usable), sampling.gross),
     )
-    parts = []
+    pieces = []
     for number, frames, count in wanted:
         if len(frames) < sampling.least * count:
             fault = f"has {len(frames)} frames of {CLASSES[number]} where {count} are sampled"
             raise InputError(f"trial {trial}", fault, "needs more", "leave the trial out, or sample fewer frames")
-        parts.append(draw.choice(frames, min(count, len(frames)), replace=False))
-    return np.sort(np.concatenate(parts))
+        pieces.append(draw.choice(frames, min(count, len(frames)), replace=False))
+    return np.sort(np.concatenate(pieces))
 
 
 #: Numbers of more values than this are left out in ranges instead of one by one.
@@ -233,17 +233,17 @@ def left_out(conditions: Mapping[str, Mapping[str, Any]], key: str) -> dict[str,
         raise InputError(f"condition {key!r}", f"is {different[0]!r} in all trials", "needs at least two values")
     if len(different) > _VALUES and not any(isinstance(value, str) for value in different):
         return _by_range(values)
-    return {_text(one): tuple(name for name, value in values.items() if value == one) for one in different}
+    return {_text(entry): tuple(name for name, value in values.items() if value == entry) for entry in different}
 
 
 def _by_range(values: Mapping[str, float]) -> dict[str, tuple[str, ...]]:
     edges = np.quantile(list(values.values()), np.linspace(0.0, 1.0, _RANGES + 1))
     places = np.clip(np.searchsorted(edges, list(values.values()), side="right") - 1, 0, _RANGES - 1)
-    found = {}
+    groups = {}
     for number in range(_RANGES):
         label = f"{edges[number]:.4g} to {edges[number + 1]:.4g}"
-        found[label] = tuple(name for name, place in zip(values, places, strict=True) if place == number)
-    return {label: names for label, names in found.items() if names}
+        groups[label] = tuple(name for name, group in zip(values, places, strict=True) if group == number)
+    return {label: names for label, names in groups.items() if names}
 
 
 def _text(value: Any) -> str:

@@ -78,10 +78,10 @@ class Choices:
         InputError
             Where the text is not four whole numbers.
         """
-        parts = self.samples.split(",")
-        if len(parts) != 4 or not all(part.strip().isdecimal() for part in parts):
+        words = self.samples.split(",")
+        if len(words) != 4 or not all(part.strip().isdecimal() for part in words):
             raise InputError("--samples", f"got {shortened(self.samples)!r}", "needs four numbers", "write 50,50,50,50")
-        no_slip, first, more, gross = (int(part) for part in parts)
+        no_slip, first, more, gross = (int(part) for part in words)
         return Sampling(no_slip, first, more, gross, self.least, seed=self.seed)
 
     def onsets(self, trials: TrialSet) -> dict[str, Onsets]:
@@ -107,17 +107,17 @@ def collect_trials(
     layout: LayoutName = "rings",
 ) -> str:
     """Write a data set of recordings and return what was done, and what is wrong with videos."""
-    own = {} if labels is None else read_onsets(labels)
+    onsets = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
     inner, outer = readers(*markers, rest_frames, layout)
-    trials = recorded_trials(folder, conditions, onsets=own, settings=settings, read=inner, read_external=outer)
-    made = write_trials(trials, output, title)
+    trials = recorded_trials(folder, conditions, onsets=onsets, settings=settings, read=inner, read_external=outer)
+    result = write_trials(trials, output, title)
     complaints = [
         f"{name}: {line}"
-        for name in made.names
-        for line in str(made.trial(name).provenance.get("warnings", "")).splitlines()
+        for name in result.names
+        for line in str(result.trial(name).provenance.get("warnings", "")).splitlines()
     ]
-    return "\n".join([f"{output}: {len(made.names)} trials", *complaints])
+    return "\n".join([f"{output}: {len(result.names)} trials", *complaints])
 
 
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
@@ -125,7 +125,7 @@ def train_detector(dataset: Path, output: Path, classifier: str, choices: Choice
     trials = open_trials(dataset)
     tests = set(benchmark_test_trials(trials.names, choices.seed))
     with threadpool_limits(choices.workers):
-        made = train(
+        result = train(
             trials,
             choices.onsets(trials),
             classifier,
@@ -135,12 +135,15 @@ def train_detector(dataset: Path, output: Path, classifier: str, choices: Choice
             seed=choices.seed,
             workers=choices.workers,
         )
-    write_detector(made, output)
-    kept = made.calibration
-    promise = f"false alarms <= {100 * kept.share:g} % by {kept.trials} trials" if kept.trials else "no guarantee"
-    return (
-        f"{output}: {classifier}, {made.provenance['trials']} trials, {made.provenance['samples']} samples, {promise}"
+    write_detector(result, output)
+    calibration = result.calibration
+    promise = (
+        f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
+        if calibration.trials
+        else "no guarantee"
     )
+    trials, samples = result.provenance["trials"], result.provenance["samples"]
+    return f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}"
 
 
 def evaluate_classifiers(
@@ -170,7 +173,9 @@ def evaluate_classifiers(
     )
     begun.check([*tests, *(names for group in groups.values() for names in group.values())])
     tables = _evaluation_tables(begun, candidates, tests, choices)
-    tables += [_left_out_table(begun, key, one, candidates) for key, one in groups.items()]
+    tables += [
+        _left_out_table(begun, key, groups_of_condition, candidates) for key, groups_of_condition in groups.items()
+    ]
     if output is not None:
         output_tables(tables, output)
     begun.parts.remove()
@@ -183,7 +188,9 @@ def _evaluation_tables(
     frames, events = begun.by_fold(candidates, tests)
     scores = {name: frame_scores_of(frame.matrices, seed=choices.seed) for name, frame in frames.items()}
     split = {candidate.name: begun.by_sample(candidate) for candidate in candidates}
-    mixed: dict[str, Estimate] = {name: frame_scores_of(one, seed=choices.seed).accuracy for name, one in split.items()}
+    mixed: dict[str, Estimate] = {
+        name: frame_scores_of(entry, seed=choices.seed).accuracy for name, entry in split.items()
+    }
     samples = begun.samples
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
@@ -205,9 +212,11 @@ def _event_table(begun: Evaluation, events: Mapping[str, Mapping[str, Onsets]], 
         name: event_scores_of(event, begun.onsets, ends, frame=frame, seed=choices.seed)
         for name, event in events.items()
     }
-    kept = calibration_count(len(trials.names) - len(trials.names) // folds, 0.05)
-    note = f"Thresholds from {kept} other trials of each fold, for at most 5 % that raise an alarm before slip."
-    return event_table(scores, note if kept else "Too few trials for a guaranteed threshold: slip as likely as not.")
+    calibration = calibration_count(len(trials.names) - len(trials.names) // folds, 0.05)
+    note = f"Thresholds from {calibration} other trials of each fold, for at most 5 % that raise an alarm before slip."
+    return event_table(
+        scores, note if calibration else "Too few trials for a guaranteed threshold: slip as likely as not."
+    )
 
 
 def _left_out_table(
@@ -216,32 +225,32 @@ def _left_out_table(
     """Return accuracies on the trials of each value of a condition that was not seen, and on all of them together."""
     rows = []
     for candidate in candidates:
-        parts = begun.by_group(candidate, list(groups.values()))
-        for (value, names), part in zip(groups.items(), parts, strict=True):
+        folds = begun.by_group(candidate, list(groups.values()))
+        for (value, names), part in zip(groups.items(), folds, strict=True):
             rows.append((candidate.name, value, len(names), _accuracy(begun, [part])))
-        rows.append((candidate.name, "all", sum(map(len, groups.values())), _accuracy(begun, parts)))
+        rows.append((candidate.name, "all", sum(map(len, groups.values())), _accuracy(begun, folds)))
     return left_out_table(key, rows)
 
 
-def _accuracy(begun: Evaluation, parts: Sequence[FoldFrames]) -> Estimate:
-    return frame_scores_of(joined_folds(begun.samples, parts).matrices, seed=begun.seed).accuracy
+def _accuracy(begun: Evaluation, folds: Sequence[FoldFrames]) -> Estimate:
+    return frame_scores_of(joined_folds(begun.samples, folds).matrices, seed=begun.seed).accuracy
 
 
 def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "rings") -> Table:
     """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency."""
-    made = read_detector(detector)
+    detector_read = read_detector(detector)
     # The tracker is slow to load, and nothing else here needs it.
     from fingerslip.detect.live import run_on_markers, run_on_tracks
     from fingerslip.vision.tracking.track import open_markers
 
-    title = f"{source.name} with {made.classifier}"
+    title = f"{source.name} with {detector_read.classifier}"
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
-            findings = list(run_on_tracks(made, read_any_tracks(source)))
+            findings = list(run_on_tracks(detector_read, read_any_tracks(source)))
             return findings_table(findings, title, "Latency without the tracker. A first run compiles, too.")
-        rest_frames = made.features.motion.rest_frames
+        rest_frames = detector_read.features.motion.rest_frames
         stream = open_markers(source, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
-        findings = list(run_on_markers(made, stream))
+        findings = list(run_on_markers(detector_read, stream))
         return findings_table(findings, title, "Latency with the tracker.")
 
 
@@ -250,24 +259,24 @@ def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
     from fingerslip.detect.simulated import film_results
 
-    made = write_trials(film_results(results, seed=seed), output, title, notes)
-    return f"{output}: {len(made.names)} trials"
+    folder = write_trials(film_results(results, seed=seed), output, title, notes)
+    return f"{output}: {len(folder.names)} trials"
 
 
 def judge_detector(detector: Path, dataset: Path, labels: str) -> list[Table]:
     """Return the tables of what a detector finds in a data set that it did not learn from."""
-    trials, made = open_trials(dataset), read_detector(detector)
+    trials, detector_read = open_trials(dataset), read_detector(detector)
     with threadpool_limits(1):
-        return unseen_tables(on_unseen(made, trials, Choices(labels).onsets(trials)))
+        return unseen_tables(on_unseen(detector_read, trials, Choices(labels).onsets(trials)))
 
 
 def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
     """Return the scores of a submission."""
     trials = open_trials(dataset)
-    found = score_submission(
+    scores = score_submission(
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
-    return score_table(found, submission.name)
+    return score_table(scores, submission.name)
 
 
 def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:

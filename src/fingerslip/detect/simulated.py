@@ -73,17 +73,19 @@ def slide_trial(
     say which of the two it takes), and of the contact.
     """
     filming = filming or Filming()
-    shown, plate = _after_press(history)
-    tracks = _filmed(seen_with_plate(shown, plate), filming, seed)
-    touching = _touching(shown, plate)
+    tracks_shown, plate = _after_press(history)
+    tracks = _filmed(seen_with_plate(tracks_shown, plate), filming, seed)
+    touching = _touching(tracks_shown, plate)
     labels = {
         "external_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
         "all_external_markers": labels_from_external_markers(tracks, filming.labels),
-        "contact": _contact_labels(history, shown),
+        "contact": _contact_labels(history, tracks_shown),
     }
     along = plate[-1] - plate[0]
-    own = {"task": "slide", "direction": float(np.mod(np.arctan2(0.0, along[0]), 2.0 * np.pi))}
-    return Trial(name, tracks, labels, {**own, **_depth(plate), "seed": seed, **(conditions or {})}, _origin(history))
+    element = {"task": "slide", "direction": float(np.mod(np.arctan2(0.0, along[0]), 2.0 * np.pi))}
+    return Trial(
+        name, tracks, labels, {**element, **_depth(plate), "seed": seed, **(conditions or {})}, _origin(history)
+    )
 
 
 def pouring_trial(
@@ -102,44 +104,44 @@ def pouring_trial(
     filming = filming or Filming()
     if not history.sizes.get("rigid_body", 0):
         raise InputError("history", "has no rigid body", "needs a plate that is free to fall", "see bodies in studies")
-    shown, plate = _after_press(history)
+    tracks_shown, plate = _after_press(history)
     fallen = np.linalg.norm(plate - plate[0], axis=1) > filming.travel
     last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
-    shown, plate = shown.isel(time=slice(0, last)), plate[:last]
+    tracks_shown, plate = tracks_shown.isel(time=slice(0, last)), plate[:last]
     height = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0)
-    tracks = _filmed(seen_with_plate(shown, height), filming, seed)
+    tracks = _filmed(seen_with_plate(tracks_shown, height), filming, seed)
     fallen_by = np.zeros((len(plate), 3))
     fallen_by[:, 0] = plate[:, 0] - plate[0, 0]
-    mark = plate_mark(_cameras_of(filming, seed), fallen_by, shown["time"].values)
+    mark = plate_mark(_cameras_of(filming, seed), fallen_by, tracks_shown["time"].values)
     labels = {
         "plate": labels_from_plate(tracks, mark, filming.labels),
-        "contact": _contact_labels(history, shown),
+        "contact": _contact_labels(history, tracks_shown),
     }
-    own = {"task": "pour", **_depth(plate), "seed": seed}
-    return Trial(name, tracks, labels, {**own, **(conditions or {})}, _origin(history))
+    element = {"task": "pour", **_depth(plate), "seed": seed}
+    return Trial(name, tracks, labels, {**element, **(conditions or {})}, _origin(history))
 
 
 def film_results(
     folder: str | Path, filming: Filming | None = None, *, seed: int = 0, names: Sequence[str] | None = None
 ) -> Iterator[Trial]:
     """Yield the trial of every finished run of a study: of pouring where it has a rigid body, else of a slide."""
-    found = sorted(path.parent for path in Path(folder).glob(f"*/{RESULT}"))
-    chosen = [path for path in found if names is None or path.name in names]
+    folders = sorted(path.parent for path in Path(folder).glob(f"*/{RESULT}"))
+    chosen = [path for path in folders if names is None or path.name in names]
     if not chosen:
         repair = "fingerslip run computes them"
         raise InputError(str(folder), "has no finished runs", "needs the folder of the results of a study", repair)
     for path in chosen:
         result, history = stored_result(path), read_history(path / HISTORY)
         make = pouring_trial if history.sizes.get("rigid_body", 0) else slide_trial
-        own = _conditions({**result.swept, **result.sampled})
-        yield make(path.name, history, filming, seed=seed + zlib.crc32(path.name.encode()), conditions=own)
+        conditions = _conditions({**result.swept, **result.sampled})
+        yield make(path.name, history, filming, seed=seed + zlib.crc32(path.name.encode()), conditions=conditions)
 
 
 def _single(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Yield path and value of each single value, of groups too that were swept together."""
     for path, value in values.items():
         if isinstance(value, Mapping):
-            yield from _single({f"{path}.{name}": one for name, one in value.items()})
+            yield from _single({f"{path}.{name}": entry for name, entry in value.items()})
         else:
             yield path, value
 
@@ -152,21 +154,21 @@ def _of_sensor(path: str) -> str:
 
 def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return what was swept and sampled as conditions: the last part of its path, in SI units."""
-    found: dict[str, Any] = {}
+    conditions: dict[str, Any] = {}
     for path, value in _single(values):
         name = path.rpartition(".")[2]
         if name in ("static", "friction_coefficient"):
-            found["friction_coefficient"] = float(value)
+            conditions["friction_coefficient"] = float(value)
         elif name == "sample":
-            found["repeat"] = int(value)
+            conditions["repeat"] = int(value)
         elif name == "mass":
-            found["mass"] = parse_quantity(value, "kg", where=path)
-        elif own := _of_sensor(path):
-            unit = CONDITIONS[own][0]
-            found[own] = value if unit == "1" else parse_quantity(value, unit, where=path)
+            conditions["mass"] = parse_quantity(value, "kg", where=path)
+        elif element := _of_sensor(path):
+            unit = CONDITIONS[element][0]
+            conditions[element] = value if unit == "1" else parse_quantity(value, unit, where=path)
         elif isinstance(value, int | float):
-            found[name] = value
-    return found
+            conditions[name] = value
+    return conditions
 
 
 def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
@@ -180,17 +182,17 @@ def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
             repair = "write record: {groups: [internal_markers, external_markers]} in the study"
             raise InputError("history", f"has no {kind} markers", "needs both kinds", repair)
     rows = np.flatnonzero(history["time"].values >= holds[0][0] - 1e-9)
-    shown = tracks.isel(time=rows)
-    first = float(shown["time"][0])
+    sliding = tracks.isel(time=rows)
+    first = float(sliding["time"][0])
     plate: Floats = history["counterface_displacement"].values[rows, 0]
-    return shown.assign_coords(time=shown["time"] - first).assign_attrs(start=first), plate
+    return sliding.assign_coords(time=sliding["time"] - first).assign_attrs(start=first), plate
 
 
 def _touching(tracks: xr.Dataset, plate: Floats) -> NDArray[np.intp]:
     """Return the external markers that touch the plate at rest; y is its normal."""
     height = tracks["position"].values[0, :, 1] - plate[0, 1]
-    found: NDArray[np.intp] = np.flatnonzero((tracks["kind"].values == "external") & (height < _TOUCHING))
-    return found
+    touching: NDArray[np.intp] = np.flatnonzero((tracks["kind"].values == "external") & (height < _TOUCHING))
+    return touching
 
 
 def _filmed(tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
@@ -202,9 +204,9 @@ def _cameras_of(filming: Filming, seed: int) -> CameraPair:
     return dataclasses.replace(filming.cameras, seed=seed % 2**61)
 
 
-def _contact_labels(history: xr.Dataset, shown: xr.Dataset) -> Onsets:
-    start = float(shown.attrs["start"])
-    ratio = stick_ratio(history).sel(time=slice(start - 1e-9, start + float(shown["time"][-1]) + 1e-9))
+def _contact_labels(history: xr.Dataset, tracks: xr.Dataset) -> Onsets:
+    start = float(tracks.attrs["start"])
+    ratio = stick_ratio(history).sel(time=slice(start - 1e-9, start + float(tracks["time"][-1]) + 1e-9))
     # Rounding leaves shares of 1 + 1e-16.
     return labels_from_contact(ratio["time"].values - start, np.clip(ratio.values, 0.0, 1.0))
 

@@ -151,8 +151,8 @@ def synthetic_slides(
         for sector in range(directions):
             for repeat in range(repeats):
                 direction, friction = 2.0 * math.pi * sector / directions, round(float(draw.uniform(0.6, 1.1)), 3)
-                made = SyntheticSlide(depth, direction, friction, seed=seed + number, repeat=repeat, **slide)
-                yield synthetic_trial(f"slide-{number:04d}", made, sensor)
+                slides = SyntheticSlide(depth, direction, friction, seed=seed + number, repeat=repeat, **slide)
+                yield synthetic_trial(f"slide-{number:04d}", slides, sensor)
                 number += 1
 
 
@@ -183,11 +183,11 @@ def _slip(
 def _lagging(shear: Floats, sensor: SyntheticSensor) -> Floats:
     """Return how far internal markers follow: a share of the shear, with the lag of the gel."""
     follow = 1.0 - math.exp(-1.0 / (sensor.frame_rate * _LAG))
-    found, state = np.empty_like(shear), np.zeros(shear.shape[1])
+    lagging, state = np.empty_like(shear), np.zeros(shear.shape[1])
     for frame, wanted in enumerate(_GAIN * shear):
         state = state + follow * (wanted - state)
-        found[frame] = state
-    return found
+        lagging[frame] = state
+    return lagging
 
 
 def _filmed(
@@ -246,31 +246,31 @@ def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int,
     ResultError
         Where a file cannot be written.
     """
-    place = Path(folder)
-    check_empty(place)
-    with writing(place):
-        place.mkdir(parents=True, exist_ok=True)
+    target = Path(folder)
+    check_empty(target)
+    with writing(target):
+        target.mkdir(parents=True, exist_ok=True)
     rows: list[tuple[object, ...]] = [("file", EXTERNAL, "indentation [mm]", "direction [deg]")]
     for trial in trials:
         names = f"{trial.name}.mkv", f"{trial.name}-outside.mkv"
         for kind, name in zip(("internal", "external"), names, strict=True):
-            _film(trial.tracks, kind, place / name, size)
+            _film(trial.tracks, kind, target / name, size)
         conditions = trial.conditions
         rows.append((*names, 1e3 * conditions["indentation"], round(math.degrees(conditions["direction"]), 6)))
-    write_text(place / "conditions.csv", csv_text(rows))
-    return place / "conditions.csv"
+    write_text(target / "conditions.csv", csv_text(rows))
+    return target / "conditions.csv"
 
 
 def _film(tracks: xr.Dataset, kind: str, path: Path, size: tuple[int, int]) -> None:
     """Film the markers of one kind."""
-    shown = tracks.isel(marker=np.flatnonzero(tracks["kind"].values == kind))
+    markers = tracks.isel(marker=np.flatnonzero(tracks["kind"].values == kind))
     scale = float(tracks.attrs["metres_per_pixel_x"])
     # y of pictures points down, that of the plane up.
-    plane = (shown["position"].values - np.array(CENTRE)) * np.array([scale, -scale])
+    plane = (markers["position"].values - np.array(CENTRE)) * np.array([scale, -scale])
     space = np.concatenate([plane, np.zeros_like(plane[:, :, :1])], axis=2)
     lens = pinhole_for_view(*size, view_width=size[0] * scale, distance=_DISTANCE)
     pose = Pose((0.0, 0.0, _DISTANCE), (0.0, 0.0, 0.0))
     rate = float(tracks.attrs["frame_rate"])
     camera = Camera(lens, pose, "internal", frame_rate=rate, exposure=0.3 / rate)
     filming = PixelCamera(camera, MarkerLook(radius=4.0 * scale), seed=1)
-    film(filming, make_tracks(space, shown["time"].values, units="m"), path)
+    film(filming, make_tracks(space, markers["time"].values, units="m"), path)

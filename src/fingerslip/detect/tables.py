@@ -59,15 +59,15 @@ def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, 
     return Table("Accuracy on frames", columns, tuple(rows), f"{note} {_INTERVALS}")
 
 
-def assumption_table(found: Sequence[Sensitivity]) -> Table:
+def assumption_table(sensitivities: Sequence[Sensitivity]) -> Table:
     """Return what accuracies come to with each value that may be assumed, and when labels then begin."""
-    names = list(found[0].matrices)
+    names = list(sensitivities[0].matrices)
     rows: list[tuple[Cell, ...]] = [
         (
-            *(one.assumption.quantity, one.assumption.value, one.incipient, one.gross),
-            *(estimate_text(one.accuracies[name]) for name in names),
+            *(sensitivity.assumption.quantity, sensitivity.assumption.value, sensitivity.incipient, sensitivity.gross),
+            *(estimate_text(sensitivity.accuracies[name]) for name in names),
         )
-        for one in found
+        for sensitivity in sensitivities
     ]
     times = (Column("median incipient slip", "s", 2), Column("median gross slip", "s", 2))
     columns = (Column("quantity"), Column("value"), *times, *(Column(name) for name in names))
@@ -75,19 +75,19 @@ def assumption_table(found: Sequence[Sensitivity]) -> Table:
     return Table("Accuracy and what is assumed", columns, tuple(rows), note)
 
 
-def condition_table(condition: str, found: Mapping[str, Mapping[str, Estimate]]) -> Table:
+def condition_table(condition: str, estimates: Mapping[str, Mapping[str, Estimate]]) -> Table:
     """Return accuracies on the trials of each value of a condition, which were learned from in other trials."""
-    names = list(next(iter(found.values())))
-    rows = tuple((value, *(estimate_text(one[name]) for name in names)) for value, one in found.items())
+    names = list(next(iter(estimates.values())))
+    rows = tuple((value, *(estimate_text(estimate[name]) for name in names)) for value, estimate in estimates.items())
     return Table(f"Accuracy by {condition}", (Column(condition), *(Column(name) for name in names)), rows, _INTERVALS)
 
 
 def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:
     """Return precision, recall and F1 of each class on trials that were not seen."""
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (name, one, *(estimate_text(score[number]) for score in (scores.precision, scores.recall, scores.f1)))
+        (name, entry, *(estimate_text(score[number]) for score in (scores.precision, scores.recall, scores.f1)))
         for name, scores in by_trial.items()
-        for number, one in enumerate(CLASSES)
+        for number, entry in enumerate(CLASSES)
     )
     columns = tuple(Column(name) for name in ("classifier", "class", "precision", "recall", "F1"))
     return Table("Classes, on trials that were not seen", columns, rows, _INTERVALS)
@@ -96,11 +96,11 @@ def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:
 def confusion_table(matrices: Mapping[str, NDArray[np.intp]]) -> Table:
     """Return confusion matrices: a row for each true class."""
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (name, one, *(int(count) for count in matrix[number]))
+        (name, entry, *(int(count) for count in matrix[number]))
         for name, matrix in matrices.items()
-        for number, one in enumerate(CLASSES)
+        for number, entry in enumerate(CLASSES)
     )
-    columns = (Column("classifier"), Column("true class"), *(Column(f"found {one}") for one in CLASSES))
+    columns = (Column("classifier"), Column("true class"), *(Column(f"found {entry}") for entry in CLASSES))
     return Table("Confusion, frames", columns, rows)
 
 

@@ -81,12 +81,12 @@ def candidate_named(name: str) -> Candidate:
     >>> candidate_named("forest:sliding").sets
     ('sliding',)
     """
-    own, given, sets = name.partition(":")
-    if own not in CLASSIFIERS:
-        raise InputError("classifier", f"got {shortened(own)!r}", f"needs one of {', '.join(CLASSIFIERS)}")
-    if not given:
-        return CLASSIFIERS[own]
-    return replace(CLASSIFIERS[own], name=name, sets=FeatureSettings(tuple(sets.split("+"))).sets)
+    classifier, separator, sets = name.partition(":")
+    if classifier not in CLASSIFIERS:
+        raise InputError("classifier", f"got {shortened(classifier)!r}", f"needs one of {', '.join(CLASSIFIERS)}")
+    if not separator:
+        return CLASSIFIERS[classifier]
+    return replace(CLASSIFIERS[classifier], name=name, sets=FeatureSettings(tuple(sets.split("+"))).sets)
 
 
 def train(
@@ -131,12 +131,12 @@ def train(
     candidate = candidate_named(classifier)
     settings = FeatureSettings(candidate.sets, motion or MotionSettings())
     chosen = tuple(trials.names if names is None else names)
-    kept = held_out(chosen, calibration_count(len(chosen), share), seed)
-    check_labels(onsets, kept, needed=())
-    samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in kept])
+    calibration = held_out(chosen, calibration_count(len(chosen), share), seed)
+    check_labels(onsets, calibration, needed=())
+    samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in calibration])
     estimator = fit(candidate, samples.values, samples.classes, samples.trial, seed=seed, workers=workers)
     inside = markers_of(trials.tracks(chosen[0]), "internal")
-    made = Detector(
+    detector = Detector(
         classifier=classifier,
         estimator=estimator,
         features=settings,
@@ -147,11 +147,11 @@ def train(
         data=trials.digest,
         provenance={"trials": len(samples.trials), "samples": len(samples.classes), "seed": seed, "set": trials.title},
     )
-    if not kept:
-        return made
-    maxima = [largest_before(*detect(made, trials.tracks(name))[:2], onsets[name]) for name in kept]
+    if not calibration:
+        return detector
+    maxima = [largest_before(*detect(detector, trials.tracks(name))[:2], onsets[name]) for name in calibration]
     limit = false_alarm_threshold(maxima, share)
-    return replace(made, thresholds=Thresholds(slip=limit), calibration=Calibration(len(kept), share))
+    return replace(detector, thresholds=Thresholds(slip=limit), calibration=Calibration(len(calibration), share))
 
 
 def calibration_count(trials: int, share: float) -> int:

@@ -67,11 +67,11 @@ class TrialSet:
         InputError
             Where a trial has none of that source.
         """
-        found = {name: self.labels(name) for name in self.names}
-        for name, labels in found.items():
+        result = {name: self.labels(name) for name in self.names}
+        for name, labels in result.items():
             if source not in labels:
                 raise InputError(f"{self.folder}: {name}", f"has no labels {source!r}", f"has {', '.join(labels)}")
-        return {name: labels[source] for name, labels in found.items()}
+        return {name: labels[source] for name, labels in result.items()}
 
 
 def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes: str = "") -> TrialSet:
@@ -173,12 +173,14 @@ def _entry(trial: Trial, folder: Path) -> dict[str, Any]:
     }
 
 
-def common_layout(first: str, own: xr.Dataset, second: str, other: xr.Dataset) -> None:
+def common_layout(first: str, tracks: xr.Dataset, second: str, other: xr.Dataset) -> None:
     """Check that two trials have one layout."""
-    if layout_digest(own) != layout_digest(other):
-        fault = f"has {layout_text(other)}" if layout_text(other) != layout_text(own) else "has other markers or rings"
+    if layout_digest(tracks) != layout_digest(other):
+        fault = (
+            f"has {layout_text(other)}" if layout_text(other) != layout_text(tracks) else "has other markers or rings"
+        )
         repair = "make a data set for each layout"
-        raise InputError(f"trial {second}", fault, f"needs the layout of trial {first}: {layout_text(own)}", repair)
+        raise InputError(f"trial {second}", fault, f"needs the layout of trial {first}: {layout_text(tracks)}", repair)
 
 
 def open_trials(folder: str | Path) -> TrialSet:
@@ -199,9 +201,9 @@ def open_trials(folder: str | Path) -> TrialSet:
 
 
 def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
-    there = {path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")}
-    for name in sorted(there ^ set(entries)):
-        fault = f"is in the folder, not in {MANIFEST}" if name in there else f"is in {MANIFEST}, not in the folder"
+    present = {path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")}
+    for name in sorted(present ^ set(entries)):
+        fault = f"is in the folder, not in {MANIFEST}" if name in present else f"is in {MANIFEST}, not in the folder"
         raise DamagedError(str(folder / name), fault, _REPAIR)
     for name, entry in entries.items():
         for file, wanted in entry["files"].items():
@@ -242,7 +244,7 @@ def _card(manifest: Mapping[str, Any], notes: str) -> str:
         "|---|---|",
         *(f"| {name} | {text} |" for name, text in _ranges(entries)),
         "",
-        f"Labels by source: {', '.join(sorted({one for entry in entries.values() for one in entry['labels']}))}.",
+        f"Labels by source: {', '.join(sorted({label for entry in entries.values() for label in entry['labels']}))}.",
         "",
         "Each trial is a folder: `tracks.nc` (positions of the markers), `labels.csv` (onsets of slip),",
         "`conditions.json` (SI units) and `provenance.json`. `manifest.json` has the SHA-256 of each file.",

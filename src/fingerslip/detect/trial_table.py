@@ -52,7 +52,7 @@ def write_parquet(trials: TrialSet, path: str | Path, onsets: Mapping[str, Onset
                 columns = _frames(name, trials.tracks(name), labels[name])
                 schema = schema or _schema(arrow, trials, names, columns)
                 rows = len(columns["time_s"])
-                columns |= {f"condition_{one}": [trials.conditions[name].get(one)] * rows for one in names}
+                columns |= {f"condition_{entry}": [trials.conditions[name].get(entry)] * rows for entry in names}
                 writer = writer or parquet.ParquetWriter(partial, schema, compression="zstd")
                 writer.write_table(arrow.table(columns, schema=schema))
         finally:
@@ -67,9 +67,9 @@ def _frames(name: str, tracks: xr.Dataset, onsets: Onsets) -> dict[str, Any]:
         "time_s": time,
         "class": [CLASSES[number] for number in classes_at(onsets, time)],
     }
-    for place, (marker, kind) in enumerate(zip(tracks["marker"].values, tracks["kind"].values, strict=True)):
+    for column, (marker, kind) in enumerate(zip(tracks["marker"].values, tracks["kind"].values, strict=True)):
         for axis, label in enumerate(tracks["axis"].values):
-            values = tracks["position"].values[:, place, axis]
+            values = tracks["position"].values[:, column, axis]
             columns[f"{kind}_{marker}_{label}"] = np.ma.masked_invalid(values)
     return columns
 

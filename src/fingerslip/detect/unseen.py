@@ -46,16 +46,18 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
     missing = [name for name in trials.names if name not in onsets]
     if missing:
         raise InputError("labels", f"have no trial {missing[0]}", "needs every trial of the data set")
-    found: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
+    result: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
     matrices = []
     for name in trials.names:
         both, matrix = _of_trial(detector, trials, name, onsets[name])
         matrices.append(matrix)
-        for reading, one in zip(READINGS, both, strict=True):
-            found[reading][name] = one
+        for reading, onset in zip(READINGS, both, strict=True):
+            result[reading][name] = onset
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
-    scores = {reading: event_scores_of(one, onsets, ends, frame=frame, seed=seed) for reading, one in found.items()}
-    return Unseen(found, scores, np.concatenate(matrices))
+    scores = {
+        reading: event_scores_of(onset, onsets, ends, frame=frame, seed=seed) for reading, onset in result.items()
+    }
+    return Unseen(result, scores, np.concatenate(matrices))
 
 
 def _of_trial(
@@ -72,8 +74,8 @@ def _of_trial(
     chances[~motion.usable] = np.nan
     plain = replace(detector, smoother=_SINGLE, thresholds=Thresholds())
     first, second = (
-        onsets_from(motion.time, frame_scores(one.smoother, motion.time, chances), one.thresholds)
-        for one in (detector, plain)
+        onsets_from(motion.time, frame_scores(model.smoother, motion.time, chances), model.thresholds)
+        for model in (detector, plain)
     )
     return (first, second), matrix
 

@@ -52,18 +52,18 @@ def march(
     inspect : callable, optional
         Called after every step with the numbers of the motions that took it, and the states of all before and after.
     """
-    counterfaces = [_displacements(stepper.system, own) for stepper, own in zip(steppers, times, strict=True)]
+    counterfaces = [_displacements(stepper.system, check) for stepper, check in zip(steppers, times, strict=True)]
     alike = first_alike([stepper.system for stepper in steppers], same_motion)
     starts = {kind: first_state(steppers[kind]) for kind in set(alike)}
     states = [starts[kind] for kind in alike]
     for recorder, state in zip(recorders, states, strict=True):
         recorder.record(state)
-    last = max(own.size for own in times) - 1
+    last = max(check.size for check in times) - 1
     outside = [OutsideCheck(stepper.system) for stepper in steppers]
     rotations = [RotationCheck(stepper.system) for stepper in steppers]
     with side_by_side(min(threads, len(steppers))) as mapper:
         for step in range(1, last + 1):
-            moving = [number for number, own in enumerate(times) if step < own.size]
+            moving = [number for number, check in enumerate(times) if step < check.size]
             shifts = {number: counterfaces[number][step] for number in moving}
             time = float(times[moving[0]][step])
             before = states
@@ -77,8 +77,8 @@ def march(
                 inspect(moving, before, states)
             if progress is not None:
                 progress(step / last)
-    for own, turning in zip(outside, rotations, strict=True):
-        own.finish()
+    for check, turning in zip(outside, rotations, strict=True):
+        check.finish()
         turning.finish()
 
 

@@ -57,11 +57,11 @@ def march_motions(
     with watch.part("assembly"):
         recoveries = Recoveries(systems[0])
         recorders = tuple(
-            Recorder(model, system, own, recoveries)
-            for model, system, own in zip(motions.models, systems, motions.times, strict=True)
+            Recorder(model, system, times, recoveries)
+            for model, system, times in zip(motions.models, systems, motions.times, strict=True)
         )
     with watch.part("factorisation"):
-        reserved = sum(own.nbytes for own in recorders)
+        reserved = sum(times.nbytes for times in recorders)
         steppers = build_steppers(systems, first.time, first.damping, solver=motions.solver, reserved_bytes=reserved)
     with watch.part("stepping"), single_dense_thread():
         march(

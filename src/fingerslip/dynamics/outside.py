@@ -25,7 +25,7 @@ class OutsideCheck:
 
     def __init__(self, system: System) -> None:
         numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
-        self._beside = [_beside(*own, number, system.rotations) for number, own in numbered]
+        self._beside = [_beside(*contact, number, system.rotations) for number, contact in numbered]
         # Only what the check reads is kept of a state.
         self._waiting: list[tuple[float, Array, list[Array]]] = []
         self._at_once = system.coordinates.checks_at_once
@@ -38,7 +38,7 @@ class OutsideCheck:
         SlipOutsideContactError
             Where a node that is no candidate has reached its counterface.
         """
-        read = [state.displacement[own.columns] for own in self._beside]
+        read = [state.displacement[neighbour.columns] for neighbour in self._beside]
         self._waiting.append((state.time, state.counterfaces, read))
         if len(self._waiting) >= self._at_once:
             self.finish()
@@ -70,8 +70,8 @@ class _Beside:
         """Return the gaps, shape (n, k) [m], for unknowns (n, m) and displacements (n, dim) of the counterface [m]."""
         positions, moved = self.outsiders.positions, (self.moved @ fields[:, : self.moved.shape[1]].T).T
         if self.shape.is_flat and self.rotations is None:
-            found: Array = self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None]
-            return found
+            result: Array = self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None]
+            return result
         points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
         if self.rotations is not None:
             counterface = np.full(len(positions), self.number)

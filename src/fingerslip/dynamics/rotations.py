@@ -24,11 +24,13 @@ class RotationCheck:
     """Looks at the rotations of those of a motion's rigid bodies that are free about several axes."""
 
     def __init__(self, system: System) -> None:
-        rigid = [own for own in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True) if own[1].turns]
-        axes = Counter(own.body for _, own in rigid)
-        turning = [(at, own) for at, own in rigid if axes[own.body] > 1]
+        rigid = [
+            freedom for freedom in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True) if freedom[1].turns
+        ]
+        axes = Counter(freedom.body for _, freedom in rigid)
+        turning = [(at, freedom) for at, freedom in rigid if axes[freedom.body] > 1]
         self._at = np.array([at for at, _ in turning], dtype=np.int64)
-        self._names = [f"bodies.{own.body}.free.{own.direction}" for _, own in turning]
+        self._names = [f"bodies.{freedom.body}.free.{freedom.direction}" for _, freedom in turning]
         self._largest = np.zeros(self._at.size)
 
     def look(self, state: State) -> None:

@@ -128,8 +128,8 @@ def simulate_together(
     allowed = allowed_threads(threads)
     mesh = models[0].mesh
     threads_of_algebra = suitable_threads(mesh.p.size, allowed, mesh.dim())
-    with limited_threads(threads_of_algebra), shown_progress(progress) as told:
-        run = functools.partial(_simulate, times=times, progress=told, threads=allowed, solver=solver, bases=bases)
+    with limited_threads(threads_of_algebra), shown_progress(progress) as reporter:
+        run = functools.partial(_simulate, times=times, progress=reporter, threads=allowed, solver=solver, bases=bases)
         return _in_two_stages(models, run)
 
 
@@ -138,7 +138,7 @@ def _in_two_stages(
 ) -> tuple[xr.Dataset, ...]:
     """Simulate with few contact candidates, and with all where these are too few."""
     near = list(map(narrowed, models))
-    if all(one is other for one, other in zip(near, models, strict=True)):
+    if all(first is other for first, other in zip(near, models, strict=True)):
         return run(models)
     try:
         return run(near)
@@ -182,12 +182,12 @@ def _simulate(
     motions = Motions(tuple(models), tuple(systems), tuple(times), chosen, watch, progress, threads)
     if any(isinstance(model.time, Adaptive) for model in models):
         each = [march_adaptive(motions, number) for number in range(len(models))]
-        return tuple(_history(own, 0, watch) for own in each)
+        return tuple(_history(motion, 0, watch) for motion in each)
     if models[0].is_finite:
         if models[0].basis is not None:
             _logger.info("large strain is computed on the mesh, not in a reduced basis")
         each = [march_finite(motions, number) for number in range(len(models))]
-        return tuple(_history(own, 0, watch) for own in each)
+        return tuple(_history(motion, 0, watch) for motion in each)
     basis = models[0].basis
     marched = march_reduced(motions, basis, bases) if basis else None
     if marched is None:

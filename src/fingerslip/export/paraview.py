@@ -90,9 +90,9 @@ def write_series(folder: Path, name: str, meshes: Iterable[tuple[float, meshio.M
 
     Units: meshes [s].
     """
-    entries, one = [], name.removesuffix("s")
+    entries, kind = [], name.removesuffix("s")
     for number, (time, mesh) in enumerate(meshes):
-        file = f"{one}_{number:04d}.vtu"
+        file = f"{kind}_{number:04d}.vtu"
         mesh.write(folder / file, file_format="vtu")
         entries.append(f'    <DataSet timestep="{time:.9g}" file="{file}"/>\n')
     write_text(folder / f"{name}.pvd", _HEADER + "".join(entries) + _FOOTER)
@@ -141,7 +141,7 @@ def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
     half_side = _HALF_SIDE * float(np.ptp(history["node_position"].values, axis=0).max())
     faces = flat_faces(history, number)
     axes = [_axes(face.normal, is_solid(history)) for face in faces]
-    corners = [face.centre + half_side * own for face, own in zip(faces, axes, strict=True)]
+    corners = [face.centre + half_side * axis for face, axis in zip(faces, axes, strict=True)]
     kind, n_corners = ("quad", 4) if is_solid(history) else ("line", 2)
     points = np.reshape(corners, (-1, 3))
     numbers = np.array([face.number for face in faces], dtype=np.int64)

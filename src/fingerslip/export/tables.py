@@ -56,7 +56,9 @@ def history_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
 
 def _tables(history: xr.Dataset) -> Iterator[tuple[str, pd.DataFrame]]:
     for dimension, (name, labels) in _TABLES.items():
-        variables = [own for own in VARIABLES if own in history and _row_dimension(own) == dimension]
+        variables = [
+            variable for variable in VARIABLES if variable in history and _row_dimension(variable) == dimension
+        ]
         if history.sizes.get(dimension, 1) and variables:
             yield name, _table(history, dimension, labels, variables)
 
@@ -75,10 +77,12 @@ def _table(history: xr.Dataset, dimension: str, labels: tuple[str, ...], variabl
     columns: dict[str, Any] = {"time_s": np.repeat(times, n_rows)}
     units = {"time_s": "s"}
     for name in (*(label for label in labels if label in history.coords), *variables):
-        found = _columns(history, name)
+        result = _columns(history, name)
         # What labels a row is the same at all times.
-        columns |= {one: np.tile(values, times.size) for one, values in found.items()} if name in labels else found
-        units |= dict.fromkeys(found, _KNOWN[name].units)
+        columns |= (
+            {entry: np.tile(values, times.size) for entry, values in result.items()} if name in labels else result
+        )
+        units |= dict.fromkeys(result, _KNOWN[name].units)
     frame = pd.DataFrame(columns)
     frame.attrs["units"] = {column: unit for column, unit in units.items() if unit not in _UNITLESS}
     return frame
@@ -86,9 +90,9 @@ def _table(history: xr.Dataset, dimension: str, labels: tuple[str, ...], variabl
 
 def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
     """Return the columns of a variable: one for each component, or one."""
-    known, values = _KNOWN[name], history[name].values
-    suffix = f"_{unit_suffix(known.units)}" if known.units not in _UNITLESS else ""
-    component = next((dim for dim in known.dims if dim in _COMPONENTS), None)
+    variable, values = _KNOWN[name], history[name].values
+    suffix = f"_{unit_suffix(variable.units)}" if variable.units not in _UNITLESS else ""
+    component = next((dim for dim in variable.dims if dim in _COMPONENTS), None)
     if component is None:
         return {f"{name}{suffix}": values.ravel()}
     return {

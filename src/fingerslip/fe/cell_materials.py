@@ -61,15 +61,15 @@ def finite_cell_materials(
 ) -> CellMaterials[FiniteMaterial]:
     """Find the material of every cell at large strain; see :func:`cell_materials`."""
     _check_dimension(space, formulation)
-    found = {}
+    result = {}
     for name, material in materials.items():
         if not isinstance(material, FiniteMaterial):
             has = f"got {type(material).__name__}, a law of small strain"
             repair = "take NeoHookean with the same constants, or kinematics 'small'"
             raise InputError(f"materials.{name}", has, "finite kinematics need a law of large strain", repair)
         _check_represented(name, material.at_rest(), formulation, space.element)
-        found[name] = material
-    return CellMaterials(tuple(found.values()), _numbers(space, materials), formulation)
+        result[name] = material
+    return CellMaterials(tuple(result.values()), _numbers(space, materials), formulation)
 
 
 def small_strain_law(material: AnyMaterial) -> Material:

@@ -74,12 +74,12 @@ def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integr
     """Return the stiffness of every cell per unit depth, shape (n_cells, n_local, n_local) [Pa]."""
     size = space.dim * space.full.Nbfun
     matrices = np.empty((space.mesh.nelements, size, size))
-    for material, own in materials:
+    for material, element in materials:
         modulus = material.dilatational_modulus(materials.formulation)
         tangent = _tangent_at_rest(space, material, materials)
         if integration == "nodal" or is_mean_of_cell(space.element, integration):
             tangent[: space.dim, : space.dim] -= modulus
-        for cells in _chunks(own):
+        for cells in _chunks(element):
             matrices[cells] = _integrated(space, cells, tangent)
             if is_mean_of_cell(space.element, integration):
                 matrices[cells] += _mean_dilatation(space, cells, modulus)
@@ -95,18 +95,18 @@ def shear_matrices(
 
     Arrays: moduli (n_cells,) [Pa]; depth [m]; returns [N/m].
     """
-    own, components = np.flatnonzero(moduli), STRAIN_COMPONENTS[space.dim]
+    element, components = np.flatnonzero(moduli), STRAIN_COMPONENTS[space.dim]
     unit, dilatation = hooke_tangent(components, 0.0, 0.5), hooke_tangent(components, 1.0, 0.0)
     size = space.dim * space.full.Nbfun
-    parts = np.zeros((2, own.size, size, size))
-    for rows in _chunks(np.arange(own.size)):
-        cells, weights = own[rows], moduli[own[rows], None, None]
-        parts[0, rows] = weights * _integrated(space, cells, unit)
+    matrices = np.zeros((2, element.size, size, size))
+    for rows in _chunks(np.arange(element.size)):
+        cells, weights = element[rows], moduli[element[rows], None, None]
+        matrices[0, rows] = weights * _integrated(space, cells, unit)
         if is_mean_of_cell(space.element, integration):
-            parts[1, rows] = weights * _mean_dilatation(space, cells, 1.0)
+            matrices[1, rows] = weights * _mean_dilatation(space, cells, 1.0)
         elif integration != "nodal":
-            parts[1, rows] = weights * _integrated(space, cells, dilatation)
-    first, second = (_summed(part, cell_dofs(space.full, own), space.n_dofs) for part in parts)
+            matrices[1, rows] = weights * _integrated(space, cells, dilatation)
+    first, second = (_summed(part, cell_dofs(space.full, element), space.n_dofs) for part in matrices)
     if integration == "nodal":
         second = _nodal_dilatation(space, moduli)
     return sparse.csr_matrix(depth * first), sparse.csr_matrix(depth * second)
@@ -247,8 +247,8 @@ def relaxing_layers(
 
 
 def _relaxing(
-    prony: Prony, poisson_ratio: float | None, parts: tuple[sparse.csr_matrix, sparse.csr_matrix]
+    prony: Prony, poisson_ratio: float | None, matrices: tuple[sparse.csr_matrix, sparse.csr_matrix]
 ) -> Relaxing:
     if poisson_ratio is None:
-        return Relaxing(prony, sparse.csr_matrix(parts[0] - parts[1] / 3.0))
-    return Relaxing(prony, *parts, across_of(poisson_ratio))
+        return Relaxing(prony, sparse.csr_matrix(matrices[0] - matrices[1] / 3.0))
+    return Relaxing(prony, *matrices, across_of(poisson_ratio))

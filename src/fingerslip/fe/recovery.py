@@ -84,9 +84,9 @@ def gradient_map(basis: skfem.CellBasis, cells: Cells, n_dofs: int) -> sparse.cs
 def matrix_of_rows(values: Array, columns: NDArray[np.int32], width: int) -> sparse.csr_matrix:
     """Return the sparse matrix with the given values in the given columns of its rows, both (k, n); no zeros."""
     rows = np.repeat(np.arange(len(columns)), columns.shape[1])
-    found = sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=(len(columns), width))
-    found.eliminate_zeros()
-    return found
+    matrix = sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=(len(columns), width))
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def cell_dofs(basis: skfem.CellBasis, cells: Cells) -> NDArray[np.int32]:
@@ -156,8 +156,8 @@ class Recovery:
 
         Components are xx, yy, xy or xx, yy, zz, xy, yz, xz.
         """
-        found = [self.strain @ own for own in displacement.reshape(-1, displacement.shape[-1])]
-        return np.stack(found).reshape(*displacement.shape[:-1], -1, self.components)
+        result = [self.strain @ field for field in displacement.reshape(-1, displacement.shape[-1])]
+        return np.stack(result).reshape(*displacement.shape[:-1], -1, self.components)
 
     def stresses(self, strains: Array) -> Array:
         """Return the stresses [Pa], shape (..., n_points, 4 or 6), of strains (..., n_points, m) [-].
@@ -177,11 +177,11 @@ class Recovery:
             return relaxed.strains
 
         if self.formulation == "plane_stress":
-            found = self._mean(strains, len(stress_components(2)), _with_thinning, relaxed_tensor)
+            result = self._mean(strains, len(stress_components(2)), _with_thinning, relaxed_tensor)
         else:
-            found = in_space(strains).copy()
-        found[..., 3:] *= 0.5
-        return found
+            result = in_space(strains).copy()
+        result[..., 3:] *= 0.5
+        return result
 
     def energy_densities(self, strains: Array) -> Array:
         """Return the strain energy densities [J/m^3], shape (..., n_points), of strains (..., n_points, m) [-]."""
@@ -239,8 +239,10 @@ def mean_of_shares(
     # Laws work on components: where each is a row in memory, they take a fraction of the time.
     mean = np.zeros((components, *strains.shape[:-1]))
     for share in shares:
-        own = np.ascontiguousarray(np.moveaxis(strains[..., share.taken, :], -1, 0))
-        values = law(share.material, own.reshape(len(own), -1).T).T.reshape(components, *own.shape[1:])
+        strains_of_share = np.ascontiguousarray(np.moveaxis(strains[..., share.taken, :], -1, 0))
+        values = law(share.material, strains_of_share.reshape(len(strains_of_share), -1).T).T.reshape(
+            components, *strains_of_share.shape[1:]
+        )
         if share.is_alone:
             mean[..., share.taken] = values
         else:
@@ -294,10 +296,10 @@ def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -
     Arrays: nodes (n_sites,).
     """
     cells = sparse.csr_matrix(_incidence(space)[np.asarray(nodes, dtype=np.int64)])
-    for region in {own for own in regions if own is not None}:
+    for region in {element for element in regions if element is not None}:
         inside = np.zeros(space.mesh.nelements)
         inside[space.mesh.subdomains[region]] = 1.0
-        asked = np.repeat([own == region for own in regions], np.diff(cells.indptr))
+        asked = np.repeat([element == region for element in regions], np.diff(cells.indptr))
         cells.data[asked] *= inside[cells.indices[asked]]
     cells.eliminate_zeros()
     empty = np.flatnonzero(np.diff(cells.indptr) == 0)

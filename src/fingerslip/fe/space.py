@@ -102,8 +102,8 @@ class Space:
 def build_space(mesh: Any) -> Space:
     """Make the displacement space of a mesh."""
     if type(mesh) not in _TECHNOLOGIES:
-        known = ", ".join(kind.__name__ for kind in _TECHNOLOGIES)
-        raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {known}")
+        names = ", ".join(kind.__name__ for kind in _TECHNOLOGIES)
+        raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {names}")
     nowhere = np.flatnonzero(~np.isfinite(mesh.p).all(axis=0))
     if nowhere.size:
         fault = f"node {nowhere[0]} is at {coordinates(mesh.p[:, nowhere[0]])}"
@@ -194,13 +194,13 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
 
 
 def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
-    known = table or {}
-    if name not in known:
-        has = ", ".join(sorted(known)) or "none"
+    sets = table or {}
+    if name not in sets:
+        has = ", ".join(sorted(sets)) or "none"
         raise MeshError("mesh", f"{kind} '{name}' not in mesh", f"it has: {has}")
-    if not len(known[name]):
+    if not len(sets[name]):
         raise MeshError("mesh", f"{kind} '{name}' is empty", "needs at least one facet or cell")
-    return np.asarray(known[name])
+    return np.asarray(sets[name])
 
 
 def _centre_rule(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -224,9 +224,9 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
-        place = coordinates(mesh.p[:, mesh.t[:, bad[0]]].mean(axis=1))
+        centre = coordinates(mesh.p[:, mesh.t[:, bad[0]]].mean(axis=1))
         others = f" ({bad.size} cells in all)" if bad.size > 1 else ""
-        fault = f"cell {bad[0]} at {place} is inverted or flat{others}"
+        fault = f"cell {bad[0]} at {centre} is inverted or flat{others}"
         raise MeshError("mesh", fault, "needs cells that all turn the same way", "repair or rebuild the mesh")
     return np.asarray(jacobian[:, 0] < 0.0)
 
@@ -248,8 +248,8 @@ def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDA
 
     Arrays: held (n_nodes, dim); returns (n,).
     """
-    own = np.asarray(space.mesh.boundaries[boundary])
-    others = np.setdiff1d(space.mesh.boundary_facets(), own)
+    facets = np.asarray(space.mesh.boundaries[boundary])
+    others = np.setdiff1d(space.mesh.boundary_facets(), facets)
     if not others.size:
         return np.zeros(0, dtype=np.int64)
     others = others[~held[space.mesh.facets[:, others]].all(axis=0).any(axis=1)]
@@ -318,10 +318,10 @@ def _free_motions(positions: Array, held: NDArray[np.bool_]) -> tuple[str, ...]:
     dim = positions.shape[1]
     motions = _rigid_motions(positions)
     _, sizes, directions = np.linalg.svd(np.linalg.qr(motions[held.ravel()], mode="r"))
-    kept = np.zeros(motions.shape[1])
-    kept[: sizes.size] = sizes
+    is_free = np.zeros(motions.shape[1])
+    is_free[: sizes.size] = sizes
     # Scaled by the number of nodes, since the columns are of the order of one.
-    null = directions[kept <= _ZERO * np.sqrt(max(len(positions), 1))]
+    null = directions[is_free <= _ZERO * np.sqrt(max(len(positions), 1))]
     # A rotation is free if it is part of any free motion; its centre is where the supports want it.
     turns = zip(_ROTATIONS[dim], null.T[dim:], strict=True)
     turning = [axis for (_, axis), part in turns if np.abs(part).max(initial=0.0) > _ZERO]
@@ -336,8 +336,8 @@ def _rigid_motions(positions: Array) -> Array:
     centred = positions - positions.mean(axis=0)
     centred = centred / (np.abs(centred).max(initial=0.0) or 1.0)
     turns = np.zeros((len(positions), dim, len(_ROTATIONS[dim])))
-    for number, ((one, other), _) in enumerate(_ROTATIONS[dim]):
-        turns[:, one, number] = -centred[:, other]
-        turns[:, other, number] = centred[:, one]
+    for number, ((first, other), _) in enumerate(_ROTATIONS[dim]):
+        turns[:, first, number] = -centred[:, other]
+        turns[:, other, number] = centred[:, first]
     shifts = np.broadcast_to(np.eye(dim), (len(positions), dim, dim))
     return np.concatenate([shifts, turns], axis=2).reshape(len(positions) * dim, -1)

@@ -68,8 +68,8 @@ class StaticResponses:
     @property
     def _without_stiffness(self) -> NDArray[np.bool_]:
         """Which unknowns nothing resists, such as driven counterfaces; they have to be of the interface."""
-        found: NDArray[np.bool_] = self.stiffness.diagonal() == 0.0
-        return found
+        rows: NDArray[np.bool_] = self.stiffness.diagonal() == 0.0
+        return rows
 
     @property
     def schur(self) -> Array:
@@ -164,8 +164,8 @@ def _added(body: StaticResponses, fields: Array, shapes: Array) -> Array:
             break
         fields = fields - shapes @ (shapes.T @ (body.mass @ fields))
         squares, vectors = linalg.eigh(fields.T @ (body.mass @ fields))
-        kept = np.flatnonzero(squares > _NOTHING_NEW**2)[::-1]
-        fields = fields @ (vectors[:, kept] / np.sqrt(squares[kept]))
+        selected = np.flatnonzero(squares > _NOTHING_NEW**2)[::-1]
+        fields = fields @ (vectors[:, selected] / np.sqrt(squares[selected]))
     return fields
 
 
@@ -195,13 +195,13 @@ class CraigBampton:
 
     def project(self, body: StaticResponses, forces: Array) -> Array:
         """Return the forces on the coordinates, (m,) or (m, k), of forces on all unknowns, (n,) or (n, k) [N]."""
-        found: Array = self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces)
-        return found
+        projected: Array = self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces)
+        return projected
 
 
 def craig_bampton(
     body: StaticResponses,
-    known: tuple[Array, Array],
+    responses: tuple[Array, Array],
     vibrations: Vibrations,
     rows: Indices,
     further: Sequence[Array] = (),
@@ -227,7 +227,7 @@ def craig_bampton(
         inner[body.interface] = 0.0
         shapes = np.hstack([shapes, _added(body, inner, shapes)])
     stiff, heavy = body.stiffness @ shapes, body.mass @ shapes
-    mass, at_rows = known
+    mass, at_rows = responses
     size = body.interface.size
     coupling = body.gather(heavy)
     stiffness = linalg.block_diag(body.schur, shapes.T @ stiff)

@@ -17,19 +17,19 @@ _SYSTEM, _PROCESS = Path("/proc/meminfo"), Path("/proc/self/statm")
 
 def available_memory() -> int | None:
     """Return the memory that this process may still use [bytes]; None where the system does not report it."""
-    found = [value for value in (_in_system(), _in_group(), _in_process()) if value is not None]
-    return min(found, default=None)
+    limits = [value for value in (_in_system(), _in_group(), _in_process()) if value is not None]
+    return min(limits, default=None)
 
 
-def require_memory(parts: Mapping[str, int]) -> None:
+def require_memory(sizes: Mapping[str, int]) -> None:
     """Refuse a computation that needs more memory than is available.
 
     Units: parts [bytes].
     """
-    available, needed = available_memory(), sum(parts.values())
+    available, needed = available_memory(), sum(sizes.values())
     if available is None or needed <= available:
         return
-    shares = ", ".join(f"{name} {size / 1e9:.2g} GB" for name, size in parts.items())
+    shares = ", ".join(f"{name} {size / 1e9:.2g} GB" for name, size in sizes.items())
     raise InputError(
         "memory",
         f"the simulation needs about {needed / 1e9:.2g} GB ({shares})",

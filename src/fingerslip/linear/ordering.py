@@ -29,12 +29,12 @@ def nested_dissection(matrix: sparse.csr_matrix) -> Indices:
     waiting = [(np.arange(groups.shape[0]), 0)]
     while waiting:
         vertices, first = waiting.pop()
-        parts = _cut(groups, vertices) if vertices.size > _LEAF else [vertices]
+        halves = _cut(groups, vertices) if vertices.size > _LEAF else [vertices]
         position = first
-        for part in parts[:-1]:
+        for part in halves[:-1]:
             waiting.append((part, position))
             position += part.size
-        order[position : position + parts[-1].size] = parts[-1]
+        order[position : position + halves[-1].size] = halves[-1]
     return np.concatenate([members[group] for group in order]) if order.size else order
 
 
@@ -50,17 +50,17 @@ def _groups(matrix: sparse.csr_matrix) -> tuple[sparse.csr_matrix, list[Indices]
 
 def _cut(graph: sparse.csr_matrix, vertices: Indices) -> list[Indices]:
     """Return two or more parts without edges between them but for those to the last part, the cut."""
-    own = graph[vertices][:, vertices]
-    count, label = csgraph.connected_components(own, directed=False)
+    subgraph = graph[vertices][:, vertices]
+    count, label = csgraph.connected_components(subgraph, directed=False)
     if count > 1:
         return [*(vertices[label == number] for number in range(count)), vertices[:0]]
-    level = _levels(own)
+    level = _levels(subgraph)
     if level.max() < 2:
         return [vertices]
     middle = int(np.clip(np.searchsorted(np.cumsum(np.bincount(level)), 0.5 * level.size), 1, level.max() - 1))
     below, cut, above = level < middle, level == middle, level > middle
     # Only the vertices of the middle level with neighbours above are needed to separate the halves.
-    needed = cut & (own @ above.astype(float) > 0.0)
+    needed = cut & (subgraph @ above.astype(float) > 0.0)
     return [vertices[below | (cut & ~needed)], vertices[above], vertices[needed]]
 
 

@@ -101,7 +101,7 @@ class LinearSolver(Protocol):
         """
 
     def factorise_around(
-        self, matrix: sparse.csr_matrix, kept: Indices
+        self, matrix: sparse.csr_matrix, interface: Indices
     ) -> tuple[SchurFactor, NDArray[np.floating[Any]]]:
         """Factorise a matrix but for the ascending unknowns `kept` (m,); also return their Schur complement (m, m).
 
@@ -113,15 +113,15 @@ class LinearSolver(Protocol):
             For a matrix that is not positive definite, and where memory runs out.
         """
 
-    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return about how much memory :meth:`factorise_around` needs [bytes]."""
 
 
 def known_solvers() -> list[LinearSolver]:
     """Return the solvers of all modules in :mod:`fingerslip.linear.solvers`, the preferred ones first."""
     names = [module.name for module in pkgutil.iter_modules(solvers.__path__, f"{solvers.__name__}.")]
-    found = [getattr(importlib.import_module(name), "SOLVER", None) for name in names]
-    return sorted((solver for solver in found if solver is not None), key=lambda solver: -solver.preference)
+    result = [getattr(importlib.import_module(name), "SOLVER", None) for name in names]
+    return sorted((solver for solver in result if solver is not None), key=lambda solver: -solver.preference)
 
 
 def preferred_solver() -> LinearSolver:
@@ -148,7 +148,7 @@ def factorise(matrix: sparse.csr_matrix, solver: LinearSolver | None = None) -> 
 
 
 def factorise_around(
-    matrix: sparse.csr_matrix, kept: NDArray[np.int64], solver: LinearSolver | None = None
+    matrix: sparse.csr_matrix, interface: NDArray[np.int64], solver: LinearSolver | None = None
 ) -> tuple[SchurFactor, Reals]:
     """Factorise a matrix but for some unknowns, and invert their Schur complement.
 
@@ -174,7 +174,7 @@ def factorise_around(
     FingerslipError
         For a matrix that is not positive definite.
     """
-    factor, schur = (solver or preferred_solver()).factorise_around(matrix, kept)
+    factor, schur = (solver or preferred_solver()).factorise_around(matrix, interface)
     return factor, _inverted(schur)
 
 

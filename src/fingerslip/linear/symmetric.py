@@ -50,29 +50,29 @@ def symmetric_product(matrix: NDArray[Any], vector: NDArray[Any]) -> NDArray[Any
     >>> symmetric_product(np.array([[2.0, np.nan], [1.0, 3.0]], dtype=np.float32), np.array([1.0, 2.0])).tolist()
     [4.0, 7.0]
     """
-    found = np.empty_like(vector)
-    write_symmetric_product(matrix, np.ascontiguousarray(vector), found)
-    return found
+    product = np.empty_like(vector)
+    write_symmetric_product(matrix, np.ascontiguousarray(vector), product)
+    return product
 
 
 def symmetric_products(matrix: NDArray[Any], columns: NDArray[Any]) -> NDArray[Any]:
     """Return a symmetric matrix (n, n), all of which is there, times columns (n, k), in their precision."""
     if matrix.dtype == columns.dtype:
-        found: NDArray[Any] = matrix @ columns
-        return found
+        products: NDArray[Any] = matrix @ columns
+        return products
     starts = range(0, len(matrix), _ROWS_AT_ONCE)
-    parts = [matrix[start : start + _ROWS_AT_ONCE].astype(columns.dtype) @ columns for start in starts]
-    return np.concatenate(parts) if parts else columns.copy()
+    blocks = [matrix[start : start + _ROWS_AT_ONCE].astype(columns.dtype) @ columns for start in starts]
+    return np.concatenate(blocks) if blocks else columns.copy()
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def write_symmetric_product(matrix, vector, found):  # type: ignore[no-untyped-def]
+def write_symmetric_product(matrix, vector, out):  # type: ignore[no-untyped-def]
     """Write a symmetric matrix times a vector (n,) into `found` (n,), of the same precision as the vector.
 
     Arrays: matrix (m, m).
     """
     size, zero = vector.size, vector.dtype.type(0)
-    found.fill(zero)
+    out.fill(zero)
     whole = size - size % 4
     # Four rows at a time: each entry serves its row and its column, and found is read and written once for all four.
     for i in range(0, whole, 4):
@@ -80,32 +80,32 @@ def write_symmetric_product(matrix, vector, found):  # type: ignore[no-untyped-d
         a, b, c, d = vector[i], vector[i + 1], vector[i + 2], vector[i + 3]
         of_a, of_b, of_c, of_d = zero, zero, zero, zero
         for j in range(i):
-            own = vector[j]
-            of_a += first[j] * own
-            of_b += second[j] * own
-            of_c += third[j] * own
-            of_d += fourth[j] * own
-            found[j] += first[j] * a + second[j] * b + third[j] * c + fourth[j] * d
-        found[i] += of_a
-        found[i + 1] += of_b
-        found[i + 2] += of_c
-        found[i + 3] += of_d
-        _add_corner(matrix, vector, found, i, i + 4)
+            entry = vector[j]
+            of_a += first[j] * entry
+            of_b += second[j] * entry
+            of_c += third[j] * entry
+            of_d += fourth[j] * entry
+            out[j] += first[j] * a + second[j] * b + third[j] * c + fourth[j] * d
+        out[i] += of_a
+        out[i + 1] += of_b
+        out[i + 2] += of_c
+        out[i + 3] += of_d
+        _add_corner(matrix, vector, out, i, i + 4)
     for i in range(whole, size):
         for j in range(whole):
-            found[i] += matrix[i, j] * vector[j]
-            found[j] += matrix[i, j] * vector[i]
-    _add_corner(matrix, vector, found, whole, size)
+            out[i] += matrix[i, j] * vector[j]
+            out[j] += matrix[i, j] * vector[i]
+    _add_corner(matrix, vector, out, whole, size)
 
 
 @numba.njit(cache=True, nogil=True)
-def _add_corner(matrix, vector, found, start, end):  # type: ignore[no-untyped-def]
+def _add_corner(matrix, vector, out, start, end):  # type: ignore[no-untyped-def]
     """Add what the diagonal block from `start` to `end` contributes."""
     for i in range(start, end):
         for j in range(start, i):
-            found[i] += matrix[i, j] * vector[j]
-            found[j] += matrix[i, j] * vector[i]
-        found[i] += matrix[i, i] * vector[i]
+            out[i] += matrix[i, j] * vector[j]
+            out[j] += matrix[i, j] * vector[i]
+        out[i] += matrix[i, i] * vector[i]
 
 
 Array = NDArray[np.float64]
@@ -121,9 +121,9 @@ def long_product(matrix: sparse.csr_matrix, vector: Array) -> Array:
 
     For short rows SciPy is as fast, but where there are few of them: its calls cost more.
     """
-    found = np.empty(matrix.shape[0])
-    _long_product(*compiled_parts(matrix), vector, found)
-    return found
+    product = np.empty(matrix.shape[0])
+    _long_product(*compiled_parts(matrix), vector, product)
+    return product
 
 
 def as_rows(vectors: Sequence[Array]) -> Array:
@@ -161,46 +161,46 @@ def compiled_parts(matrix: sparse.csr_matrix | sparse.csc_matrix) -> CompiledMat
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _long_product(starts, columns, values, vector, found):  # type: ignore[no-untyped-def]
-    for row in range(found.size):
+def _long_product(starts, columns, values, vector, out):  # type: ignore[no-untyped-def]
+    for row in range(out.size):
         total = 0.0
         for entry in range(starts[row], starts[row + 1]):
             total += values[entry] * vector[columns[entry]]
-        found[row] = total
+        out[row] = total
 
 
 @numba.njit(cache=True, nogil=True)
-def write_products(matrix, rows, found):  # type: ignore[no-untyped-def]
+def write_products(matrix, rows, out):  # type: ignore[no-untyped-def]
     """Write a matrix (m, n) times the rows of an array (k, n) into `found` (k, m), in compiled code.
 
     The matrix, as :func:`compiled_parts` gives it, is read once for each eight vectors. The sums are SciPy's to the
     last digit.
     """
     for start in range(0, len(rows), _AT_ONCE):
-        _eight_products(matrix, rows[start : start + _AT_ONCE], found[start : start + _AT_ONCE])
+        _eight_products(matrix, rows[start : start + _AT_ONCE], out[start : start + _AT_ONCE])
 
 
 @numba.njit(cache=True, nogil=True)
-def _eight_products(matrix, rows, found):  # type: ignore[no-untyped-def]
+def _eight_products(matrix, rows, out):  # type: ignore[no-untyped-def]
     """Do what :func:`write_products` does for up to eight vectors.
 
     They are laid side by side, so that an entry of the matrix meets eight numbers in one line of memory.
     """
     starts, columns, values = matrix
-    given = np.zeros((rows.shape[1], _AT_ONCE))
+    gathered = np.zeros((rows.shape[1], _AT_ONCE))
     for number in range(len(rows)):
         for column in range(rows.shape[1]):
-            given[column, number] = rows[number, column]
-    for row in range(found.shape[1]):
+            gathered[column, number] = rows[number, column]
+    for row in range(out.shape[1]):
         # A sum for each vector, by name: of an array, the compiler makes a loop of eight additions.
         a = b = c = d = e = f = g = h = 0.0
         for entry in range(starts[row], starts[row + 1]):
-            value, line = values[entry], given[columns[entry]]
+            value, line = values[entry], gathered[columns[entry]]
             a, b, c, d = a + value * line[0], b + value * line[1], c + value * line[2], d + value * line[3]
             e, f, g, h = e + value * line[4], f + value * line[5], g + value * line[6], h + value * line[7]
         for number, total in enumerate((a, b, c, d, e, f, g, h)):
-            if number < len(found):
-                found[number, row] = total
+            if number < len(out):
+                out[number, row] = total
 
 
 @numba.njit(cache=True, nogil=True)
@@ -236,44 +236,44 @@ def symmetric_parts(matrix: sparse.csr_matrix) -> SymmetricMatrix:
 
 
 @numba.njit(cache=True, nogil=True)
-def write_symmetric_products(matrix, rows, found):  # type: ignore[no-untyped-def]
+def write_symmetric_products(matrix, rows, out):  # type: ignore[no-untyped-def]
     """Write a symmetric matrix (n, n) times the rows of an array (k, n) into `found` (k, n), in compiled code.
 
     The matrix is one that :func:`symmetric_parts` gives.
     """
     starts, columns, values = matrix.above
     if len(rows) > 2:
-        write_products(matrix.whole, rows, found)
+        write_products(matrix.whole, rows, out)
         return
     for number in range(len(rows)):
         for row in range(matrix.diagonal.size):
-            found[number, row] = matrix.diagonal[row] * rows[number, row]
+            out[number, row] = matrix.diagonal[row] * rows[number, row]
     if len(rows) == 1:
-        _add_product(starts, columns, values, rows[0], found[0])
+        _add_product(starts, columns, values, rows[0], out[0])
     else:
-        _add_two_products(starts, columns, values, rows[0], rows[1], found[0], found[1])
+        _add_two_products(starts, columns, values, rows[0], rows[1], out[0], out[1])
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _add_product(starts, columns, values, vector, found):  # type: ignore[no-untyped-def]
-    for row in range(found.size):
-        total, own = 0.0, vector[row]
+def _add_product(starts, columns, values, vector, out):  # type: ignore[no-untyped-def]
+    for row in range(out.size):
+        total, element = 0.0, vector[row]
         for entry in range(starts[row], starts[row + 1]):
             column, value = columns[entry], values[entry]
             total += value * vector[column]
-            found[column] += value * own
-        found[row] += total
+            out[column] += value * element
+        out[row] += total
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _add_two_products(starts, columns, values, first, second, one, other):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    for row in range(one.size):
-        total, other_total, own, other_own = 0.0, 0.0, first[row], second[row]
+def _add_two_products(starts, columns, values, first, second, first_out, other):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    for row in range(first_out.size):
+        total, other_total, first_entry, other_own = 0.0, 0.0, first[row], second[row]
         for entry in range(starts[row], starts[row + 1]):
             column, value = columns[entry], values[entry]
             total += value * first[column]
             other_total += value * second[column]
-            one[column] += value * own
+            first_out[column] += value * first_entry
             other[column] += value * other_own
-        one[row] += total
+        first_out[row] += total
         other[row] += other_total

@@ -70,9 +70,9 @@ def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mappin
         return values
     if PRESET in changes:
         return {}
-    own = values.get("law", _DEFAULT)
-    law = changes.get("law", own)
-    if not isinstance(law, str) or law not in _LAWS or law == own:
+    element = values.get("law", _DEFAULT)
+    law = changes.get("law", element)
+    if not isinstance(law, str) or law not in _LAWS or law == element:
         return values
     needed = [name for name, field in _fields(_LAWS[law]).items() if field.default is dataclasses.MISSING]
     return {name: value for name, value in values.items() if name in needed}

@@ -70,8 +70,8 @@ class Recurrence:
         # scipy.signal is slow to import, and only relaxing materials need it.
         from scipy.signal import lfilter
 
-        found = [lfilter([end, start], [1.0, -decay], strains, axis=0) for decay, end, start in weights]
-        return np.stack(found) if strains.size else np.zeros((len(self.decay), *strains.shape))
+        strains_of_terms = [lfilter([end, start], [1.0, -decay], strains, axis=0) for decay, end, start in weights]
+        return np.stack(strains_of_terms) if strains.size else np.zeros((len(self.decay), *strains.shape))
 
 
 def check_prony(terms: Prony) -> None:

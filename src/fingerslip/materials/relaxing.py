@@ -59,15 +59,15 @@ def volume_part(material: FiniteMaterial, log_volume: Array) -> tuple[Array, Arr
 
 def shape_energy(material: FiniteMaterial, log_strain: Array) -> Array:
     """Return the energy of the shape [J/m^3], shape (n,), at logarithmic strains (n, 3)."""
-    found: Array = material.stored_energy(log_strain) - volume_part(material, log_volume_of(log_strain))[0]
-    return found
+    energy: Array = material.stored_energy(log_strain) - volume_part(material, log_volume_of(log_strain))[0]
+    return energy
 
 
 def shape_stress(material: FiniteMaterial, log_strain: Array) -> Array:
     """Return the principal Kirchhoff stresses of the shape [Pa], shape (n, 3), at logarithmic strains (n, 3)."""
     pressure = volume_part(material, log_volume_of(log_strain))[1]
-    found: Array = material.kirchhoff_stress(log_strain) - pressure[:, None]
-    return found
+    stress: Array = material.kirchhoff_stress(log_strain) - pressure[:, None]
+    return stress
 
 
 @dataclass(frozen=True)
@@ -98,21 +98,21 @@ def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, gu
 
     Arrays: stress (n, 3) [Pa]; log_volume (n,) [-]; guess (n, 3) [-].
     """
-    found = deviator(guess) + log_volume[:, None] / 3.0
+    strain = deviator(guess) + log_volume[:, None] / 3.0
     for _ in range(_LIMIT):
-        missing = (material.kirchhoff_stress(found) - stress) @ SHAPES.T
-        change = np.clip(_solved(SHAPES @ material.kirchhoff_tangent(found) @ SHAPES.T, missing), -_LARGEST, _LARGEST)
-        found -= change @ SHAPES
+        missing = (material.kirchhoff_stress(strain) - stress) @ SHAPES.T
+        change = np.clip(_solved(SHAPES @ material.kirchhoff_tangent(strain) @ SHAPES.T, missing), -_LARGEST, _LARGEST)
+        strain -= change @ SHAPES
         if np.abs(change).max(initial=0.0) <= _LAST:
-            return found
+            return strain
     where = f"{type(material).__name__}: the strain of a spring of a Prony term was not found"
     raise FingerslipError(f"{where}; the law is not stable at this strain")
 
 
 def _solved(matrices: Array, vectors: Array) -> Array:
     """Return the solutions (n, 2) of equations with matrices (n, 2, 2)."""
-    (one, beside), (other, last) = matrices.transpose(1, 2, 0)
-    determinant = one * last - beside * other
-    found = (last * vectors[:, 0] - beside * vectors[:, 1], one * vectors[:, 1] - other * vectors[:, 0])
-    solution: Array = (np.array(found) / determinant).T
+    (first, beside), (other, last) = matrices.transpose(1, 2, 0)
+    determinant = first * last - beside * other
+    result = (last * vectors[:, 0] - beside * vectors[:, 1], first * vectors[:, 1] - other * vectors[:, 0])
+    solution: Array = (np.array(result) / determinant).T
     return solution

@@ -100,21 +100,23 @@ def _thinned(material: Elastic, along: Array, dashpots: Array, follow: Recurrenc
     )
     for now in range(1, len(along)):
         # The dashpots of w but for w at the end of the step itself.
-        known = start * thinned[now - 1] + decay * thinning[:, now - 1]
-        relaxed = np.tensordot(follow.shares, dashpots[:, now] + 2.0 * known, axes=1)
+        explicit = start * thinned[now - 1] + decay * thinning[:, now - 1]
+        relaxed = np.tensordot(follow.shares, dashpots[:, now] + 2.0 * explicit, axes=1)
         thinned[now] = (across.along * along[now] + across.relaxed * relaxed) / whole
-        thinning[:, now] = end * thinned[now] + known
+        thinning[:, now] = end * thinned[now] + explicit
     return thinned, thinning
 
 
 def stress(material: Elastic, relaxed: Relaxed) -> Array:
     """Return the stresses [Pa], shape (..., 4 or 6)."""
     shares = np.array([term.share for term in material.prony])
-    found = 2.0 * material.shear_modulus * _deviator(relaxed.strains - np.tensordot(shares, relaxed.dashpots, axes=1))
-    found[..., :3] += _pressure(material, relaxed.strains, found)[..., None]
+    stress_of_shape = (
+        2.0 * material.shear_modulus * _deviator(relaxed.strains - np.tensordot(shares, relaxed.dashpots, axes=1))
+    )
+    stress_of_shape[..., :3] += _pressure(material, relaxed.strains, stress_of_shape)[..., None]
     # Shears are twice those of the tensor.
-    found[..., 3:] *= 0.5
-    return found
+    stress_of_shape[..., 3:] *= 0.5
+    return stress_of_shape
 
 
 def _pressure(material: Elastic, strains: Array, deviator: Array) -> Array:
@@ -128,23 +130,25 @@ def _pressure(material: Elastic, strains: Array, deviator: Array) -> Array:
 
 def stored_energy(material: Elastic, relaxed: Relaxed) -> Array:
     """Return the energy densities that springs store [J/m^3], shape (...)."""
-    given = _deviator(relaxed.strains)
+    deviator = _deviator(relaxed.strains)
     stored: Array = (
-        0.5 * _pressure(material, relaxed.strains, np.zeros_like(given)) * relaxed.strains[..., :3].sum(axis=-1)
+        0.5 * _pressure(material, relaxed.strains, np.zeros_like(deviator)) * relaxed.strains[..., :3].sum(axis=-1)
     )
-    stored += material.shear_modulus * _product(given, given)
+    stored += material.shear_modulus * _product(deviator, deviator)
     for term, dashpot in zip(material.prony, map(_deviator, relaxed.dashpots), strict=True):
-        stored -= term.share * material.shear_modulus * _product(2.0 * given - dashpot, dashpot)
+        stored -= term.share * material.shear_modulus * _product(2.0 * deviator - dashpot, dashpot)
     return stored
 
 
 def _deviator(strains: Array) -> Array:
-    found = strains.copy()
-    found[..., :3] -= strains[..., :3].mean(axis=-1, keepdims=True)
-    return found
+    deviator = strains.copy()
+    deviator[..., :3] -= strains[..., :3].mean(axis=-1, keepdims=True)
+    return deviator
 
 
-def _product(one: Array, other: Array) -> Array:
+def _product(first: Array, other: Array) -> Array:
     """Return the products (...) of strain tensors, whose shears are twice those of the tensor."""
-    product: Array = (one[..., :3] * other[..., :3]).sum(axis=-1) + 0.5 * (one[..., 3:] * other[..., 3:]).sum(axis=-1)
+    product: Array = (first[..., :3] * other[..., :3]).sum(axis=-1) + 0.5 * (first[..., 3:] * other[..., 3:]).sum(
+        axis=-1
+    )
     return product

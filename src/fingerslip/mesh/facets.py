@@ -21,8 +21,8 @@ def facets_between(mesh: skfem.Mesh, region: Integers, first: int, second: int) 
 
     Arrays: region (n_cells,); returns (k,).
     """
-    one, other = mesh.f2t
-    pair = np.where(other >= 0, np.sort([region[one], region[other]], axis=0), -1)
+    entry, other = mesh.f2t
+    pair = np.where(other >= 0, np.sort([region[entry], region[other]], axis=0), -1)
     low, high = sorted((first, second))
     return np.flatnonzero((pair[0] == low) & (pair[1] == high)).astype(np.int32)
 

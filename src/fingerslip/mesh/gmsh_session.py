@@ -111,19 +111,19 @@ def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) ->
     drawn = {name: [(dim, tag) for tag in tags] for name, tags in shapes.items()}
     try:
         # In space cutting first takes many times as long; the faces inside covered solids are taken out afterwards.
-        own = _without_overlap(drawn) if dim == _PLANE else drawn
-        every = [piece for pieces in own.values() for piece in pieces]
+        element = _without_overlap(drawn) if dim == _PLANE else drawn
+        every = [piece for pieces in element.values() for piece in pieces]
         _, pieces = gmsh.model.occ.fragment(every[:1], [*every[1:], *nodes])
     except Exception as error:
         raise MeshError("shapes", f"Gmsh says '{error}'", "needs shapes that can be cut") from error
     gmsh.model.occ.synchronize()
-    names = [name for name, own_pieces in own.items() for _ in own_pieces]
-    owner = {tag: name for name, made in zip(names, pieces, strict=False) for _, tag in made}
-    found = {name: sorted(tag for tag, kept in owner.items() if kept == name) for name in shapes}
-    empty = next((name for name, tags in found.items() if shapes[name] and not tags), None)
+    names = [name for name, own_pieces in element.items() for _ in own_pieces]
+    owner = {tag: name for name, pieces_of_shape in zip(names, pieces, strict=False) for _, tag in pieces_of_shape}
+    result = {name: sorted(tag for tag, owner_name in owner.items() if owner_name == name) for name in shapes}
+    empty = next((name for name, tags in result.items() if shapes[name] and not tags), None)
     if empty is not None:
         raise MeshError(empty, "is covered by other regions", "needs some room of its own")
-    return found if dim == _PLANE else {name: _without_inner_faces(tags) for name, tags in found.items()}
+    return result if dim == _PLANE else {name: _without_inner_faces(tags) for name, tags in result.items()}
 
 
 def _without_inner_faces(volumes: Sequence[int]) -> list[int]:
@@ -138,7 +138,7 @@ def _joined(pieces: Sequence[tuple[int, list[int]]]) -> int:
     """Make one volume of pieces and their faces; it keeps the faces that it shares with others, as they are."""
     if len(pieces) == 1:
         return pieces[0][0]
-    faces, uses = np.unique(np.concatenate([own for _, own in pieces]), return_counts=True)
+    faces, uses = np.unique(np.concatenate([element for _, element in pieces]), return_counts=True)
     gmsh.model.occ.remove([(3, tag) for tag, _ in pieces])
     joined: int = gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(faces[uses == 1].tolist())])
     gmsh.model.occ.remove([(2, face) for face in faces[uses > 1].tolist()], recursive=True)
@@ -148,21 +148,21 @@ def _joined(pieces: Sequence[tuple[int, list[int]]]) -> int:
 def _touching(faces: Sequence[Sequence[int]]) -> list[list[int]]:
     """Return rows in groups, each of which hangs together by common faces."""
     count = len(faces)
-    face, row = np.concatenate(faces), np.repeat(np.arange(count), [len(own) for own in faces])
+    face, row = np.concatenate(faces), np.repeat(np.arange(count), [len(element) for element in faces])
     of_face = coo_array((np.ones(len(face)), (row, np.unique(face, return_inverse=True)[1]))).tocsr()
     number, group = connected_components(of_face @ of_face.T, directed=False)
-    return [np.flatnonzero(group == own).tolist() for own in range(number)]
+    return [np.flatnonzero(group == element).tolist() for element in range(number)]
 
 
 def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Entity]]:
     """Cut from every region what later ones cover, so that these keep no lines of what they cover."""
-    own: dict[str, list[_Entity]] = {}
+    separate: dict[str, list[_Entity]] = {}
     later: list[_Entity] = []
     for name, shape in reversed(list(shapes.items())):
-        made = gmsh.model.occ.cut(shape, later, removeTool=False)[0] if later and shape else shape
-        own[name] = list(made)
-        later += own[name]
-    return dict(reversed(list(own.items())))
+        remainder = gmsh.model.occ.cut(shape, later, removeTool=False)[0] if later and shape else shape
+        separate[name] = list(remainder)
+        later += separate[name]
+    return dict(reversed(list(separate.items())))
 
 
 def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: float = _SEGMENTS_OF_A_CIRCLE) -> None:
@@ -193,18 +193,18 @@ def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) 
     kind = _KINDS[dim, corners]
     tags, positions, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)
-    found = {
+    result = {
         name: np.concatenate([gmsh.model.mesh.getElementsByType(kind, tag)[1] for tag in piece]).astype(np.int64)
         for name, piece in pieces.items()
         if piece
     }
-    empty = next((name for name, nodes in found.items() if not len(nodes)), None)
+    empty = next((name for name, nodes in result.items() if not len(nodes)), None)
     if empty is not None:
         raise MeshError(empty, f"Gmsh made no cells of {corners} corners", "needs some")
-    used = np.unique(np.concatenate(list(found.values())))
+    used = np.unique(np.concatenate(list(result.values())))
     points = positions.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)], :dim] / MILLIMETRES
-    cells = [np.searchsorted(used, nodes).reshape(-1, corners) for nodes in found.values()]
-    region = np.repeat([list(pieces).index(name) for name in found], [len(cell) for cell in cells])
+    cells = [np.searchsorted(used, nodes).reshape(-1, corners) for nodes in result.values()]
+    region = np.repeat([list(pieces).index(name) for name in result], [len(cell) for cell in cells])
     return Fragments(points, np.vstack(cells), region)
 
 

@@ -168,15 +168,15 @@ def _raw(file: Path, data: meshio.Mesh) -> _Raw:
     kind = _kind(file, data)
     groups = _groups(data)
     cells = np.vstack([block.data for block in data.cells if block.type == kind])
-    known = _CELLS[kind]
-    cells, same = _unique_cells(cells, known.corners)
+    cell_kind = _CELLS[kind]
+    cells, same = _unique_cells(cells, cell_kind.corners)
     regions = {name: np.unique(same[_members(data, {kind}, blocks)]) for name, blocks in groups.items()}
-    sides = [block.data[:, : known.side_corners] for block in data.cells if block.type in known.sides]
-    nodes = np.vstack([np.empty((0, known.side_corners), dtype=int), *sides])
-    facets = {name: nodes[_members(data, set(known.sides), blocks)] for name, blocks in groups.items()}
-    regions, facets = ({n: g for n, g in found.items() if len(g)} for found in (regions, facets))
+    sides = [block.data[:, : cell_kind.side_corners] for block in data.cells if block.type in cell_kind.sides]
+    nodes = np.vstack([np.empty((0, cell_kind.side_corners), dtype=int), *sides])
+    facets = {name: nodes[_members(data, set(cell_kind.sides), blocks)] for name, blocks in groups.items()}
+    regions, facets = ({n: g for n, g in table.items() if len(g)} for table in (regions, facets))
     if not regions and not facets:
-        allowed = f"needs named groups of cells (regions) and of {_SIDES[known.side_corners]} (boundaries)"
+        allowed = f"needs named groups of cells (regions) and of {_SIDES[cell_kind.side_corners]} (boundaries)"
         raise MeshError(str(file), "has no named groups", allowed, "name them, in Gmsh as physical groups")
     return _Raw(file, kind, _points(file, kind, data), cells, regions, facets)
 
@@ -223,12 +223,12 @@ def _groups(data: meshio.Mesh) -> dict[str, list[Integers]]:
 
 def _members(data: meshio.Mesh, kinds: set[str], blocks: list[Integers]) -> Integers:
     """Number a group's cells throughout all blocks of the given kinds."""
-    found, start = [np.empty(0, dtype=int)], 0
+    result, start = [np.empty(0, dtype=int)], 0
     for block, members in zip(data.cells, blocks, strict=True):
         if block.type in kinds:
-            found.append(members + start)
+            result.append(members + start)
             start += len(block.data)
-    return np.concatenate(found)
+    return np.concatenate(result)
 
 
 def _unique_cells(cells: Integers, corners: int) -> tuple[Integers, Integers]:
@@ -307,24 +307,24 @@ def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
 def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:
     """Return the facets between (n, 2) nodes in the plane or (n, 3) or (n, 4) nodes in space."""
     wanted = np.sort(_corner_numbers(raw)[nodes], axis=1)
-    known, key = _keys(mesh, np.sort(mesh.facets, axis=0).T, wanted)
-    order = np.argsort(known)
-    place = order[np.minimum(np.searchsorted(known, key, sorter=order), len(known) - 1)]
-    if np.any(known[place] != key) or np.any(nodes < 0):
+    keys, key = _keys(mesh, np.sort(mesh.facets, axis=0).T, wanted)
+    order = np.argsort(keys)
+    rows = order[np.minimum(np.searchsorted(keys, key, sorter=order), len(keys) - 1)]
+    if np.any(keys[rows] != key) or np.any(nodes < 0):
         corners = _CELLS[raw.kind].side_corners
         side = "edge" if corners == 2 else "face"
         fault = f"boundary '{name}' has {_SIDES[corners]} that are no {side} of a cell"
         raise MeshError(str(raw.path), fault, f"needs {side}s of cells")
-    return np.unique(place).astype(np.int32)
+    return np.unique(rows).astype(np.int32)
 
 
-def _keys(mesh: skfem.Mesh, known: Integers, wanted: Integers) -> tuple[Integers, Integers]:
+def _keys(mesh: skfem.Mesh, facets: Integers, wanted: Integers) -> tuple[Integers, Integers]:
     """Return one number for each row of nodes, given in order: the same for the same nodes."""
-    if known.shape[1] > 3:  # products of more could overflow
-        numbers = np.unique(np.vstack([known, wanted]), axis=0, return_inverse=True)[1].ravel()
-        return numbers[: len(known)], numbers[len(known) :]
-    factors = mesh.p.shape[1] ** np.arange(known.shape[1], dtype=np.int64)
-    return known @ factors, wanted @ factors
+    if facets.shape[1] > 3:  # products of more could overflow
+        numbers = np.unique(np.vstack([facets, wanted]), axis=0, return_inverse=True)[1].ravel()
+        return numbers[: len(facets)], numbers[len(facets) :]
+    factors = mesh.p.shape[1] ** np.arange(facets.shape[1], dtype=np.int64)
+    return facets @ factors, wanted @ factors
 
 
 def _corner_numbers(raw: _Raw) -> Integers:
@@ -348,12 +348,12 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     facet_tags = [np.full(len(nodes), number, dtype=np.int32) for number, nodes in enumerate(facets, start=first)]
     names = {name: np.array([number, mesh.dim()]) for number, name in enumerate(regions, start=1)}
     names |= {name: np.array([number, mesh.dim() - 1]) for number, name in enumerate(boundaries, start=first)}
-    own = to_meshio(mesh, encode_cell_data=False)
-    flat = _CELLS[own.cells[0].type].sides[0]
-    cells = [(own.cells[0].type, _counter_clockwise(own))] + ([(flat, np.vstack(facets))] if facets else [])
+    element = to_meshio(mesh, encode_cell_data=False)
+    flat = _CELLS[element.cells[0].type].sides[0]
+    cells = [(element.cells[0].type, _counter_clockwise(element))] + ([(flat, np.vstack(facets))] if facets else [])
     tags = [tag] + ([np.concatenate(facet_tags)] if facets else [])
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
-    return meshio.Mesh(own.points, cells, cell_data=data, field_data=names)
+    return meshio.Mesh(element.points, cells, cell_data=data, field_data=names)
 
 
 def _counter_clockwise(data: meshio.Mesh) -> Integers:

@@ -44,10 +44,10 @@ def join_meshes(meshes: Mapping[str, Any]) -> Any:
     (['left_pulp', 'right_pulp'], 8)
     """
     _check(meshes)
-    parts = list(meshes.values())
-    kind, linear = type(parts[0]), _linear(type(parts[0]))
-    vertices, cells = [mesh.p[:, : mesh.nvertices] for mesh in parts], [mesh.t for mesh in parts]
-    firsts = _firsts([mesh.nvertices for mesh in parts])
+    bodies = list(meshes.values())
+    kind, linear = type(bodies[0]), _linear(type(bodies[0]))
+    vertices, cells = [mesh.p[:, : mesh.nvertices] for mesh in bodies], [mesh.t for mesh in bodies]
+    firsts = _firsts([mesh.nvertices for mesh in bodies])
     joined = linear(
         np.ascontiguousarray(np.hstack(vertices)),
         np.ascontiguousarray(np.hstack([cell + first for cell, first in zip(cells, firsts, strict=True)])),
@@ -57,7 +57,7 @@ def join_meshes(meshes: Mapping[str, Any]) -> Any:
     if linear is not kind:
         joined = kind.from_mesh(joined)
         # Behind the vertices stand the points in the middle of facets or edges, in the order of the bodies, too.
-        middles = np.hstack([mesh.doflocs[:, mesh.nvertices :] for mesh in parts])
+        middles = np.hstack([mesh.doflocs[:, mesh.nvertices :] for mesh in bodies])
         joined = kind(np.ascontiguousarray(np.hstack([*vertices, middles])), joined.t, sort_t=False, validate=False)
     return joined.with_subdomains(_regions(meshes)).with_boundaries(_boundaries(meshes))
 
@@ -76,10 +76,10 @@ def _check(meshes: Mapping[str, Any]) -> None:
         raise InputError("meshes", "got none", "needs one or more")
     kinds = {name: type(mesh).__name__ for name, mesh in meshes.items()}
     if len(set(kinds.values())) > 1:
-        found = ", ".join(f"{name}: {kind}" for name, kind in kinds.items())
-        raise InputError("meshes", f"got {found}", "needs cells of one kind")
+        kinds_text = ", ".join(f"{name}: {kind}" for name, kind in kinds.items())
+        raise InputError("meshes", f"got {kinds_text}", "needs cells of one kind")
     for table in ("subdomains", "boundaries"):
-        names = [f"{name}_{own}" for name, mesh in meshes.items() for own in getattr(mesh, table) or {}]
+        names = [f"{name}_{name_of_set}" for name, mesh in meshes.items() for name_of_set in getattr(mesh, table) or {}]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice:
             raise InputError("meshes", f"two {table} become '{twice}'", "needs names that stay apart", "rename a body")
@@ -93,9 +93,9 @@ def _firsts(counts: list[int]) -> NDArray[np.int64]:
 def _regions(meshes: Mapping[str, Any]) -> dict[str, Any]:
     firsts = _firsts([mesh.nelements for mesh in meshes.values()])
     return {
-        f"{name}_{own}": np.asarray(subdomain) + first
+        f"{name}_{name_of_set}": np.asarray(subdomain) + first
         for (name, mesh), first in zip(meshes.items(), firsts, strict=True)
-        for own, subdomain in (mesh.subdomains or {}).items()
+        for name_of_set, subdomain in (mesh.subdomains or {}).items()
     }
 
 
@@ -103,9 +103,9 @@ def _boundaries(meshes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the boundaries; facets are numbered by their vertices, and so in the order of the bodies."""
     firsts = _firsts([mesh.nfacets for mesh in meshes.values()])
     return {
-        f"{name}_{own}": _shifted(boundary, int(first))
+        f"{name}_{name_of_set}": _shifted(boundary, int(first))
         for (name, mesh), first in zip(meshes.items(), firsts, strict=True)
-        for own, boundary in (mesh.boundaries or {}).items()
+        for name_of_set, boundary in (mesh.boundaries or {}).items()
     }
 
 

@@ -66,14 +66,14 @@ def _draw(number: Integers, grid: Floats, levels: tuple[int, ...]) -> list[int]:
     lines = _lines(wrapped, levels, quarter)
     ends = {name: [points[int(line[end])] for end in (0, -1)] for name, line in lines.items()}
     tags = {name: gmsh.model.addDiscreteEntity(1, -1, pair) for name, pair in ends.items()}
-    parts = [(first, last, k) for first, last in itertools.pairwise(levels) for k in range(4)]
-    patches = [gmsh.model.addDiscreteEntity(2, -1, _border(tags, *part)) for part in parts]
+    spans = [(first, last, k) for first, last in itertools.pairwise(levels) for k in range(4)]
+    patches = [gmsh.model.addDiscreteEntity(2, -1, _border(tags, *part)) for part in spans]
     _add_nodes(patches[0], number, grid)
     for node, tag in points.items():
         gmsh.model.mesh.addElementsByType(tag, _POINT, [], [node])
     for name, line in lines.items():
         gmsh.model.mesh.addElementsByType(tags[name], _LINE, [], np.column_stack([line[:-1], line[1:]]).ravel())
-    for tag, (first, last, k) in zip(patches, parts, strict=True):
+    for tag, (first, last, k) in zip(patches, spans, strict=True):
         part = wrapped[first : last + 1, k * quarter : (k + 1) * quarter + 1]
         gmsh.model.mesh.addElementsByType(tag, _TRIANGLE, [], _triangles(part).ravel())
     gmsh.model.mesh.reclassifyNodes()
@@ -101,8 +101,8 @@ def _border(tags: dict[_Name, int], first: int, last: int, k: int) -> list[int]:
 
 
 def _add_nodes(patch: int, number: Integers, grid: Floats) -> None:
-    node, place = np.unique(number, return_index=True)
-    gmsh.model.mesh.addNodes(2, patch, node, grid.reshape(-1, 3)[place].ravel())
+    node, first = np.unique(number, return_index=True)
+    gmsh.model.mesh.addNodes(2, patch, node, grid.reshape(-1, 3)[first].ravel())
 
 
 def _triangles(number: Integers) -> Integers:
@@ -110,15 +110,15 @@ def _triangles(number: Integers) -> Integers:
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
     both = np.concatenate([np.stack([a, c, b], axis=-1), np.stack([a, d, c], axis=-1)]).reshape(-1, 3)
     whole = (both[:, 0] != both[:, 1]) & (both[:, 1] != both[:, 2]) & (both[:, 2] != both[:, 0])
-    kept: Integers = both[whole]
-    return kept
+    triangles: Integers = both[whole]
+    return triangles
 
 
 def _set_sizes(number: Integers, grid: Floats, sizes: Floats) -> None:
     """Take the size at the nearest point of the grid."""
-    _, place = np.unique(number, return_index=True)
+    _, first = np.unique(number, return_index=True)
     view = gmsh.view.add("size")
-    rows = np.column_stack([grid.reshape(-1, 3)[place], sizes.ravel()[place]])
+    rows = np.column_stack([grid.reshape(-1, 3)[first], sizes.ravel()[first]])
     gmsh.view.addListData(view, "SP", len(rows), rows.ravel())
     field = gmsh.model.mesh.field.add("PostView")
     gmsh.model.mesh.field.setNumber(field, "ViewTag", view)
@@ -134,5 +134,5 @@ def _read(patches: list[int], unit: float) -> Triangulation:
     nodes = np.concatenate([gmsh.model.mesh.getElementsByType(_TRIANGLE, patch)[1] for patch in patches])
     used, triangles = np.unique(nodes, return_inverse=True)
     order = np.argsort(tags)
-    place = order[np.searchsorted(tags, used, sorter=order)]
-    return Triangulation(coordinates.reshape(-1, 3)[place] * unit, triangles.reshape(-1, 3))
+    rows = order[np.searchsorted(tags, used, sorter=order)]
+    return Triangulation(coordinates.reshape(-1, 3)[rows] * unit, triangles.reshape(-1, 3))

@@ -105,10 +105,14 @@ def tetrahedron_margins(corners: Floats) -> Floats:
 
     Arrays: corners (m, 4, 3) [m]; returns (m,) [-].
     """
-    own, limits = _tetrahedra(corners), _TETRAHEDRA
-    straight = (np.pi - own.largest_angle) / (np.pi - limits.largest_angle)
-    ratios = [own.scaled_jacobian / limits.scaled_jacobian, own.smallest_angle / limits.smallest_angle, straight]
-    margins: Floats = np.min([*ratios, limits.aspect_ratio / own.aspect_ratio], axis=0)
+    element, limits = _tetrahedra(corners), _TETRAHEDRA
+    straight = (np.pi - element.largest_angle) / (np.pi - limits.largest_angle)
+    ratios = [
+        element.scaled_jacobian / limits.scaled_jacobian,
+        element.smallest_angle / limits.smallest_angle,
+        straight,
+    ]
+    margins: Floats = np.min([*ratios, limits.aspect_ratio / element.aspect_ratio], axis=0)
     return margins
 
 
@@ -124,8 +128,8 @@ def _check_below(mesh: skfem.Mesh2D, name: str, values: Floats, limit: float) ->
         raise _poor_cell(mesh, worst, f"{name} {values[worst]:.3g}", f"needs < {limit:.3g}")
 
 
-def _poor_cell(mesh: skfem.Mesh2D, cell: int, found: str, allowed: str) -> MeshError:
-    return MeshError(_place(mesh, cell), found, allowed, "write a smaller bulk_size")
+def _poor_cell(mesh: skfem.Mesh2D, cell: int, fault: str, allowed: str) -> MeshError:
+    return MeshError(_place(mesh, cell), fault, allowed, "write a smaller bulk_size")
 
 
 def _place(mesh: skfem.Mesh2D, cell: int) -> str:
@@ -261,7 +265,7 @@ def _folded(mesh: skfem.Mesh, sides: Integers, shared: Integers) -> str:
     places = mesh.p[:, mesh.facets[:, shared[:_SHOWN] // 2]].mean(axis=1).T
     pairs = [np.flatnonzero((sides == side).any(axis=0))[:2] for side in shared[:_SHOWN]]
     named = [
-        f"{first} and {second} at {coordinates(place)}" for (first, second), place in zip(pairs, places, strict=True)
+        f"{first} and {second} at {coordinates(centre)}" for (first, second), centre in zip(pairs, places, strict=True)
     ]
     count = f" ({shared.size} pairs in all)" if shared.size > _SHOWN else ""
     return f"has cells that fold over each other: {', '.join(named)}{count}"

@@ -58,7 +58,7 @@ class _Change:
     margin: float
 
 
-def repaired(found: Fragments, kept: Floats) -> Fragments:
+def repaired(fragments: Fragments, fixed: Floats) -> Fragments:
     """Return tetrahedra of which fewer are refused by :func:`fingerslip.mesh.quality.check_quality`, or none.
 
     At each refused cell the best of several changes is made, if the worst cell around it gets better and none is turned
@@ -69,9 +69,13 @@ def repaired(found: Fragments, kept: Floats) -> Fragments:
     Arrays: kept (k, 3) [m].
     """
     state = _Cells(
-        found.points.copy(), found.cells.copy(), found.region, np.ones(len(found.cells), dtype=bool), _places(found)
+        fragments.points.copy(),
+        fragments.cells.copy(),
+        fragments.region,
+        np.ones(len(fragments.cells), dtype=bool),
+        _places(fragments),
     )
-    stay = {int(np.argmin(((found.points - point) ** 2).sum(axis=1))) for point in kept}
+    stay = {int(np.argmin(((fragments.points - point) ** 2).sum(axis=1))) for point in fixed}
     for _ in range(_SWEEPS):
         refused = np.flatnonzero(state.alive)[tetrahedron_margins(_corners(state, state.alive)) <= 1.0]
         if not sum(_repair(state, int(cell), stay) for cell in refused):
@@ -79,18 +83,18 @@ def repaired(found: Fragments, kept: Floats) -> Fragments:
     return _left(state)
 
 
-def _places(found: Fragments) -> Integers:
+def _places(fragments: Fragments) -> Integers:
     """Return what each node lies on as bits: its regions, the outside, the plane z = 0."""
-    count = int(found.region.max()) + 1
-    places = np.zeros(len(found.points), dtype=np.int64)
+    count = int(fragments.region.max()) + 1
+    places = np.zeros(len(fragments.points), dtype=np.int64)
     for number in range(count):
-        places[np.unique(found.cells[found.region == number])] |= 1 << number
+        places[np.unique(fragments.cells[fragments.region == number])] |= 1 << number
     faces = np.sort(
-        np.vstack([found.cells[:, combination] for combination in itertools.combinations(range(4), 3)]), axis=1
+        np.vstack([fragments.cells[:, combination] for combination in itertools.combinations(range(4), 3)]), axis=1
     )
     unique, uses = np.unique(faces, axis=0, return_counts=True)
     places[np.unique(unique[uses == 1])] |= 1 << count
-    places[np.abs(found.points[:, 2]) < _ON_PLANE] |= 1 << (count + 1)
+    places[np.abs(fragments.points[:, 2]) < _ON_PLANE] |= 1 << (count + 1)
     return places
 
 
@@ -122,19 +126,19 @@ def _changes(state: _Cells, cell: int, stay: set[int]) -> Iterator[_Change]:
             continue
         around = state.around(node)
         before = float(tetrahedron_margins(_corners(state, around)).min())
-        for onto, place in _targets(state, node, nodes, around):
-            margin = _margin_after(state, node, onto, place, around)
+        for onto, target in _targets(state, node, nodes, around):
+            margin = _margin_after(state, node, onto, target, around)
             if margin > _BETTER * before:
-                yield _Change(node, onto, place, margin)
+                yield _Change(node, onto, target, margin)
 
 
 def _targets(state: _Cells, node: int, nodes: list[int], around: Integers) -> Iterator[tuple[int, Floats]]:
     """Yield what a node may become, itself where it only moves, and where."""
-    own = int(state.places[node])
+    position = int(state.places[node])
     for onto in nodes:
-        if onto != node and own & int(state.places[onto]) == own:
+        if onto != node and position & int(state.places[onto]) == position:
             yield onto, state.points[onto].copy()
-    if own & (own - 1) == 0:
+    if position & (position - 1) == 0:
         beside = np.unique(state.cells[around])
         middle = state.points[beside[beside != node]].mean(axis=0)
         aims = [middle, *state.points[[other for other in nodes if other != node]]]
@@ -142,12 +146,12 @@ def _targets(state: _Cells, node: int, nodes: list[int], around: Integers) -> It
             yield node, state.points[node] + share * (aim - state.points[node])
 
 
-def _margin_after(state: _Cells, node: int, onto: int, place: Floats, around: Integers) -> float:
+def _margin_after(state: _Cells, node: int, onto: int, position: Floats, around: Integers) -> float:
     """Return the least margin of the cells around a node after a change; 0 where the change is none to make."""
     cells, region = state.cells[around], state.region[around]
     stays = ~(cells == onto).any(axis=1) if onto != node else np.ones(len(cells), dtype=bool)
     before = state.points[cells]
-    after = np.where((cells == node)[..., None], place, before)
+    after = np.where((cells == node)[..., None], position, before)
     was, will = _volumes(before), _volumes(after)
     if not stays.any() or (was * will <= 0.0)[stays].any():
         return 0.0

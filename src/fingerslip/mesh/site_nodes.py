@@ -62,9 +62,9 @@ def _nearest(mesh: skfem.Mesh2D, sites: Sequence[Site], cells: NDArray[np.int64]
 
 def _among(mesh: skfem.Mesh2D, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which of all nodes are among some (any shape), shape (n_nodes,)."""
-    found = np.zeros(mesh.p.shape[1], dtype=bool)
-    found[nodes] = True
-    return found
+    mask = np.zeros(mesh.p.shape[1], dtype=bool)
+    mask[nodes] = True
+    return mask
 
 
 def _longest_edges(mesh: skfem.Mesh2D, corners: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -76,8 +76,8 @@ def _longest_edges(mesh: skfem.Mesh2D, corners: NDArray[np.int64]) -> NDArray[np
 
 
 def _outside(site: Site, distance: float, reach: float) -> InputError:
-    place = coordinates(site.position)
-    found = f"{place} is {millimetres(distance, 3)} from the nearest node of "
-    found += f"'{site.region}'" if site.region else "the mesh"
+    position = coordinates(site.position)
+    fault = f"{position} is {millimetres(distance, 3)} from the nearest node of "
+    fault += f"'{site.region}'" if site.region else "the mesh"
     allowed = f"needs <= {millimetres(reach, 3)}, the element size there"
-    return InputError(f"site {site.name}", found, allowed, _REPAIRS.get(site.kind, "move it"))
+    return InputError(f"site {site.name}", fault, allowed, _REPAIRS.get(site.kind, "move it"))

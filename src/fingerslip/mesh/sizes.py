@@ -60,8 +60,8 @@ def graded(positions: Floats, sizes: Floats) -> Floats:
     """
     density = 1.0 / _graded_along(np.diff(positions), sizes)
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(positions))])
-    parts = max(2, 2 * round(count[-1] / 2))
-    return np.interp(np.linspace(0.0, count[-1], parts + 1), count, positions)
+    count_even = max(2, 2 * round(count[-1] / 2))
+    return np.interp(np.linspace(0.0, count[-1], count_even + 1), count, positions)
 
 
 def size_at(points: Floats, sources: Floats, source_sizes: Floats, bulk_size: float) -> Floats:

@@ -160,13 +160,13 @@ def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
     """
     named = [source for source in sources if not values.keys().isdisjoint(_required(source))]
     of_sizes = [source for source in sources if not _required(source)]
-    known = {name for source in of_sizes for name in marks(source)} & values.keys()
-    marked = [source for source in of_sizes if known and _allows(source, {name: values[name] for name in known})]
-    found = [*named, *marked, *of_sizes]
-    if not found:
+    names = {name for source in of_sizes for name in marks(source)} & values.keys()
+    marked = [source for source in of_sizes if names and _allows(source, {name: values[name] for name in names})]
+    result = [*named, *marked, *of_sizes]
+    if not result:
         needed = " or ".join(", ".join(_required(source)) for source in sources)
         raise InputError("mesh", "does not say where the mesh comes from", f"needs {needed}")
-    return found[0]
+    return result[0]
 
 
 @functools.cache
@@ -178,8 +178,8 @@ def marks(source: type) -> Mapping[str, tuple[Any, ...]]:
 
 
 def _allows(source: type, values: Mapping[str, Any]) -> bool:
-    own = marks(source)
-    return all(value in own.get(name, ()) for name, value in values.items())
+    marks_of_source = marks(source)
+    return all(value in marks_of_source.get(name, ()) for name, value in values.items())
 
 
 def _required(source: type) -> tuple[str, ...]:

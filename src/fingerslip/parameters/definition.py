@@ -103,18 +103,18 @@ _FROM_TEXT = MappingProxyType({"from_text": True})
 def parameters(cls: type[T]) -> type[T]:
     """Make `cls` a frozen, checked dataclass whose mistakes raise :class:`InputError`."""
     config = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False)
-    made: Any = pydantic_dataclass(frozen=True, config=config)(cls)
-    initialise: Callable[..., None] = made.__init__
+    checked: Any = pydantic_dataclass(frozen=True, config=config)(cls)
+    initialise: Callable[..., None] = checked.__init__
 
     @functools.wraps(initialise)
     def init(self: object, *args: object, **values: object) -> None:
         try:
             initialise(self, *args, **values)
         except pydantic.ValidationError as error:
-            raise _together(mistakes_in(error, made), f"{made.__name__}.") from None
+            raise _together(mistakes_in(error, checked), f"{checked.__name__}.") from None
 
-    made.__init__ = init
-    return made  # type: ignore[no-any-return]
+    checked.__init__ = init
+    return checked  # type: ignore[no-any-return]
 
 
 def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
@@ -147,15 +147,15 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
 
 def valid_fields(cls: type, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a file's mapping that are right on their own, with defaults for what it leaves out."""
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for name, field in cls.__pydantic_fields__.items():  # type: ignore[attr-defined]
         if name not in values:
             if not field.is_required():
-                found[name] = field.get_default(call_default_factory=True)
+                fields[name] = field.get_default(call_default_factory=True)
             continue
         with contextlib.suppress(pydantic.ValidationError):
-            found[name] = _field_adapter(cls, name).validate_python(values[name], context=_FROM_TEXT)
-    return found
+            fields[name] = _field_adapter(cls, name).validate_python(values[name], context=_FROM_TEXT)
+    return fields
 
 
 def _front(where: str) -> str:
@@ -209,9 +209,11 @@ def walk_values(instance: object) -> Iterator[Leaf]:
 
 def _leaves(instance: object, prefix: str, default: object) -> Iterator[Leaf]:
     for field in dataclasses.fields(instance):  # type: ignore[arg-type]
-        known = getattr(default, field.name, dataclasses.MISSING) if type(default) is type(instance) else field.default
+        default_value = (
+            getattr(default, field.name, dataclasses.MISSING) if type(default) is type(instance) else field.default
+        )
         unit = unit_of(type(instance), field.name)
-        yield from _below(f"{prefix}{field.name}", getattr(instance, field.name), known, unit)
+        yield from _below(f"{prefix}{field.name}", getattr(instance, field.name), default_value, unit)
 
 
 def _below(path: str, value: Any, default: object, unit: Unit | None) -> Iterator[Leaf]:
@@ -220,9 +222,9 @@ def _below(path: str, value: Any, default: object, unit: Unit | None) -> Iterato
     if dataclasses.is_dataclass(value):
         yield from _leaves(value, f"{path}.", default)
     elif isinstance(value, Mapping):
-        known = default if isinstance(default, Mapping) else {}
+        defaults = default if isinstance(default, Mapping) else {}
         for key, item in value.items():
-            yield from _below(f"{path}.{key}", item, known.get(key, dataclasses.MISSING), unit)
+            yield from _below(f"{path}.{key}", item, defaults.get(key, dataclasses.MISSING), unit)
     elif isinstance(value, tuple) and any(dataclasses.is_dataclass(item) for item in value):
         for number, item in enumerate(value):
             yield from _below(f"{path}.{number}", item, dataclasses.MISSING, unit)

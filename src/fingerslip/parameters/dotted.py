@@ -45,7 +45,7 @@ def walk(values: object, path: str = "") -> Iterator[str]:
         yield from walk(item, inner)
 
 
-def known_part(path: str, known: Collection[str]) -> str:
+def known_part(path: str, paths: Collection[str]) -> str:
     """Return the longest leading part of a path that is among `known`; empty where none is.
 
     Examples
@@ -53,12 +53,12 @@ def known_part(path: str, known: Collection[str]) -> str:
     >>> known_part("contact.friction", {"contact", "time"})
     'contact'
     """
-    while path and path not in known:
+    while path and path not in paths:
         path = path.rpartition(".")[0]
     return path
 
 
-def nearest(path: str, known: Sequence[str]) -> str | None:
+def nearest(path: str, names: Sequence[str]) -> str | None:
     """Return the known path most like `path`: by its last part where that exists, else by its letters.
 
     Examples
@@ -67,8 +67,8 @@ def nearest(path: str, known: Sequence[str]) -> str | None:
     'fingertip.phalanx.variant'
     """
     last = path.rsplit(".", 1)[-1]
-    same_last = [other for other in known if other.rsplit(".", 1)[-1] == last]
-    matches = difflib.get_close_matches(path, same_last or known, n=1, cutoff=0.0 if same_last else 0.5)
+    same_last = [other for other in names if other.rsplit(".", 1)[-1] == last]
+    matches = difflib.get_close_matches(path, same_last or names, n=1, cutoff=0.0 if same_last else 0.5)
     return matches[0] if matches else None
 
 

@@ -35,7 +35,7 @@ def unit_of(cls: type, name: str) -> Unit | None:
     return next(_units_in(type_hints(cls).get(name)), None)
 
 
-def locate(cls: type, parts: Sequence[int | str]) -> Location:
+def locate(cls: type, location: Sequence[int | str]) -> Location:
     """Return what pydantic's location of a mistake means.
 
     Such a location has the keys that lead to the mistake, and between them the tags of union members, which no user
@@ -44,7 +44,7 @@ def locate(cls: type, parts: Sequence[int | str]) -> Location:
     hint: Any = cls
     owner: type | None = None
     path: list[str] = []
-    for part in _without_key_mark(parts):
+    for part in _without_key_mark(location):
         hint, _ = _plain(hint)
         if _members(hint):
             hint = _member(hint, part)
@@ -54,9 +54,13 @@ def locate(cls: type, parts: Sequence[int | str]) -> Location:
     return Location(tuple(path), owner, next(_units_in(hint), None))
 
 
-def _without_key_mark(parts: Sequence[int | str]) -> Sequence[int | str]:
+def _without_key_mark(location: Sequence[int | str]) -> Sequence[int | str]:
     """Leave out the mark behind a key that is wrong itself: it stands at the end, behind a key that is no text."""
-    return parts[:-1] if len(parts) > 1 and parts[-1] == "[key]" and not isinstance(parts[-2], str) else parts
+    return (
+        location[:-1]
+        if len(location) > 1 and location[-1] == "[key]" and not isinstance(location[-2], str)
+        else location
+    )
 
 
 def _inside(hint: Any, part: int | str) -> tuple[type | None, str, Any]:

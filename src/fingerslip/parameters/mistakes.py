@@ -55,17 +55,17 @@ def mistakes_in(error: pydantic.ValidationError, cls: type) -> tuple[InputError,
     """Return everything that pydantic found wrong."""
     details = [(detail, locate(cls, detail["loc"])) for detail in error.errors(include_url=False)]
     misspelt = {
-        joined(*place.path[:-1], near)
-        for detail, place in details
-        if detail["type"] in _UNKNOWN and (near := _nearest_key(place))
+        joined(*location.path[:-1], near)
+        for detail, location in details
+        if detail["type"] in _UNKNOWN and (near := _nearest_key(location))
     }
-    found = [
+    mistakes = [
         mistake
-        for detail, place in details
-        if not (detail["type"] == "missing" and joined(*place.path) in misspelt)
-        for mistake in _mistakes(detail, place)
+        for detail, location in details
+        if not (detail["type"] == "missing" and joined(*location.path) in misspelt)
+        for mistake in _mistakes(detail, location)
     ]
-    return tuple({str(mistake): mistake for mistake in found}.values())
+    return tuple({str(mistake): mistake for mistake in mistakes}.values())
 
 
 def in_order(mistakes: Iterable[InputError], paths: Iterable[str], front: str = "") -> list[InputError]:
@@ -77,36 +77,36 @@ def in_order(mistakes: Iterable[InputError], paths: Iterable[str], front: str = 
         group = known_part(path, order)
         if group == path and group in order:
             return order[group], False
-        inside = (number for known, number in order.items() if not group or is_below(known, group))
+        inside = (number for available, number in order.items() if not group or is_below(available, group))
         return max(inside, default=0), True
 
     return sorted(mistakes, key=position)
 
 
-def _mistakes(detail: _Detail, place: Location) -> Iterator[InputError]:
-    where = joined(*place.path)
+def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
+    where = joined(*location.path)
     cause = (detail.get("ctx") or {}).get("error")
     if isinstance(cause, InputError):
-        yield from (one.moved(lambda inner: joined(where, inner)) for one in cause.all)
+        yield from (mistake.moved(lambda inner: joined(where, inner)) for mistake in cause.all)
     elif detail["type"] == "missing":
         yield InputError(where, "is missing", "needs a value")
     elif detail["type"] in _UNKNOWN:
-        near = _nearest_key(place)
+        near = _nearest_key(location)
         repair = f"did you mean '{near}'?" if near else ""
-        yield InputError(where, "is not known", f"may be one of {', '.join(_known_keys(place))}", repair)
+        yield InputError(where, "is not known", f"may be one of {', '.join(_known_keys(location))}", repair)
     else:
-        needed = _PLAIN_NEEDS.get(detail["type"]) or _need(str(detail["msg"]), place.unit)
-        given = detail["input"]
-        fault = "is empty" if given is None else f"got {_shown(given, place.unit)}"
+        needed = _PLAIN_NEEDS.get(detail["type"]) or _need(str(detail["msg"]), location.unit)
+        value = detail["input"]
+        fault = "is empty" if value is None else f"got {_shown(value, location.unit)}"
         yield InputError(where, fault, needed)
 
 
-def _known_keys(place: Location) -> Sequence[str]:
-    return [field.name for field in dataclasses.fields(place.owner)] if place.owner else []
+def _known_keys(location: Location) -> Sequence[str]:
+    return [field.name for field in dataclasses.fields(location.owner)] if location.owner else []
 
 
-def _nearest_key(place: Location) -> str:
-    near = difflib.get_close_matches(place.path[-1], _known_keys(place), n=1, cutoff=_ALIKE)
+def _nearest_key(location: Location) -> str:
+    near = difflib.get_close_matches(location.path[-1], _known_keys(location), n=1, cutoff=_ALIKE)
     return near[0] if near else ""
 
 

@@ -75,20 +75,20 @@ class _ForEditors(GenerateJsonSchema):
 
     def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
         """Return the schema of a union."""
-        found = super().tagged_union_schema(schema)
-        return {"anyOf": found["oneOf"]} if "oneOf" in found else found
+        union = super().tagged_union_schema(schema)
+        return {"anyOf": union["oneOf"]} if "oneOf" in union else union
 
     def dataclass_schema(self, schema: core_schema.DataclassSchema) -> JsonSchemaValue:
         """Return the schema of a parameter set with its words and defaults."""
-        cls, found = schema["cls"], super().dataclass_schema(schema)
+        cls, definition = schema["cls"], super().dataclass_schema(schema)
         words, defaults = field_words(cls), _defaults(cls)
-        for name, own in found.get("properties", {}).items():
-            own.pop("title", None)
-            if described := _joined(words.get(name, ""), own.get("description", "")):
-                own["description"] = described
+        for name, key in definition.get("properties", {}).items():
+            key.pop("title", None)
+            if described := _joined(words.get(name, ""), key.get("description", "")):
+                key["description"] = described
             if name in defaults:
-                own["default"] = defaults[name]
-        return found | {"description": _plain((inspect.getdoc(cls) or "").partition("\n\n")[0])}
+                key["default"] = defaults[name]
+        return definition | {"description": _plain((inspect.getdoc(cls) or "").partition("\n\n")[0])}
 
 
 def _joined(words: str, of_the_type: str) -> str:
@@ -99,8 +99,8 @@ def _joined(words: str, of_the_type: str) -> str:
 def _defaults(cls: Any) -> Mapping[str, Any]:
     """Return the defaults of a parameter set as a file writes them; fields without one are left out."""
     values = {field.name: _default(field) for field in dataclasses.fields(cls)}
-    given = {name: value for name, value in values.items() if value is not dataclasses.MISSING}
-    return {name: value for name, value in plain_fields(cls, given).items() if _is_plain(value)}
+    defaults = {name: value for name, value in values.items() if value is not dataclasses.MISSING}
+    return {name: value for name, value in plain_fields(cls, defaults).items() if _is_plain(value)}
 
 
 def _default(field: dataclasses.Field[Any]) -> Any:

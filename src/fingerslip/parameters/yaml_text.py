@@ -170,8 +170,8 @@ def _composed(text: str, where: str) -> Node | None:
     except MarkedYAMLError as error:
         problem = str(error.problem or "text that is no YAML").removeprefix("but ").removeprefix("found ")
         repair = "indent with spaces" if "'\\t'" in problem else ""
-        place = _place(where, error.problem_mark or error.context_mark)
-        raise InputError(place, f"found {problem}", _NEEDED, repair) from None
+        position = _place(where, error.problem_mark or error.context_mark)
+        raise InputError(position, f"found {problem}", _NEEDED, repair) from None
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         fault = f"found a character that YAML does not allow (code {error.character:#x})"
@@ -185,8 +185,8 @@ def _place(where: str, mark: StringMark | None) -> str:
     return where if mark is None else f"{where}: line {mark.line + 1}, column {mark.column + 1}"
 
 
-def _too_deep(place: str) -> InputError:
-    return InputError(place, f"found values nested more than {_DEEPEST} deep", "needs fewer levels")
+def _too_deep(position: str) -> InputError:
+    return InputError(position, f"found values nested more than {_DEEPEST} deep", "needs fewer levels")
 
 
 @dataclass(frozen=True)
@@ -259,5 +259,5 @@ class _Builder:
         tag = str(node.tag).replace(_CORE, "!!")
         return self._error(node, f"found the tag {tag}", "needs plain keys, lists and values", "leave the tag out")
 
-    def _error(self, node: Node, found: str, needed: str, repair: str = "") -> InputError:
-        return InputError(_place(self.where, node.start_mark), found, needed, repair)
+    def _error(self, node: Node, fault: str, needed: str, repair: str = "") -> InputError:
+        return InputError(_place(self.where, node.start_mark), fault, needed, repair)

@@ -90,8 +90,8 @@ def run_title(result: RunResult, study: str) -> str:
     'angle -30 deg'
     """
     labels = path_labels(tuple(result.swept))
-    parts = [f"{labels[path]} {_title_text(value)}" for path, value in result.swept.items()]
-    return ", ".join(parts) or study or result.name
+    words = [f"{labels[path]} {_title_text(value)}" for path, value in result.swept.items()]
+    return ", ".join(words) or study or result.name
 
 
 def _title_text(value: object) -> str:

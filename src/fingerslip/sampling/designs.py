@@ -151,11 +151,11 @@ class Input:
             if value not in self.choices:
                 raise InputError(self.path, f"got {shortened(repr(value))}", f"needs one of {self._shown()}")
             return tuple(float(value == choice) for choice in self.choices)
-        known = _number(value)
-        if known is None or known[1] != self.unit or not self.low <= known[0] <= self.high:
+        number = _number(value)
+        if number is None or number[1] != self.unit or not self.low <= number[0] <= self.high:
             allowed = f"needs {self._shown()}, the range of the runs"
             raise InputError(self.path, f"got {shortened(repr(value))}", allowed, "predictions outside are guesses")
-        return ((known[0] - self.low) / (self.high - self.low),)
+        return ((number[0] - self.low) / (self.high - self.low),)
 
     def at(self, share: float) -> Any:
         """Return the value at a share from 0 to 1."""
@@ -172,38 +172,40 @@ class Input:
 
 def varied(run: RunResult) -> dict[str, Any]:
     """Return the swept and sampled values of a run by dotted path, without the numbers of samples and repeats."""
-    own = {path: value for path, value in run.swept.items() if path not in (SAMPLE, REPEAT)}
-    return {**own, **run.sampled}
+    values = {path: value for path, value in run.swept.items() if path not in (SAMPLE, REPEAT)}
+    return {**values, **run.sampled}
 
 
 def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
     """Return what differs between runs, in the order of their values."""
     paths = dict.fromkeys(path for run in runs for path in varied(run))
-    found = tuple(_inputs(paths, [varied(run) for run in runs]))
-    if not found:
+    inputs = tuple(_inputs(paths, [varied(run) for run in runs]))
+    if not inputs:
         raise InputError("study", "has runs that do not differ", "needs values that are swept or sampled")
-    return found
+    return inputs
 
 
 def encoded(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
     """Return the columns of a run or of what is to be predicted."""
-    missing = [one.path for one in inputs if one.path not in values]
+    missing = [variable.path for variable in inputs if variable.path not in values]
     if missing:
-        raise InputError(missing[0], "has no value", f"needs values of {', '.join(one.path for one in inputs)}")
-    return np.array([column for one in inputs for column in one.columns(values[one.path])])
+        raise InputError(
+            missing[0], "has no value", f"needs values of {', '.join(variable.path for variable in inputs)}"
+        )
+    return np.array([column for variable in inputs for column in variable.columns(values[variable.path])])
 
 
 def _inputs(paths: Mapping[str, Any], values: Sequence[Mapping[str, Any]]) -> Iterator[Input]:
     for path in paths:
-        found = [value.get(path) for value in values]
-        numbers = [_number(one) for one in found]
-        known = [number for number in numbers if number is not None]
-        if len(known) == len(found) and len({unit for _, unit in known}) == 1:
-            low, high = min(known)[0], max(known)[0]
+        column = [value.get(path) for value in values]
+        numbers = [_number(entry) for entry in column]
+        numbers_known = [number for number in numbers if number is not None]
+        if len(numbers_known) == len(column) and len({unit for _, unit in numbers_known}) == 1:
+            low, high = min(numbers_known)[0], max(numbers_known)[0]
             if low < high:
-                yield Input(path, known[0][1], low, high)
+                yield Input(path, numbers_known[0][1], low, high)
         else:
-            choices = tuple({repr(one): one for one in found}.values())
+            choices = tuple({repr(entry): entry for entry in column}.values())
             if len(choices) > 1:
                 yield Input(path, choices=choices)
 
@@ -221,7 +223,7 @@ def output_of(run: RunResult, name: str) -> Quantity | None:
     if name in _EVENTS:
         reading, time = _EVENTS[name]
         return Quantity(f"{event_label(time)} ({READINGS[reading]})", "s", run.events.reading(reading).time(time))
-    measure = next((one for one in measures.MEASURES if one.name == name), None)
+    measure = next((entry for entry in measures.MEASURES if entry.name == name), None)
     if measure is None:
         return None
     value = run.numbers.get(measure.key)
@@ -230,15 +232,15 @@ def output_of(run: RunResult, name: str) -> Quantity | None:
 
 def required_output(run: RunResult, name: str) -> Quantity:
     """Return a number of a run by its name as :func:`output_of`."""
-    found = output_of(run, name)
-    if found is None:
+    quantity = output_of(run, name)
+    if quantity is None:
         raise InputError("of", f"'{name}' is not known", f"needs one of {', '.join(output_names(run))}")
-    return found
+    return quantity
 
 
 def output_names(run: RunResult) -> tuple[str, ...]:
     """Return all names that :func:`output_of` knows of a run."""
-    return (*_EVENTS, *(one.name for one in measures.MEASURES), *run.derived)
+    return (*_EVENTS, *(measure.name for measure in measures.MEASURES), *run.derived)
 
 
 def _event_names() -> dict[str, tuple[str, str]]:

@@ -90,20 +90,20 @@ def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
 
 
 def _sobol_of_runs(study: StudyResult, group: Mapping[str, Any], runs: Sequence[RunResult], output: str) -> Sensitivity:
-    known = _blocks(study, runs, output)
-    if np.ptp(known.values) == 0.0:
-        raise InputError("of", f"'{output}' is {known.values[0]:.6g} in all runs", "needs an output that differs")
-    found = _sobol(known.paths, known.values)
-    return _sensitivity("sobol", output, (group, runs), known, _by_index(known.paths, found))
+    blocks = _blocks(study, runs, output)
+    if np.ptp(blocks.values) == 0.0:
+        raise InputError("of", f"'{output}' is {blocks.values[0]:.6g} in all runs", "needs an output that differs")
+    indices = _sobol(blocks.paths, blocks.values)
+    return _sensitivity("sobol", output, (group, runs), blocks, _by_index(blocks.paths, indices))
 
 
 def _sobol_of_surrogate(group: Mapping[str, Any], runs: Sequence[RunResult], output: str) -> Sensitivity:
     surrogate = fit_surrogate(runs, output)
-    paths = tuple(one.path for one in surrogate.inputs)
+    paths = tuple(variable.path for variable in surrogate.inputs)
     shares = draw_shares("saltelli", _ON_SURROGATE, len(paths), _SEED)
     columns = np.array([_encoded(surrogate.inputs, row) for row in shares])
-    found = _sobol(paths, surrogate.means(columns))
-    values = np.array([one for run in runs if (one := required_output(run, output).value) is not None])
+    indices = _sobol(paths, surrogate.means(columns))
+    values = np.array([variable for run in runs if (variable := required_output(run, output).value) is not None])
     quantity = required_output(runs[0], output)
     return Sensitivity(
         method="sobol",
@@ -111,7 +111,7 @@ def _sobol_of_surrogate(group: Mapping[str, Any], runs: Sequence[RunResult], out
         label=quantity.label,
         unit=quantity.unit,
         group=dict(group),
-        indices=_by_index(paths, found),
+        indices=_by_index(paths, indices),
         mean=float(values.mean()),
         deviation=float(values.std(ddof=1)),
         runs=values.size,
@@ -120,23 +120,25 @@ def _sobol_of_surrogate(group: Mapping[str, Any], runs: Sequence[RunResult], out
 
 
 def _encoded(inputs: Sequence[Input], shares: Array) -> Array:
-    return encoded(inputs, {one.path: one.at(float(share)) for one, share in zip(inputs, shares, strict=True)})
+    return encoded(
+        inputs, {variable.path: variable.at(float(share)) for variable, share in zip(inputs, shares, strict=True)}
+    )
 
 
 def _morris_of_runs(
     study: StudyResult, group: Mapping[str, Any], runs: Sequence[RunResult], output: str
 ) -> Sensitivity:
-    known = _blocks(study, runs, output)
-    found = _salib("SALib.analyze.morris").analyze(
-        _problem(known.paths), known.shares, known.values, num_resamples=_RESAMPLES, conf_level=_LEVEL, seed=_SEED
+    blocks = _blocks(study, runs, output)
+    effects = _salib("SALib.analyze.morris").analyze(
+        _problem(blocks.paths), blocks.shares, blocks.values, num_resamples=_RESAMPLES, conf_level=_LEVEL, seed=_SEED
     )
     names = ("mu_star", "mu_star_conf", "sigma", "mu")
-    rows = np.array([found[name] for name in names], dtype=float).T.tolist()
+    rows = np.array([effects[name] for name in names], dtype=float).T.tolist()
     indices = [
         Index(path, size, error, deviation, mean=mean)
-        for path, (size, error, deviation, mean) in zip(known.paths, rows, strict=True)
+        for path, (size, error, deviation, mean) in zip(blocks.paths, rows, strict=True)
     ]
-    return _sensitivity("morris", output, (group, runs), known, indices)
+    return _sensitivity("morris", output, (group, runs), blocks, indices)
 
 
 @dataclass(frozen=True)
@@ -155,8 +157,8 @@ def _blocks(study: StudyResult, runs: Sequence[RunResult], output: str) -> _Bloc
     shares = draw_shares(design["method"], design["count"], len(paths), design["seed"])
     values = np.full(len(shares), np.nan)
     for run in runs:
-        found = required_output(run, output).value
-        values[int(run.swept[SAMPLE]) - 1] = np.nan if found is None else found
+        value = required_output(run, output).value
+        values[int(run.swept[SAMPLE]) - 1] = np.nan if value is None else value
     size = block_size(design["method"], len(paths))
     whole = np.isfinite(values.reshape(-1, size)).all(axis=1)
     if whole.sum() < _LEAST_BLOCKS:
@@ -166,15 +168,15 @@ def _blocks(study: StudyResult, runs: Sequence[RunResult], output: str) -> _Bloc
             f"needs {_LEAST_BLOCKS} or more",
             "finish its runs",
         )
-    taken = np.repeat(whole, size)
-    return _Blocks(paths, shares[taken], values[taken], int(whole.sum()), int((~whole).sum()))
+    whole_rows = np.repeat(whole, size)
+    return _Blocks(paths, shares[whole_rows], values[whole_rows], int(whole.sum()), int((~whole).sum()))
 
 
 def _sensitivity(
     method: str,
     output: str,
     samples: tuple[Mapping[str, Any], Sequence[RunResult]],
-    known: _Blocks,
+    blocks: _Blocks,
     indices: Sequence[Index],
 ) -> Sensitivity:
     group, runs = samples
@@ -186,16 +188,16 @@ def _sensitivity(
         unit=quantity.unit,
         group=dict(group),
         indices=tuple(sorted(indices, key=lambda index: -index.size)),
-        mean=float(known.values.mean()),
-        deviation=float(known.values.std(ddof=1)),
-        runs=known.values.size,
-        blocks=known.blocks,
-        left_out=known.left_out,
+        mean=float(blocks.values.mean()),
+        deviation=float(blocks.values.std(ddof=1)),
+        runs=blocks.values.size,
+        blocks=blocks.blocks,
+        left_out=blocks.left_out,
     )
 
 
 def _sobol(paths: Sequence[str], values: Array) -> Mapping[str, Array]:
-    found: Mapping[str, Array] = _salib("SALib.analyze.sobol").analyze(
+    indices: Mapping[str, Array] = _salib("SALib.analyze.sobol").analyze(
         _problem(paths),
         values,
         calc_second_order=False,
@@ -203,11 +205,11 @@ def _sobol(paths: Sequence[str], values: Array) -> Mapping[str, Array]:
         conf_level=_LEVEL,
         seed=_SEED,
     )
-    return found
+    return indices
 
 
-def _by_index(paths: Sequence[str], found: Mapping[str, Array]) -> tuple[Index, ...]:
-    rows = zip(paths, found["ST"], found["ST_conf"], found["S1"], found["S1_conf"], strict=True)
+def _by_index(paths: Sequence[str], result: Mapping[str, Array]) -> tuple[Index, ...]:
+    rows = zip(paths, result["ST"], result["ST_conf"], result["S1"], result["S1_conf"], strict=True)
     indices = [Index(path, *map(float, numbers)) for path, *numbers in rows]
     return tuple(sorted(indices, key=lambda index: -index.size))
 

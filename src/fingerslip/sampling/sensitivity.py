@@ -90,8 +90,8 @@ def interval_of(values: Sequence[float | None]) -> Interval | None:
     >>> interval_of([1.5, None, 1.2])
     Interval(values=(1.2, 1.5), missing=1)
     """
-    known = sorted(value for value in values if value is not None)
-    return Interval(tuple(known), len(values) - len(known)) if known else None
+    times = sorted(value for value in values if value is not None)
+    return Interval(tuple(times), len(values) - len(times)) if times else None
 
 
 def position(span: tuple[float, float], interval: Interval) -> str:
@@ -119,13 +119,13 @@ def position(span: tuple[float, float], interval: Interval) -> str:
 
 def published_intervals(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[PublishedInterval, ...]:
     """Return the interval over samples for every published time, in the reading of the paper or the likely ones."""
-    found: dict[tuple[object, ...], PublishedInterval] = {}
+    intervals: dict[tuple[object, ...], PublishedInterval] = {}
     for value in (value for reference in references for value in reference.values):
         for interval in _intervals(runs, value):
             # A paper may print one time twice.
             key = (value.quantity, interval.reading, value.value, *sorted(map(str, value.conditions.items())))
-            found.setdefault(key, interval)
-    return tuple(found.values())
+            intervals.setdefault(key, interval)
+    return tuple(intervals.values())
 
 
 def _intervals(runs: Sequence[RunResult], value: PublishedValue) -> Iterator[PublishedInterval]:
@@ -219,9 +219,9 @@ def fit_samples(
     interval = interval_of(times)
     if interval is None or len(interval.values) < len(ranges) + 2 or interval.smallest == interval.largest:
         return None
-    observed = np.array([one for one in times if one is not None])
-    known = [run for run, one in zip(runs, times, strict=True) if one is not None]
-    values = np.array([[number_and_unit(run.sampled[path])[0] for path in ranges] for run in known])
+    observed = np.array([entry for entry in times if entry is not None])
+    runs_with_time = [run for run, entry in zip(runs, times, strict=True) if entry is not None]
+    values = np.array([[number_and_unit(run.sampled[path])[0] for path in ranges] for run in runs_with_time])
     ends = np.array([[number_and_unit(end)[0] for end in two] for two in ranges.values()])
     fit = _regression((values - ends.mean(axis=1)) / np.ptp(ends, axis=1), observed)
     effects = (
@@ -264,15 +264,15 @@ def _regression(columns: Array, observed: Array) -> _Regression:
     n, p = columns.shape
     design = np.column_stack([np.ones(n), columns])
     orthonormal, triangle = np.linalg.qr(design)
-    found = np.linalg.solve(triangle, orthonormal.T @ observed)
-    left_over = observed - design @ found
+    coefficients = np.linalg.solve(triangle, orthonormal.T @ observed)
+    left_over = observed - design @ coefficients
     leverage = np.sum(orthonormal**2, axis=1)
     total = float(np.sum((observed - observed.mean()) ** 2))
     variance = float(left_over @ left_over) / (n - p - 1)
     errors = np.sqrt(variance * np.sum(np.linalg.inv(triangle) ** 2, axis=1))
     return _Regression(
-        middle=float(found[0]),
-        slopes=found[1:],
+        middle=float(coefficients[0]),
+        slopes=coefficients[1:],
         errors=errors[1:],
         residual=float(np.sqrt(variance)),
         determination=1.0 - float(left_over @ left_over) / total,
@@ -288,5 +288,5 @@ def number_and_unit(value: object) -> tuple[float, str]:
     >>> number_and_unit("6.5 mm"), number_and_unit(0.48)
     ((6.5, 'mm'), (0.48, ''))
     """
-    parts = split_quantity(value) if isinstance(value, str) else None
-    return parts or (float(str(value)), "")
+    quantity = split_quantity(value) if isinstance(value, str) else None
+    return quantity or (float(str(value)), "")

@@ -80,8 +80,8 @@ class Surrogate:
 
     def means(self, columns: Array) -> Array:
         """Return the predicted means (n,) at encoded inputs (n, n_columns)."""
-        found: Array = self.process.predict(columns)
-        return found
+        result: Array = self.process.predict(columns)
+        return result
 
     def __repr__(self) -> str:
         good = self.validation
@@ -108,21 +108,24 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     """
     inputs = inputs_of(runs)
     unit = required_output(runs[0], output).unit
-    found = [(encoded(inputs, varied(run)), required_output(run, output).value) for run in runs]
-    valued = [(columns, value) for columns, value in found if value is not None]
-    known: dict[bytes, tuple[Array, float]] = {}
+    pairs = [(encoded(inputs, varied(run)), required_output(run, output).value) for run in runs]
+    valued = [(columns, value) for columns, value in pairs if value is not None]
+    distinct: dict[bytes, tuple[Array, float]] = {}
     for columns, value in valued:
-        known.setdefault(columns.tobytes(), (columns, value))
-    if len(known) < _LEAST_RUNS:
-        raise InputError("study", f"has {len(known)} runs with {output}", f"needs {_LEAST_RUNS} or more that differ")
-    columns, values = np.array([one for one, _ in known.values()]), np.array([one for _, one in known.values()])
+        distinct.setdefault(columns.tobytes(), (columns, value))
+    if len(distinct) < _LEAST_RUNS:
+        raise InputError("study", f"has {len(distinct)} runs with {output}", f"needs {_LEAST_RUNS} or more that differ")
+    columns, values = (
+        np.array([pair for pair, _ in distinct.values()]),
+        np.array([pair for _, pair in distinct.values()]),
+    )
     if np.ptp(values) == 0.0:
         raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
     process = _fitted(columns, values, None)
     validation = replace(
         _validated(columns, values, process, seed),
-        repeated=len(valued) - len(known),
-        missing=len(found) - len(valued),
+        repeated=len(valued) - len(distinct),
+        missing=len(pairs) - len(valued),
     )
     return Surrogate(output, unit, inputs, validation, process)
 
@@ -145,8 +148,8 @@ def _validated(columns: Array, values: Array, process: Any, seed: int) -> Valida
     mean, deviation = np.empty_like(values), np.empty_like(values)
     for number in range(_FOLDS):
         left = fold == number
-        own = _fitted(columns[~left], values[~left], process)
-        mean[left], deviation[left] = own.predict(columns[left], return_std=True)
+        fit = _fitted(columns[~left], values[~left], process)
+        mean[left], deviation[left] = fit.predict(columns[left], return_std=True)
     errors = mean - values
     return Validation(
         error=float(np.sqrt(np.mean(errors**2))),

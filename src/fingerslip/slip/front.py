@@ -192,8 +192,8 @@ def reference_events(
         where the history lacks one of the sites.
     """
     settings = settings or EventSettings()
-    known = set(history["site"].values.tolist()) if "site" in history.coords else set()
-    if not sites or not known.issuperset(sites) or "displacement" not in history:
+    available = set(history["site"].values.tolist()) if "site" in history.coords else set()
+    if not sites or not available.issuperset(sites) or "displacement" not in history:
         return SlipEvents(recorded=False)
     window = slide_window(history, slide)
     if window is None:
@@ -262,11 +262,11 @@ def edge_distance(history: xr.Dataset) -> float | None:
     return smallest if np.isfinite(smallest) else None
 
 
-def edge_warning(found: Mapping[str, EdgeContact | None]) -> str:
+def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
     """Return a warning about the runs whose contact came close to a free edge; empty where none did."""
     cases = [
         f"{title} ('{edge.boundary}' from {edge.time:.3g} s on, smallest distance {1e3 * edge.distance:.3g} mm)"
-        for title, edge in found.items()
+        for title, edge in edges.items()
         if edge is not None
     ]
     if not cases:

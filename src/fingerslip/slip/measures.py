@@ -74,8 +74,8 @@ class Measure:
         """Write a value of it [SI] for people, with its unit."""
         if value is None:
             return "does not exist"
-        shown = self.unit.to_display(value) if self.unit else value
-        return f"{shown:.4g} {self.unit.shown}" if self.unit else f"{shown:.6g}"
+        displayed = self.unit.to_display(value) if self.unit else value
+        return f"{displayed:.4g} {self.unit.shown}" if self.unit else f"{displayed:.6g}"
 
 
 def read_measures(
@@ -129,7 +129,7 @@ def _friction_ratio_end_of_slide(history: xr.Dataset) -> Number:
     return float(forces.friction[last] / forces.normal[last]) if forces.normal[last] > 0.0 else None
 
 
-def _slip_margin_incipient(history: xr.Dataset, found: Found) -> Number:
+def _slip_margin_incipient(history: xr.Dataset, slip: Found) -> Number:
     """Return 1 - q(incipient) / max q over the slide, with q the friction over the normal force.
 
     The largest q of the slide stands for the limit of the contact: with friction that falls or that differs between
@@ -138,7 +138,7 @@ def _slip_margin_incipient(history: xr.Dataset, found: Found) -> Number:
     window = slide_window(history)
     if window is None or not (_has_candidates(history) and _has_counterface(history)):
         return None
-    incipient = found.events.incipient
+    incipient = slip.events.incipient
     ratio = contact_forces(history).ratio()[window.records]
     if incipient is None or not np.nanmax(ratio, initial=0.0) > 0.0:
         return None
@@ -147,13 +147,13 @@ def _slip_margin_incipient(history: xr.Dataset, found: Found) -> Number:
     return float(1.0 - used / ratio[touching].max())
 
 
-def _overall_travel(history: xr.Dataset, found: Found) -> Number:
+def _overall_travel(history: xr.Dataset, slip: Found) -> Number:
     window = slide_window(history)
-    return None if window is None else _travel(history, window.start, found.events.overall)
+    return None if window is None else _travel(history, window.start, slip.events.overall)
 
 
-def _latency_travel(history: xr.Dataset, found: Found) -> Number:
-    return _travel(history, found.events.incipient, found.events.overall)
+def _latency_travel(history: xr.Dataset, slip: Found) -> Number:
+    return _travel(history, slip.events.incipient, slip.events.overall)
 
 
 def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Number:
@@ -214,18 +214,18 @@ def _elastic_slip_max(history: xr.Dataset) -> Number:
     return float(np.sqrt(np.einsum("...c,...c->...", traction, traction).max()) / penalty)
 
 
-def _overall_peak_height(history: xr.Dataset, found: Found) -> Number:
-    overall = _overall_by_peaks(history, found)
-    return next((peak.height for peak in found.peaks.peaks if peak.time == overall), None)
+def _overall_peak_height(history: xr.Dataset, slip: Found) -> Number:
+    overall = _overall_by_peaks(history, slip)
+    return next((peak.height for peak in slip.peaks.peaks if peak.time == overall), None)
 
 
-def _peaks_before_overall(history: xr.Dataset, found: Found) -> Number:
-    overall = _overall_by_peaks(history, found)
-    return None if overall is None else sum(peak.time < overall for peak in found.peaks.peaks)
+def _peaks_before_overall(history: xr.Dataset, slip: Found) -> Number:
+    overall = _overall_by_peaks(history, slip)
+    return None if overall is None else sum(peak.time < overall for peak in slip.peaks.peaks)
 
 
-def _overall_by_peaks(history: xr.Dataset, found: Found) -> float | None:
-    return found.events.acceleration.overall if _has_candidates(history) else None
+def _overall_by_peaks(history: xr.Dataset, slip: Found) -> float | None:
+    return slip.events.acceleration.overall if _has_candidates(history) else None
 
 
 def _outer_markers_first(history: xr.Dataset) -> Number:

@@ -65,8 +65,8 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     points = history["contact_position"].values[nodes] @ axes.T
     triangles = Delaunay(points).simplices
     sides = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
-    kept = sides.max(axis=1) <= _LONGEST_SIDE * np.median(sides)
-    return Patch(nodes, points, np.asarray(triangles[kept], dtype=np.int64), axes)
+    short = sides.max(axis=1) <= _LONGEST_SIDE * np.median(sides)
+    return Patch(nodes, points, np.asarray(triangles[short], dtype=np.int64), axes)
 
 
 def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:

@@ -184,17 +184,17 @@ def _tabulate(times: NDArray[np.float64], signal: NDArray[np.float64], settings:
     rough, quiet = ends
     top = int(np.argmax(signal[: rough + 1]))
     transition = Peak(float(times[top]), float(signal[top]), float(signal[top]))
-    found, prominences = _rising_peaks(signal, rough, _records(times, settings.separation))
-    if found.size == 0:
+    rows, prominences = _rising_peaks(signal, rough, _records(times, settings.separation))
+    if rows.size == 0:
         floor, spread = noise_of(signal[rough:])
         return PeakTable((), floor, spread, 0.0, transition, float(times[quiet]))
-    largest = int(found[np.argmax(prominences)])
+    largest = int(rows[np.argmax(prominences)])
     floor, spread = noise_of(signal[min(quiet, largest - 1) : largest])
     threshold = max(settings.over_noise * spread, settings.over_largest * float(prominences.max()))
-    clear = (found >= quiet) & (prominences > threshold) & (signal[found] > floor + threshold)
+    clear = (rows >= quiet) & (prominences > threshold) & (signal[rows] > floor + threshold)
     peaks = tuple(
         Peak(float(times[index]), float(signal[index]), float(prominence))
-        for index, prominence in zip(found[clear], prominences[clear], strict=True)
+        for index, prominence in zip(rows[clear], prominences[clear], strict=True)
     )
     return PeakTable(peaks, floor, spread, threshold, transition, float(times[quiet]))
 
@@ -209,10 +209,10 @@ def _rising_peaks(
     # scipy.signal is slow to import, and study files are read without it.
     from scipy.signal import find_peaks
 
-    found, properties = find_peaks(signal[start:], distance=distance, prominence=0.0)
-    found = found + start
-    rising = np.array([signal[max(i - 2 * distance, 0) : i].max() <= signal[i] for i in found], dtype=bool)
-    return found[rising], properties["prominences"][rising]
+    rows, properties = find_peaks(signal[start:], distance=distance, prominence=0.0)
+    rows = rows + start
+    rising = np.array([signal[max(i - 2 * distance, 0) : i].max() <= signal[i] for i in rows], dtype=bool)
+    return rows[rising], properties["prominences"][rising]
 
 
 def _even(times: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

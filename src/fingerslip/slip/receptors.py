@@ -56,8 +56,8 @@ def receptors_in_areas(
 
     Units: time [s].
     """
-    known = site_kinds(history)
-    edges = contact_edges(history, time) if known.size else None
+    available = site_kinds(history)
+    edges = contact_edges(history, time) if available.size else None
     if edges is None:
         return MappingProxyType({})
     names = history["site"].values
@@ -65,7 +65,7 @@ def receptors_in_areas(
     nearer = np.argmin(distance, axis=1)
     chosen = {}
     for kind, (index, area) in itertools.product(kinds, enumerate(AREAS)):
-        members = np.flatnonzero((known == kind) & (nearer == index))
+        members = np.flatnonzero((available == kind) & (nearer == index))
         order = members[np.argsort(distance[members, index], kind="stable")][:per_area]
         if order.size:
             chosen[kind, area] = tuple(str(name) for name in names[order])

@@ -56,10 +56,10 @@ def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None
     lag = _lag(history, rows)[window.records]
     lag = np.linalg.norm(lag - lag[0], axis=2)
     times = history["time"].values[window.records]
-    found = sustained_crossings(times, lag, settings.displacement_tolerance, settings.sustained)
+    crossings = sustained_crossings(times, lag, settings.displacement_tolerance, settings.sustained)
     names = tuple(map(str, history["site"].values[rows]))
     distance = np.linalg.norm(np.delete(rest, 1, axis=1), axis=1)
-    return MarkerSlips(names, distance, np.array([np.nan if time is None else time for time in found]))
+    return MarkerSlips(names, distance, np.array([np.nan if time is None else time for time in crossings]))
 
 
 def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:

@@ -120,10 +120,10 @@ def sustained_crossings(
     (signals, starts), ends = np.nonzero(edges == 1), np.nonzero(edges == -1)[1] - 1
     lasts = (ends == times.size - 1) | (times[ends] - times[starts] >= sustained)
     crossed, first = np.unique(signals[lasts], return_index=True)
-    found: list[float | None] = [None] * values.shape[1]
+    crossings: list[float | None] = [None] * values.shape[1]
     for signal, start in zip(crossed.tolist(), starts[lasts][first].tolist(), strict=True):
-        found[signal] = _crossing(times, values[:, signal], level, start)
-    return found
+        crossings[signal] = _crossing(times, values[:, signal], level, start)
+    return crossings
 
 
 def _crossing(times: NDArray[np.float64], values: NDArray[np.float64], level: float, index: int) -> float:

@@ -78,10 +78,10 @@ class SpecimenChoice:
 
 def given_specimen(fields: Mapping[str, Any]) -> str | None:
     """Return the key of the specimen that is given; None without one."""
-    given = [key for key in SPECIMENS if fields[key] is not None]
-    if len(given) > 1:
-        raise InputError(given[1], f"is given with {given[0]}", "needs one of the two")
-    return given[0] if given else None
+    keys = [key for key in SPECIMENS if fields[key] is not None]
+    if len(keys) > 1:
+        raise InputError(keys[1], f"is given with {keys[0]}", "needs one of the two")
+    return keys[0] if keys else None
 
 
 def check_mesh(specimen: str | None, mesh: MeshSource) -> None:
@@ -107,7 +107,7 @@ def preset_names() -> tuple[str, ...]:
 
 def presets_of(name: str) -> Presets[Any]:
     """Return the presets that hold the one of a name."""
-    found = next((presets for presets in SPECIMENS.values() if name in presets.names), None)
-    if found is None:
+    result = next((presets for presets in SPECIMENS.values() if name in presets.names), None)
+    if result is None:
         raise InputError("preset", f"'{name}' is not known", f"needs one of {', '.join(preset_names())}")
-    return found
+    return result

@@ -66,10 +66,10 @@ class OpenedStudy:
         InputError
             For a name that no finished run has.
         """
-        found = next((run for run in self.result.runs if run.name == name), None)
-        if found is None:
+        result = next((run for run in self.result.runs if run.name == name), None)
+        if result is None:
             raise InputError("run", f"'{name}' is not a finished run", f"needs one of {', '.join(self.names)}")
-        return dataclasses.replace(found, values=flatten(read_mapping(self.folder / name / RUN)))
+        return dataclasses.replace(result, values=flatten(read_mapping(self.folder / name / RUN)))
 
     def history(self, name: str) -> xr.Dataset:
         """Return the history of a run, read from its file.
@@ -129,7 +129,7 @@ def open_study(folder: str | Path) -> OpenedStudy:
     require_kind(folder, (str, os.PathLike), "the path of a folder", "open_study")
     folder = Path(folder)
     manifest = stored_manifest(folder)
-    known = read_uncertainties(folder, identities(manifest))
+    uncertainties = read_uncertainties(folder, identities(manifest))
     runs = (unchecked_result(folder / name) for name in manifest["runs"])
-    known_runs = (dataclasses.replace(run, uncertainty=known.get(run.name, {})) for run in runs)
+    known_runs = (dataclasses.replace(run, uncertainty=uncertainties.get(run.name, {})) for run in runs)
     return OpenedStudy(stored_study(folder, manifest, known_runs))

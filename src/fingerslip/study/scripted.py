@@ -91,11 +91,15 @@ class Study:
     @property
     def mapping(self) -> dict[str, Any]:
         """All that it says, as plain data that a study file could hold."""
-        found = _mapping_of(self.base)
+        result = _mapping_of(self.base)
         for path, value in (self.changes or {}).items():
-            _assign(found, path, _plain(value))
-        found |= {key: _plain(own) for key, own in (("sweep", self.sweep), ("sample", self.sample)) if own is not None}
-        return found
+            _assign(result, path, _plain(value))
+        result |= {
+            key: _plain(values)
+            for key, values in (("sweep", self.sweep), ("sample", self.sample))
+            if values is not None
+        }
+        return result
 
     @property
     def folder_name(self) -> str:
@@ -161,11 +165,11 @@ class Study:
         ResultError
             Where results cannot be written.
         """
-        shown = (
+        reporter = (
             {True: progress_on_screen, False: SilentProgress}[progress]() if isinstance(progress, bool) else progress
         )
         plan = self._plan(results)
-        run_plans([plan], workers=workers, force=force, progress=shown, scheduler=scheduler)
+        run_plans([plan], workers=workers, force=force, progress=reporter, scheduler=scheduler)
         return open_study(plan.folder)
 
     def save(self, path: str | Path) -> Path:

@@ -42,8 +42,8 @@ TEMPLATES: Mapping[str, Traversable] = _named(_data("templates"))
 
 def studies_folder() -> Path:
     """Return the folder `studies` of the current folder, as in a checkout, or else that of the shipped studies."""
-    own = Path("studies")
-    return own if own.is_dir() else Path(str(_studies_folder()))
+    folder = Path("studies")
+    return folder if folder.is_dir() else Path(str(_studies_folder()))
 
 
 def examples() -> dict[str, Traversable]:
@@ -84,12 +84,12 @@ def new_study(path: Path, template: str) -> Path:
     return _write(_chosen("template", template, TEMPLATES), path if path.suffix else path.with_suffix(".yaml"))
 
 
-def _chosen(kind: str, name: str, known: Mapping[str, Traversable]) -> str:
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
+def _chosen(kind: str, name: str, files: Mapping[str, Traversable]) -> str:
+    if name not in files:
+        near = difflib.get_close_matches(name, files, n=1)
         repair = f"did you mean '{near[0]}'?" if near else ""
-        raise InputError(kind, f"'{name}' is not known", f"needs one of {', '.join(known)}", repair)
-    return known[name].read_text(encoding="utf-8")
+        raise InputError(kind, f"'{name}' is not known", f"needs one of {', '.join(files)}", repair)
+    return files[name].read_text(encoding="utf-8")
 
 
 def _write(text: str, path: Path) -> Path:

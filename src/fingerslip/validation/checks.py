@@ -59,7 +59,7 @@ def linear_in_friction(evidence: Evidence) -> Finding:
     """Straightness of incipient and overall slip against friction."""
     runs = _frictions(evidence)
     fits = [
-        determination(_FRICTIONS, [getattr(one.run.events.slip, event) for one in runs])
+        determination(_FRICTIONS, [getattr(run.run.events.slip, event) for run in runs])
         for event in ("incipient", "overall")
     ]
     number = _combined(min, fits)
@@ -95,31 +95,31 @@ def edges_first(evidence: Evidence) -> Finding:
 
 def density_rises(evidence: Evidence) -> Finding:
     """Growth of strain energy density during the slide."""
-    found = _original_densities(evidence)
-    return Finding() if found is None else _above(min(found.growth.values()), 1.0)
+    densities = _original_densities(evidence)
+    return Finding() if densities is None else _above(min(densities.growth.values()), 1.0)
 
 
 def density_then_stays(evidence: Evidence) -> Finding:
     """Range of strain energy density after overall slip."""
-    found = _original_densities(evidence)
-    if found is None:
+    densities = _original_densities(evidence)
+    if densities is None:
         return Finding()
-    number = max(found.range_after.values())
+    number = max(densities.range_after.values())
     return Finding(number, number <= _CONSTANT)
 
 
 def density_larger_in_b(evidence: Evidence) -> Finding:
     """Strain energy density of one area over that of the other, the same one for all types."""
-    found = _original_densities(evidence)
-    if found is None:
+    densities = _original_densities(evidence)
+    if densities is None:
         return Finding()
-    least = [_combined(min, _density_ratios(found, *areas)) for areas in (("B", "A"), ("A", "B"))]
+    least = [_combined(min, _density_ratios(densities, *areas)) for areas in (("B", "A"), ("A", "B"))]
     return _above(_combined(max, least), 1.0)
 
 
-def _density_ratios(found: Densities, one: str, other: str) -> list[float | None]:
-    mean = found.mean_after
-    return [_ratio(mean.get((kind, one)), mean.get((kind, other))) for kind in _LARGER_IN_B]
+def _density_ratios(densities: Densities, first: str, other: str) -> list[float | None]:
+    mean = densities.mean_after
+    return [_ratio(mean.get((kind, first)), mean.get((kind, other))) for kind in _LARGER_IN_B]
 
 
 def flattened_without_middle_peaks(evidence: Evidence) -> Finding:
@@ -143,20 +143,20 @@ def fingerprint_adds_noise(evidence: Evidence) -> Finding:
 def fingerprint_hides_incipient(evidence: Evidence) -> Finding:
     """Phalanges with a peak of incipient slip, without and with ripples."""
     without, with_them = (
-        sum(one.incipient_peak is not None for one in _printed(evidence, state)) for state in (False, True)
+        sum(run.incipient_peak is not None for run in _printed(evidence, state)) for state in (False, True)
     )
     return _lost(without, with_them)
 
 
 def fingerprint_leaves_overall(evidence: Evidence) -> Finding:
     """Phalanges whose peak of overall slip is found with ripples."""
-    found = sum(one.overall_peak is not None for one in _printed(evidence, True))
-    return Finding(float(found), found == len(VARIANTS))
+    count = sum(run.overall_peak is not None for run in _printed(evidence, True))
+    return Finding(float(count), count == len(VARIANTS))
 
 
 def fingerprint_flattened_peak(evidence: Evidence) -> Finding:
     """Height of the peak of overall slip with ripples, flattened over the others."""
-    original, flattened, scaled = (_overall_height(one) for one in _printed(evidence, True))
+    original, flattened, scaled = (_overall_height(run) for run in _printed(evidence, True))
     return _above(_ratio(flattened, _combined(max, [original, scaled])), 1.0)
 
 
@@ -230,11 +230,11 @@ def determination(positions: Sequence[float], values: Sequence[float | None]) ->
     >>> determination([0.0, 1.0, 2.0], [1.0, 3.0, 5.0])
     1.0
     """
-    known = np.array([value for value in values if value is not None])
-    if known.size < len(values) or not np.ptp(known):
+    numbers = np.array([value for value in values if value is not None])
+    if numbers.size < len(values) or not np.ptp(numbers):
         return None
-    left_over = known - np.polyval(np.polyfit(positions, known, 1), positions)
-    total = known - known.mean()
+    left_over = numbers - np.polyval(np.polyfit(positions, numbers, 1), positions)
+    total = numbers - numbers.mean()
     return round(float(1.0 - left_over @ left_over / (total @ total)), 12)
 
 
@@ -262,8 +262,8 @@ def _smallest_step(values: Sequence[float | None]) -> float | None:
 
 
 def _combined(combine: Callable[[list[float]], float], values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return combine(known) if known and len(known) == len(values) else None
+    numbers = [value for value in values if value is not None]
+    return combine(numbers) if numbers and len(numbers) == len(values) else None
 
 
 def _ratio(part: float | None, whole: float | None) -> float | None:

@@ -194,16 +194,16 @@ def _solid_uncertainty(evidence: Evidence, value: PublishedValue) -> float | Non
     if value.reading == "slip":
         return measures.run.uncertainty.get(f"slip.{value.quantity}")
     reading = measures.node_range(value.quantity) if value.reading == "displacement" else None
-    known = [part for part in (_largest_change(evidence, value), reading) if part is not None]
-    return math.hypot(*known) if known else None
+    changes = [part for part in (_largest_change(evidence, value), reading) if part is not None]
+    return math.hypot(*changes) if changes else None
 
 
 def _largest_change(evidence: Evidence, value: PublishedValue) -> float | None:
     """Return the largest change of a time of the fingertip in space over its refinements [s]; None if one lacks it."""
     runs = (*evidence.measured[SOLID], *evidence.refined_solid)
-    times = [one.run.events.reading(value.reading).time(value.quantity) for one in runs]
-    known = [time for time in times if time is not None]
-    return max(abs(time - known[0]) for time in known) if 1 < len(known) == len(times) else None
+    times = [run.run.events.reading(value.reading).time(value.quantity) for run in runs]
+    times_known = [time for time in times if time is not None]
+    return max(abs(time - times_known[0]) for time in times_known) if 1 < len(times_known) == len(times) else None
 
 
 def _event_row(
@@ -318,23 +318,23 @@ def compare(
         Where runs or trials fail, or results cannot be written or read back.
     """
     papers = _papers(only, computed)
-    given = studies_folder() if studies is None else studies, results, workers, progress
+    arguments = studies_folder() if studies is None else studies, results, workers, progress
     # Stored rows first: a damaged file is told before anything is computed.
-    geometry = allowed_geometry(*given, compute="geometry" in computed) if "wang2014" in papers else None
-    parts = [rows(*given, compute=part in computed) for part, rows in _ROWS.items() if PARTS[part] in papers]
-    rows = (*validate(*given, papers=papers), *(row for part in parts for row in part.rows))
-    return Comparison(rows, tuple(part.origin for part in parts if part.origin), geometry)
+    geometry = allowed_geometry(*arguments, compute="geometry" in computed) if "wang2014" in papers else None
+    row_groups = [rows(*arguments, compute=part in computed) for part, rows in _ROWS.items() if PARTS[part] in papers]
+    rows = (*validate(*arguments, papers=papers), *(row for part in row_groups for row in part.rows))
+    return Comparison(rows, tuple(part.origin for part in row_groups if part.origin), geometry)
 
 
-def comparison_mapping(found: Comparison) -> Any:
+def comparison_mapping(comparison: Comparison) -> Any:
     """Return the rows as plain data, under keys beside those of the geometry if it was computed."""
-    plain, geometry = rows_mapping(found.rows), found.geometry
+    plain, geometry = rows_mapping(comparison.rows), comparison.geometry
     return {"rows": plain, "geometry": rows_mapping(geometry.rows)} if geometry and geometry.computed else plain
 
 
-def comparison_markdown(found: Comparison) -> str:
+def comparison_markdown(comparison: Comparison) -> str:
     """Write the rows as a page in Markdown, with those of the geometry where it was computed."""
-    page, geometry = rows_markdown(found.rows), found.geometry
+    page, geometry = rows_markdown(comparison.rows), comparison.geometry
     if geometry is None or not geometry.computed:
         return page
     table = geometry_table(geometry.rows)

@@ -98,12 +98,12 @@ def detection_rows(
         trials = simulate_trials(study, folder, workers=workers, progress=progress)
         return rows_of_detection(detection_of(begun_detection(trials, workers, output)))
 
-    found = stored_rows(DETECTION_FILE, studies, results, computed if compute else None)
-    if found.computed:
+    stored = stored_rows(DETECTION_FILE, studies, results, computed if compute else None)
+    if stored.computed:
         from fingerslip.detect.evaluation.parts import parts_beside
 
         parts_beside(output).remove()
-    return found
+    return stored
 
 
 def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = None) -> Evaluation:
@@ -127,8 +127,10 @@ def detection_of(begun: Evaluation) -> Detection:
     from fingerslip.detect.samples import grouped_folds, left_out
 
     def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
-        found = {name: begun.by_group(CLASSIFIERS[name], tests) for name in _COMPARED}
-        return {name: frame_scores_of(joined_folds(begun.samples, parts).matrices) for name, parts in found.items()}
+        folds_by_name = {name: begun.by_group(CLASSIFIERS[name], tests) for name in _COMPARED}
+        return {
+            name: frame_scores_of(joined_folds(begun.samples, folds).matrices) for name, folds in folds_by_name.items()
+        }
 
     trials = begun.trials
     by_sample = {name: frame_scores_of(begun.by_sample(CLASSIFIERS[name])) for name in _COMPARED}
@@ -138,12 +140,12 @@ def detection_of(begun: Evaluation) -> Detection:
     return Detection(by_sample, by_trial, left)
 
 
-def rows_of_detection(found: Detection) -> tuple[Row, ...]:
+def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
     """Return a row for each published value in both splits, and for accuracies with conditions left out."""
-    splits = {"frames split 90 to 10": found.by_sample, "trials not seen": found.by_trial}
+    splits = {"frames split 90 to 10": detection.by_sample, "trials not seen": detection.by_trial}
     return (
         *(row for split, scores in splits.items() for row in _rows(split, scores)),
-        *(row for split, scores in found.left_out.items() for row in _number_rows(split, scores, _ACCURACIES)),
+        *(row for split, scores in detection.left_out.items() for row in _number_rows(split, scores, _ACCURACIES)),
     )
 
 
@@ -174,8 +176,8 @@ def _estimates(value: PublishedValue, scores: Mapping[str, FrameScores]) -> Iter
     elif rest == "accuracy":
         yield "accuracy, forest", scores["forest"].accuracy
     else:
-        one, _, score = rest.rpartition("-")
-        yield f"{score} of {one}, forest", getattr(scores["forest"], score)[_CLASSES.index(one)]
+        entry, _, score = rest.rpartition("-")
+        yield f"{score} of {entry}, forest", getattr(scores["forest"], score)[_CLASSES.index(entry)]
 
 
 def _number_row(name: str, value: PublishedValue, estimate: Estimate, *, comparable: bool = True) -> Row:

@@ -74,7 +74,7 @@ class Evidence:
 
     def select(self, study: str, conditions: Mapping[str, object]) -> tuple[Measures, ...]:
         """Return the runs of a study whose values, by dotted path, are these."""
-        return tuple(one for one in self.measured[study] if _meets(one.run.all_values, conditions))
+        return tuple(run for run in self.measured[study] if _meets(run.run.all_values, conditions))
 
     def one(self, study: str, conditions: Mapping[str, object]) -> Measures:
         """Return the run of a study whose values are these.
@@ -84,13 +84,11 @@ class Evidence:
         InputError
             Where the study has no such run, or several.
         """
-        found = self.select(study, conditions)
-        if len(found) != 1:
+        runs = self.select(study, conditions)
+        if len(runs) != 1:
             wanted = ", ".join(f"{path} = {value}" for path, value in conditions.items())
-            raise InputError(
-                study, f"has {len(found)} runs with {wanted}", "needs one of them", "use the shipped study"
-            )
-        return found[0]
+            raise InputError(study, f"has {len(runs)} runs with {wanted}", "needs one of them", "use the shipped study")
+        return runs[0]
 
     def phalanges(self, study: str, conditions: Mapping[str, object] | None = None) -> tuple[Measures, ...]:
         """Return the runs with the original, the flattened and the scaled phalanx, in this order."""
@@ -129,7 +127,7 @@ def gather(
     return Evidence(
         measured,
         _refined(paths[TABLE2], results, _measured),
-        tuple(one for (one,) in _refined(paths[SOLID], results, _measured_in_space)),
+        tuple(entry for (entry,) in _refined(paths[SOLID], results, _measured_in_space)),
         _refined(paths[LARGE_STRAIN], results, _measured, _FINITE),
     )
 

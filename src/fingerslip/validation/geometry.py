@@ -114,8 +114,8 @@ def _read_in_space(study: StudyResult, run: RunResult) -> RunResult:
     return solid_measures(study.folder / run.name, run).run
 
 
-def _geometry_row(one: PublishedInterval, model: str) -> GeometryRow:
-    value, interval = one.value, one.interval
+def _geometry_row(entry: PublishedInterval, model: str) -> GeometryRow:
+    value, interval = entry.value, entry.interval
     variant = f"{value.conditions[VARIANT]}, " if model == "section" else ""
     readings = READINGS if model == "section" else SOLID_READINGS
     numbers = None
@@ -126,21 +126,21 @@ def _geometry_row(one: PublishedInterval, model: str) -> GeometryRow:
             interval.largest,
         )
     return GeometryRow(
-        quantity=f"{event_label(value.quantity)}, {variant}{model} ({readings[one.reading]})",
+        quantity=f"{event_label(value.quantity)}, {variant}{model} ({readings[entry.reading]})",
         source=value.source,
         published=value.span or value.value or 0.0,
         interval=None if numbers is None else tuple(round(number, 6) for number in numbers),
-        where=one.where,
+        where=entry.where,
         found=0 if interval is None else len(interval.values),
-        samples=one.samples,
+        samples=entry.samples,
     )
 
 
 def _cells(row: GeometryRow) -> tuple[Cell, ...]:
-    shown = row.published if isinstance(row.published, tuple) else (row.published,)
+    published = row.published if isinstance(row.published, tuple) else (row.published,)
     interval: tuple[Cell, ...] = row.interval or (Missing.NO_EVENT,) * len(INTERVAL_COLUMNS)
     return (
-        *(row.quantity, row.source, " to ".join(f"{time:.2f}" for time in shown)),
+        *(row.quantity, row.source, " to ".join(f"{time:.2f}" for time in published)),
         *interval,
         row.where or Missing.NOT_DEFINED,
         f"{row.found} of {row.samples}",

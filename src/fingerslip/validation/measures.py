@@ -117,10 +117,10 @@ class Measures:
         """Return how far a time of the nodes moves at most over the tolerances [s]; None where it is missing."""
         times = [events.time(name) for events in self.node_tolerances.values()]
         ours = self.run.events.displacement.time(name)
-        known = [time for time in times if time is not None]
-        if ours is None or not known or len(known) < len(times):
+        times_known = [time for time in times if time is not None]
+        if ours is None or not times_known or len(times_known) < len(times):
             return None
-        return max(abs(time - ours) for time in known)
+        return max(abs(time - ours) for time in times_known)
 
     def _peak_at(self, time: float | None) -> Peak | None:
         return next((peak for peak in self.peaks.peaks if peak.time == time), None)

@@ -210,8 +210,8 @@ def stored_rows(
     """Return rows that are computed and stored, or else those that were stored last, or else those that ship."""
     if compute is not None:
         rows = tuple(compute())
-        made = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, Path(studies))}
-        write_json(Path(results) / file.name, {"made": made, "rows": rows_mapping(rows)})
+        record = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, Path(studies))}
+        write_json(Path(results) / file.name, {"made": record, "rows": rows_mapping(rows)})
         return Stored(rows, computed=True)
     for path in (Path(results) / file.name, Path(results) / "reference" / file.name):
         try:
@@ -248,10 +248,10 @@ def _values(entry: Mapping[str, Any]) -> dict[str, Any]:
 
 def _inputs(file: RowFile[Any], studies: Path) -> dict[str, str]:
     """Return a hash of what each study holds, of one that cannot be read none, and of how the runs are read."""
-    found = {_READING: digest(file.reading)} if file.reading else {}
+    inputs = {_READING: digest(file.reading)} if file.reading else {}
     for name in file.studies:
         try:
-            found[name] = digest([read_with_base(studies / f"{name}.yaml")])
+            inputs[name] = digest([read_with_base(studies / f"{name}.yaml")])
         except FingerslipError:
             continue
-    return found
+    return inputs

@@ -109,7 +109,7 @@ def _along_slide(history: xr.Dataset) -> tuple[Floats, NDArray[np.int64]]:
 
 
 def _at(times: Floats, along: Floats, time: float) -> Floats:
-    return np.array([np.interp(time, times, one) for one in along.T])
+    return np.array([np.interp(time, times, column) for column in along.T])
 
 
 def _ahead(along: Floats, rings: NDArray[np.int64]) -> float | None:
@@ -139,24 +139,24 @@ def _measured(study: StudyResult) -> tuple[SensorMeasures, ...]:
 def rows_of_sensor(measured: Sequence[SensorMeasures], basis: Basis = "predicted") -> tuple[Row, ...]:
     """Return a row for each statement on the mechanics of the sensor, and one for the number of cycles."""
     statements = (
-        statement_row(value, found.number, None, found.holds, basis=basis)
+        statement_row(value, answer.number, None, answer.holds, basis=basis)
         for value in published("bulens2023-mechanics").values
-        for found in (_CHECKS[value.id](measured),)
+        for answer in (_CHECKS[value.id](measured),)
     )
     (six,) = published("bulens2023-cycles").values
-    nearest = _nearest([one.cycles for one in measured if one.ridged], float(six.value or 0.0))
+    nearest = _nearest([slide.cycles for slide in measured if slide.ridged], float(six.value or 0.0))
     name = "stick-slip cycles in 14 mm, ridged skin, nearest to the published number of four indentations"
     return (*statements, number_row(name, six, nearest, None, resolution=1.0, basis=basis))
 
 
 def _nearest(counts: Sequence[int | None], wanted: float) -> float | None:
-    known = [float(count) for count in counts if count is not None]
-    return min(known, key=lambda count: abs(count - wanted)) if known else None
+    numbers = [float(count) for count in counts if count is not None]
+    return min(numbers, key=lambda count: abs(count - wanted)) if numbers else None
 
 
 def _of_ridged(measured: Sequence[SensorMeasures], name: str) -> float | None:
     """Return the least of a number over the runs with ridges; None where one of them lacks it."""
-    values = [getattr(one, name) for one in measured if one.ridged]
+    values = [getattr(slide, name) for slide in measured if slide.ridged]
     return float(min(values)) if values and None not in values else None
 
 
@@ -176,14 +176,16 @@ def _centre_ahead(measured: Sequence[SensorMeasures]) -> Finding:
 
 
 def _smooth_hides(measured: Sequence[SensorMeasures]) -> Finding:
-    ridged = {one.depth: one.spread for one in measured if one.ridged}
+    ridged = {slide.depth: slide.spread for slide in measured if slide.ridged}
     ratios = [
-        None if one.spread is None or not ridged.get(one.depth) else abs(one.spread / (ridged[one.depth] or np.nan))
-        for one in measured
-        if not one.ridged
+        None
+        if slide.spread is None or not ridged.get(slide.depth)
+        else abs(slide.spread / (ridged[slide.depth] or np.nan))
+        for slide in measured
+        if not slide.ridged
     ]
-    known = [ratio for ratio in ratios if ratio is not None]
-    return Finding(max(known), max(known) < _HIDDEN) if known and len(known) == len(ratios) else Finding()
+    finite = [ratio for ratio in ratios if ratio is not None]
+    return Finding(max(finite), max(finite) < _HIDDEN) if finite and len(finite) == len(ratios) else Finding()
 
 
 _CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], Finding]] = MappingProxyType(
@@ -288,7 +290,7 @@ def _tested(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
     return on_unseen(detector, pours, pours.onsets("plate"))
 
 
-def rows_of_pouring(found: Unseen, where: str) -> tuple[Row, ...]:
+def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
     """Return a row for each published number and statement, in both readings of the onset.
 
     `where` says of which sensor: 'section' or 'in space'.
@@ -298,7 +300,7 @@ def rows_of_pouring(found: Unseen, where: str) -> tuple[Row, ...]:
     return tuple(
         row
         for reading in reversed(READINGS)
-        for scores in (found.scores[reading],)
+        for scores in (detection.scores[reading],)
         for row in (*_number_rows(scores, where, reading), *_statement_rows(scores, where, reading))
     )
 

@@ -197,8 +197,8 @@ def _extremes(times: Array, values: Array) -> tuple[Array, Array]:
     """Return times and values of the extremes of a curve, from a parabola through three points each."""
     inner = np.flatnonzero((values[1:-1] - values[:-2]) * (values[2:] - values[1:-1]) < 0) + 1
     before, at, after = values[inner - 1], values[inner], values[inner + 1]
-    place = 0.5 * (before - after) / (before - 2 * at + after)
-    return times[inner] + place * (times[1] - times[0]), at - 0.25 * (before - after) * place
+    offset = 0.5 * (before - after) / (before - 2 * at + after)
+    return times[inner] + offset * (times[1] - times[0]), at - 0.25 * (before - after) * offset
 
 
 def _oscillator() -> tuple[Check, ...]:
@@ -267,12 +267,14 @@ def _sliding() -> tuple[Check, ...]:
         )
         # A thousandth of the height: the leading edge bears several times the mean pressure rho g h = 490 Pa.
         history = solved(model, penetration=50e-6)
-        place = history["contact_displacement"].values[:, :, 0].mean(axis=1)
+        position = history["contact_displacement"].values[:, :, 0].mean(axis=1)
         velocity = history["contact_velocity"].values[:, :, 0].mean(axis=1)
         stop = _stopping_time(history["time"].values, velocity / speed)
         checks += [
             relative(f"{element}: time v0 / (mu g) [s]", speed / (_MU * _GRAVITY), stop, 0.01),
-            relative(f"{element}: travel v0^2 / (2 mu g) [m]", speed**2 / (2 * _MU * _GRAVITY), float(place[-1]), 0.02),
+            relative(
+                f"{element}: travel v0^2 / (2 mu g) [m]", speed**2 / (2 * _MU * _GRAVITY), float(position[-1]), 0.02
+            ),
         ]
     return tuple(checks)
 

@@ -46,11 +46,11 @@ def known_names() -> tuple[str, ...]:
 
 def choose(names: Sequence[str]) -> tuple[str, ...]:
     """Return names of problems as they are given, or those of all problems where there are none."""
-    known = known_names()
+    all_names = known_names()
     for name in names:
-        if name not in known:
-            raise InputError("--only", f"got '{name}'", f"may be one of {', '.join(known)}")
-    return tuple(names) or known
+        if name not in all_names:
+            raise InputError("--only", f"got '{name}'", f"may be one of {', '.join(all_names)}")
+    return tuple(names) or all_names
 
 
 def problem(name: str) -> Problem:
@@ -63,4 +63,4 @@ def problem(name: str) -> Problem:
     """
     file = next(file for file, names in FILES.items() if name in names)
     problems: Sequence[Problem] = importlib.import_module(f"fingerslip.verification.{file}").PROBLEMS
-    return next(one for one in problems if one.name == name)
+    return next(candidate for candidate in problems if candidate.name == name)

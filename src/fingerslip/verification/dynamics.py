@@ -130,14 +130,14 @@ def _peaks(signal: Array, step: float, guesses: list[float]) -> list[float]:
     window = np.hanning(signal.size) * (signal - signal.mean())
     count = 8 * signal.size
     amplitude = np.log(np.abs(np.fft.rfft(window, count)) + 1e-300)
-    found = []
+    peaks = []
     for guess in guesses:
         near = round(guess * step * count)
         low = int(near * 0.9)
         peak = low + int(np.argmax(amplitude[low : int(near * 1.1)]))
         before, at, after = amplitude[peak - 1 : peak + 2]
-        found.append(float((peak + 0.5 * (before - after) / (before - 2 * at + after)) / (step * count)))
-    return found
+        peaks.append(float((peak + 0.5 * (before - after) / (before - 2 * at + after)) / (step * count)))
+    return peaks
 
 
 def _rod() -> tuple[Check, ...]:
@@ -215,8 +215,8 @@ def _driven() -> tuple[Check, ...]:
         )
         history = solved(model, penetration=2.1 * force / (1e2 * _MODULUS * area))
         exact = force / stiffness * (1 - np.cos(rotation * history["time"].values))
-        found = -history["counterface_displacement"].values[:, 0, -1]
-        error = float(np.abs(found - exact).max() / exact.max())
+        displacement = -history["counterface_displacement"].values[:, 0, -1]
+        error = float(np.abs(displacement - exact).max() / exact.max())
         checks.append(absolute(f"{element}: displacement, largest error / largest", 0.0, error, 0.005))
     return tuple(checks)
 

@@ -87,11 +87,11 @@ def _patch_error(element: str, integration: Integration) -> float:
     sides = {2: (("left", "right"), ("bottom", "top")), 3: (("left", "right"), ("front", "back"), ("bottom", "top"))}
     held = {low: (axis,) for (low, _), axis in zip(sides[dim], axes, strict=True)}
     pulled = {high: tuple(row) for (_, high), row in zip(sides[dim], np.diag(stress), strict=True)}
-    positions, found = _static(mesh, integration, held, pulled)
-    normal = np.abs(found - positions * strain).max() / np.abs(positions * strain).max()
+    positions, displacement = _static(mesh, integration, held, pulled)
+    normal = np.abs(displacement - positions * strain).max() / np.abs(positions * strain).max()
     sheared = {"top": tuple(np.eye(dim)[0])}
-    positions, found = _static(mesh, integration, {"bulk": axes[1:], "bottom": ("x",)}, sheared)
-    shear = np.abs(found[:, 0] - positions[:, -1] / shear_modulus).max() * shear_modulus
+    positions, displacement = _static(mesh, integration, {"bulk": axes[1:], "bottom": ("x",)}, sheared)
+    shear = np.abs(displacement[:, 0] - positions[:, -1] / shear_modulus).max() * shear_modulus
     return float(max(normal, shear))
 
 
@@ -128,10 +128,10 @@ def _rigid() -> tuple[Check, ...]:
         modes = _rigid_modes(space.positions).reshape(-1, space.n_dofs)
         forces = np.abs(stiffness @ modes.T).max() / (np.abs(stiffness).max() * np.abs(modes).max())
         values = np.linalg.eigvalsh(stiffness.toarray())
-        found = int(np.sum(values < 1e-9 * values[-1]))
+        count = int(np.sum(values < 1e-9 * values[-1]))
         name = _name(element, integration)
         checks.append(absolute(f"{name}: force of rigid motion", 0.0, float(forces), 1e-12))
-        checks.append(absolute(f"{name}: number of modes without energy", len(modes), found, 0.0))
+        checks.append(absolute(f"{name}: number of modes without energy", len(modes), count, 0.0))
     return tuple(checks)
 
 
@@ -193,13 +193,13 @@ def _errors(element: str, integration: Integration, count: int) -> tuple[float, 
     free = np.setdiff1d(np.arange(space.n_dofs), vector_dofs(edge, dim).ravel())
     displacement = np.zeros(space.n_dofs)
     displacement[free] = linalg.spsolve(sparse.csc_matrix(stiffness[free][:, free]), load[free])
-    found = fine.interpolate(displacement)
+    field = fine.interpolate(displacement)
 
     def norm(of: Any) -> float:
         return float(np.sqrt(skfem.Functional(of).assemble(fine)))
 
-    l2 = norm(lambda w: dot(found - _exact(w.x), found - _exact(w.x)))
-    h1 = norm(lambda w: ddot(grad(found) - _exact_gradient(w.x), grad(found) - _exact_gradient(w.x)))
+    l2 = norm(lambda w: dot(field - _exact(w.x), field - _exact(w.x)))
+    h1 = norm(lambda w: ddot(grad(field) - _exact_gradient(w.x), grad(field) - _exact_gradient(w.x)))
     return l2, h1
 
 
@@ -251,10 +251,10 @@ def _ring_ratio(element: str, integration: Integration, ratio: float) -> float:
         record=Recording(snapshots_every=1.0),
     )
     history = solved(model)
-    positions, found = history["node_position"].values[:, :2], history["snapshot_displacement"].values[-1, :, :2]
+    positions, displacement = history["node_position"].values[:, :2], history["snapshot_displacement"].values[-1, :, :2]
     radius = np.linalg.norm(positions, axis=1)
     inner = np.abs(radius - _INNER) < 1e-3
-    radial = np.sum(found[inner] * positions[inner], axis=1) / radius[inner]
+    radial = np.sum(displacement[inner] * positions[inner], axis=1) / radius[inner]
     factor = (1 + ratio) * _PRESSURE * _INNER**2 / (_OUTER**2 - _INNER**2)
     return float(np.mean(radial) / (factor * ((1 - 2 * ratio) * _INNER + _OUTER**2 / _INNER)))
 

@@ -112,8 +112,8 @@ def _lost(mesh: Any, law: NeoHookean, integration: Any) -> float:
         stiffness = bulk.tangent(bulk.deformed(((stretch - 1.0) * space.positions).ravel())).toarray()
         return float(np.linalg.eigvalsh(stiffness[~held][:, ~held])[0])
 
-    found = float(optimize.brentq(least, 1.0, 1.001, xtol=1e-12))
-    return _cube_load(law, found) / (2.0 * law.shear_modulus * found)
+    root = float(optimize.brentq(least, 1.0, 1.001, xtol=1e-12))
+    return _cube_load(law, root) / (2.0 * law.shear_modulus * root)
 
 
 _INNER, _OUTER, _BLOWN = 1e-2, 2e-2, 1.5e-2
@@ -285,11 +285,11 @@ def _elastica() -> tuple[Check, ...]:
     for element in ("T6", "T10"):
         for load in (1.0, 10.0):
             along, across = elastica_tip(load)
-            found = _bent(element, load)
+            bent = _bent(element, load)
             name = f"{element}, P L^2 / (E I) = {load:g}"
             checks += [
-                absolute(f"{name}: tip along / L", along, found[0], 0.005),
-                absolute(f"{name}: tip across / L", across, found[1], 0.005),
+                absolute(f"{name}: tip along / L", along, bent[0], 0.005),
+                absolute(f"{name}: tip across / L", across, bent[1], 0.005),
             ]
     return tuple(checks)
 

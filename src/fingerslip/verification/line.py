@@ -201,13 +201,13 @@ def _cattaneo() -> tuple[Check, ...]:
         ratio = tangential / (MU * normal)
         half_width, peak = closed_form(normal)
         stick = half_width * float(np.sqrt(1 - ratio))
-        found = float(np.ptp(x[states[step] == 1])) / 2
+        result = float(np.ptp(x[states[step] == 1])) / 2
         expected = semicircle(x, half_width) - stick / half_width * semicircle(x, stick)
         error = tractions[step] / (MU * peak) - expected
         largest = np.abs(error[_away_from(x, half_width, stick)]).max()
         at = f"Q/(mu P) = {ratio:.3f}"
         checks += [
-            absolute(f"{at}: stick half width / a", stick / half_width, found / half_width, 0.05),
+            absolute(f"{at}: stick half width / a", stick / half_width, result / half_width, 0.05),
             absolute(f"{at}: traction, largest error / (mu p0)", 0.0, float(largest), 0.05),
             absolute(f"{at}: traction, rms error / (mu p0)", 0.0, _rms(error[np.abs(x) < half_width]), 0.03),
         ]

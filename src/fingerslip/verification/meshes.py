@@ -76,8 +76,8 @@ def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
     facets = np.asarray(mesh.boundaries[name])
     names = tuple(f"{name}-{number}" for number in range(facets.size))
     normals = outward_normals(mesh, facets, mesh.f2t[0, facets])
-    parts = {part: facets[[number]] for number, part in enumerate(names)}
-    return mesh.with_boundaries(parts), names, np.ascontiguousarray(normals.T)
+    boundaries = {part: facets[[number]] for number, part in enumerate(names)}
+    return mesh.with_boundaries(boundaries), names, np.ascontiguousarray(normals.T)
 
 
 def jiggled(amount: float) -> Shift:

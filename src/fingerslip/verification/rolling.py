@@ -163,7 +163,8 @@ def _incline() -> tuple[Check, ...]:
         late = time > 0.03
         rate = history["rigid_body_velocity"].values[late, 0, 0]
         along, about = (
-            float(np.polyfit(time[late], own, 1)[0]) for own in (rate, np.gradient(_turn(history, element), time)[late])
+            float(np.polyfit(time[late], rate_of_turn, 1)[0])
+            for rate_of_turn in (rate, np.gradient(_turn(history, element), time)[late])
         )
         rolls = slope < 3.0 * _FRICTION
         exact = _GRAVITY * (2.0 / 3.0 * sine if rolls else sine - _FRICTION * cosine)
@@ -193,7 +194,7 @@ def _between() -> tuple[Check, ...]:
     ):
         along = np.linspace(-2e-3, 6e-3, 81)
         low, high = (
-            _pad(element, along, is_finite=strain == "finite", low=own) for own in (-_RADIUS - _HEIGHT, _RADIUS)
+            _pad(element, along, is_finite=strain == "finite", low=height) for height in (-_RADIUS - _HEIGHT, _RADIUS)
         )
         held: Any = ("x", "y") if element == "H8" else ("x",)
         squeezed, moved = Ramp((0.0, 0.1), (0.0, 1.0)), Ramp((0.1, 0.5), (0.0, 1.0))
@@ -257,12 +258,12 @@ def _travel() -> tuple[Check, ...]:
         contact = Contact("top", Plane(_above(element, 0.0, -1.0), 0.0), Coulomb(0.0), _PENALTY, rigid_body="plate")
         history = solved(Model(**pad, contacts=(contact,), bodies={"plate": body}, time=QuasiStatic(0.01)))
         areas, at = history["contact_area"].values, history["contact_position"].values[:, 0]
-        own = float(areas @ at**2) / (_HEIGHT / 1e6 + 1.0 / _PENALTY) + 0.5e6 * 2e-3 * _HEIGHT * _WIDTH / 3.0
+        reference = float(areas @ at**2) / (_HEIGHT / 1e6 + 1.0 / _PENALTY) + 0.5e6 * 2e-3 * _HEIGHT * _WIDTH / 3.0
         where = f"{element}, {strain} strain"
         moved, angle = _end(history, element)
         checks += [
             relative(f"{where}: way [m]", _ACROSS, moved, 1e-9),
-            relative(f"{where}: rotation [rad]", _ACROSS / (_SPRING + own), angle, 1e-3),
+            relative(f"{where}: rotation [rad]", _ACROSS / (_SPRING + reference), angle, 1e-3),
         ]
     return tuple(checks)
 

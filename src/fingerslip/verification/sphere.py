@@ -81,9 +81,14 @@ def slid() -> xr.Dataset:
 @cache
 def cycled() -> xr.Dataset:
     """Return the history of a press (10 steps), a slide (20 steps), one back (40) and one forth (40)."""
-    there = (1 - (1 - 0.8) ** (2 / 3)) * OVERALL * MU * APPROACH
+    start_of_unloading = (1 - (1 - 0.8) ** (2 / 3)) * OVERALL * MU * APPROACH
     forth, back = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
-    programme = (_press(), Slide(there, there, forth), Slide(2 * there, there, back), Slide(2 * there, there, forth))
+    programme = (
+        _press(),
+        Slide(start_of_unloading, start_of_unloading, forth),
+        Slide(2 * start_of_unloading, start_of_unloading, back),
+        Slide(2 * start_of_unloading, start_of_unloading, forth),
+    )
     return solved(_model(programme, _SLIDE_STEPS), penetration=0.02 * APPROACH)
 
 
@@ -177,12 +182,12 @@ def _stick_checks(history: xr.Dataset, ratio: Array) -> tuple[Check, ...]:
         peak = 3 * normal / (2 * np.pi * radius**2)
         stick = float((1 - ratio[step]) ** (1 / 3))
         sticking = history["contact_state"].values[step] == 1
-        found = float(np.sqrt(2 * area[sticking].sum() / np.pi)) / radius
+        stick_radius = float(np.sqrt(2 * area[sticking].sum() / np.pi)) / radius
         profile = np.sqrt(np.maximum(1 - (distance / radius) ** 2, 0.0))
         profile -= stick * np.sqrt(np.maximum(1 - (distance / (stick * radius)) ** 2, 0.0))
         error = (history["tangential_traction"].values[step, :, 0] / (MU * peak) - profile)[distance < radius]
         at = f"Q/(mu P) = {ratio[step]:.3f}"
-        checks.append(absolute(f"{at}: stick radius / a", stick, found, 0.06))
+        checks.append(absolute(f"{at}: stick radius / a", stick, stick_radius, 0.06))
         rms = float(np.sqrt(np.mean(error**2)))
         checks.append(absolute(f"{at}: traction, rms error / (mu p0)", 0.0, rms, 0.05))
     return tuple(checks)

@@ -60,7 +60,7 @@ def verify(only: Sequence[str], progress: Callable[[str], object]) -> Verificati
         For a name that no problem has.
     """
     chosen, outcomes = choose(only), []
-    for number, one in enumerate(map(problem, chosen), start=1):
-        progress(f"{number} of {len(chosen)}: {one.name}, {one.title}")
-        outcomes.append(run(one))
+    for number, problem_of_name in enumerate(map(problem, chosen), start=1):
+        progress(f"{number} of {len(chosen)}: {problem_of_name.name}, {problem_of_name.title}")
+        outcomes.append(run(problem_of_name))
     return Verification(tuple(outcomes))

@@ -44,10 +44,10 @@ def ramp_response(terms: Prony, duration: float, time: Array) -> Array:
     """Return the stress over G of a strain that rises to 1 within a duration [s] and stays, at times (n,) [s]."""
 
     def integral(t: Array) -> Array:
-        found = t.copy()
+        result = t.copy()
         for term in terms:
-            found -= term.share * (t + term.time * np.expm1(-t / term.time))
-        return found
+            result -= term.share * (t + term.time * np.expm1(-t / term.time))
+        return result
 
     response: Array = (integral(time) - integral(np.maximum(time - duration, 0.0))) / duration
     return response
@@ -83,9 +83,9 @@ def _block(
     shape = (1.0, 0.0, 0.0)[: len(axes)]
     motions, loads = {}, {}
     if motion is not None:
-        held["top"], motions["top"] = ("x",), SupportMotion(tuple(_SHIFT * own for own in shape), motion)
+        held["top"], motions["top"] = ("x",), SupportMotion(tuple(_SHIFT * component for component in shape), motion)
     if traction is not None:
-        loads["top"] = Traction(tuple(1e3 * own for own in shape), traction)
+        loads["top"] = Traction(tuple(1e3 * component for component in shape), traction)
     model = Model(
         mesh=box("H8" if solid else "Q4", *axes),
         materials={"bulk": Elastic(_MODULUS, _RATIO, _DENSITY, prony=terms)},
@@ -94,7 +94,7 @@ def _block(
         supports=held,
         support_motions=motions,
         tractions=loads,
-        initial_velocity=tuple(velocity * own for own in shape) if velocity else None,
+        initial_velocity=tuple(velocity * component for component in shape) if velocity else None,
         time=time,
         record=_at_the_top(len(axes)),
     )
@@ -151,7 +151,7 @@ def _tension_error(formulation: Formulation, step: float) -> float:
     )
     history = solved(model)
     bulk, left = _MODULUS / (3 * (1 - 2 * _RATIO)), 1.0 - _ONE[0].share
-    at_once, in_the_end = (9 * bulk * own / (3 * bulk + own) for own in (_SHEAR, left * _SHEAR))
+    at_once, in_the_end = (9 * bulk * modulus / (3 * bulk + modulus) for modulus in (_SHEAR, left * _SHEAR))
     slower = (3 * bulk + _SHEAR) / (3 * bulk + left * _SHEAR)
     young = (PronyTerm(1.0 - in_the_end / at_once, slower * _ONE[0].time),)
     scale = at_once * _SHIFT * _SIZE
@@ -172,8 +172,8 @@ def _creep() -> tuple[Check, ...]:
         retarded = time / left
 
         def integral(t: Array, retarded: float = retarded) -> Array:
-            found: Array = t + share / left * (t + retarded * np.expm1(-t / retarded))
-            return found
+            strain: Array = t + share / left * (t + retarded * np.expm1(-t / retarded))
+            return strain
 
         expected = elastic * (integral(t) - integral(np.maximum(t - duration, 0.0))) / duration
         errors.append(float(np.abs(history["displacement"].values[:, 0, 0] - expected).max() / elastic))
@@ -199,10 +199,10 @@ def _oscillation() -> tuple[Check, ...]:
             motion=Ramp(tuple(times.tolist()), tuple(np.sin(rate * times).tolist())),
         )
         expected = complex_modulus(_TERMS[:2], rate)
-        found = _force(history, "top") / (_SHEAR * _SHIFT * _SIZE) - _left_by_the_start(_TERMS[:2], rate, times)
+        ratio = _force(history, "top") / (_SHEAR * _SHIFT * _SIZE) - _left_by_the_start(_TERMS[:2], rate, times)
         last = slice(-count, None)
-        storage = 2 * float(np.mean(found[last] * np.sin(rate * times[last])))
-        loss = 2 * float(np.mean(found[last] * np.cos(rate * times[last])))
+        storage = 2 * float(np.mean(ratio[last] * np.sin(rate * times[last])))
+        loss = 2 * float(np.mean(ratio[last] * np.cos(rate * times[last])))
         checks += [
             relative(f"storage modulus / G at {frequency:g} Hz", expected.real, storage, 1e-3),
             relative(f"loss modulus / G at {frequency:g} Hz", expected.imag, loss, 1e-3),
@@ -212,11 +212,11 @@ def _oscillation() -> tuple[Check, ...]:
 
 def _left_by_the_start(terms: Prony, rate: float, times: Array) -> Array:
     """Return the stress over G that a sine which starts at rest has beside its oscillation."""
-    found = np.zeros_like(times)
+    transient = np.zeros_like(times)
     for term in terms:
         turns = rate * term.time
-        found -= term.share * turns / (1 + turns**2) * np.exp(-times / term.time)
-    return found
+        transient -= term.share * turns / (1 + turns**2) * np.exp(-times / term.time)
+    return transient
 
 
 def _vibration() -> tuple[Check, ...]:
@@ -246,10 +246,10 @@ def _swing(square: float, term: PronyTerm, times: Array) -> Array:
     left = 1.0 - term.share
     polynomial = np.array([term.time, 1.0, square * term.time, square * left])
     poles, slope = np.roots(polynomial), np.polyder(polynomial)
-    found = np.zeros(times.size, dtype=complex)
+    amplitude = np.zeros(times.size, dtype=complex)
     for pole in poles:
-        found += (1.0 + pole * term.time) / np.polyval(slope, pole) * np.exp(pole * times)
-    return found.real
+        amplitude += (1.0 + pole * term.time) / np.polyval(slope, pole) * np.exp(pole * times)
+    return amplitude.real
 
 
 def _limits() -> tuple[Check, ...]:
@@ -274,8 +274,8 @@ def _hertz() -> tuple[Check, ...]:
     depth, terms = 3e-6, (PronyTerm(0.4, 0.2), PronyTerm(0.3, 2.0))
     programme = (Press(depth, depth), Hold(2.0))
     histories = [
-        solved(line_model("Q4", lambda x: 0.0 * x, Cylinder(200e-3), programme, cells=8, mu=0.0, prony=own))
-        for own in ((), terms)
+        solved(line_model("Q4", lambda x: 0.0 * x, Cylinder(200e-3), programme, cells=8, mu=0.0, prony=layers))
+        for layers in ((), terms)
     ]
     elastic, viscous = (history["counterface_force"].values[:, 0, 1] for history in histories)
     times = histories[0]["time"].values
@@ -293,11 +293,11 @@ def _hertz() -> tuple[Check, ...]:
 def _superposed(elastic: Array, times: Array, terms: Prony) -> Array:
     """Return the force of a body that relaxes, from the elastic force at equal steps, linear within each."""
     step = float(times[1])
-    found = np.zeros_like(elastic)
+    sum_of_steps = np.zeros_like(elastic)
     for number, growth in enumerate(np.diff(elastic)):
         later = np.maximum(times - times[number], 0.0)
-        found += growth * ramp_response(terms, step, later)
-    return found
+        sum_of_steps += growth * ramp_response(terms, step, later)
+    return sum_of_steps
 
 
 PROBLEMS: tuple[Problem, ...] = (

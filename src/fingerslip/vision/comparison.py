@@ -35,13 +35,13 @@ class TrackErrors:
 
 def matched_tracks(tracks: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:
     """Return tracks with the markers and times of the truth, matched one to one where they were first seen."""
-    found, known = tracks["position"].values, truth["position"].values
-    if len(found) > len(known):
-        raise InputError("tracks", f"has {len(found)} frames", f"needs at most {len(known)}, as the truth has")
-    position, quality = np.full(known.shape, np.nan), np.zeros(known.shape[:2])
-    rows, columns = _pairs(found, known)
-    position[: len(found), columns] = found[:, rows]
-    quality[: len(found), columns] = tracks["quality"].values[:, rows]
+    tracked, true = tracks["position"].values, truth["position"].values
+    if len(tracked) > len(true):
+        raise InputError("tracks", f"has {len(tracked)} frames", f"needs at most {len(true)}, as the truth has")
+    position, quality = np.full(true.shape, np.nan), np.zeros(true.shape[:2])
+    rows, columns = _pairs(tracked, true)
+    position[: len(tracked), columns] = tracked[:, rows]
+    quality[: len(tracked), columns] = tracks["quality"].values[:, rows]
     more = {name: truth[name].values for name in ("ring", "angle") if name in truth.coords}
     return make_tracks(
         position,
@@ -55,12 +55,12 @@ def matched_tracks(tracks: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _pairs(found: Floats, known: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _pairs(tracked: Floats, true: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return which found marker is which known one: the least sum of distances where each was first seen."""
-    seen = np.isfinite(found).all(axis=2)
+    seen = np.isfinite(tracked).all(axis=2)
     first = seen.argmax(axis=0)
-    start = found[first, np.arange(found.shape[1])]
-    away = np.linalg.norm(start[:, None] - known[first], axis=2)
+    start = tracked[first, np.arange(tracked.shape[1])]
+    away = np.linalg.norm(start[:, None] - true[first], axis=2)
     rows, columns = linear_sum_assignment(np.nan_to_num(away, nan=_FAR).clip(max=_FAR))
     real = np.isfinite(away[rows, columns])
     return rows[real], columns[real]
@@ -68,27 +68,29 @@ def _pairs(found: Floats, known: Floats) -> tuple[NDArray[np.intp], NDArray[np.i
 
 def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
     """Compare tracks with the truth."""
-    found, known = tracks["position"].values, truth["position"].values
-    if found.shape != known.shape or (tracks["marker"].values != truth["marker"].values).any():
-        raise InputError("tracks, truth", f"got {found.shape} beside {known.shape}", "needs the same times and markers")
-    visible = np.isfinite(known).all(axis=2)
-    error = np.where(visible, np.linalg.norm(found - known, axis=2), np.nan)
+    tracked, true = tracks["position"].values, truth["position"].values
+    if tracked.shape != true.shape or (tracks["marker"].values != truth["marker"].values).any():
+        raise InputError(
+            "tracks, truth", f"got {tracked.shape} beside {true.shape}", "needs the same times and markers"
+        )
+    visible = np.isfinite(true).all(axis=2)
+    error = np.where(visible, np.linalg.norm(tracked - true, axis=2), np.nan)
     good = np.nan_to_num(error, nan=np.inf) < KEPT
     return TrackErrors(
-        frames=len(known),
+        frames=len(true),
         markers=int(visible.any(axis=0).sum()),
-        rms=float(np.sqrt(np.mean((found - known)[good] ** 2))) if good.any() else None,
+        rms=float(np.sqrt(np.mean((tracked - true)[good] ** 2))) if good.any() else None,
         largest=float(np.nanmax(error)) if np.isfinite(error).any() else None,
         kept=float(good.sum() / max(visible.sum(), 1)),
-        swapped=int(_swapped(found, known, error)),
+        swapped=int(_swapped(tracked, true, error)),
     )
 
 
-def _swapped(found: Floats, known: Floats, error: Floats) -> int:
+def _swapped(tracked: Floats, true: Floats, error: Floats) -> int:
     """Count positions that are nearer to another marker, frame by frame to keep memory small."""
     count = 0
-    for here, there, own in zip(found, known, error, strict=True):
-        apart = np.linalg.norm(here[:, None] - there[None], axis=2)
+    for here, true_points, limit in zip(tracked, true, error, strict=True):
+        apart = np.linalg.norm(here[:, None] - true_points[None], axis=2)
         nearest = np.where(np.isfinite(apart), apart, np.inf).min(axis=1)
-        count += int((np.nan_to_num(own, nan=-1.0) > nearest).sum())
+        count += int((np.nan_to_num(limit, nan=-1.0) > nearest).sum())
     return count

@@ -128,15 +128,15 @@ class Pen:
     picture: Frame  # (height, width, 3), what is drawn on, in place
     line: int  # width of a thin line [px]
 
-    def circle(self, place: Floats, radius: float, colour: Colour, bold: int = 1) -> None:
+    def circle(self, centre: Floats, radius: float, colour: Colour, bold: int = 1) -> None:
         """Draw a circle of a radius [px], lines `bold` times as wide as thin ones."""
         size = round(radius * 2**_FINE)
-        self.cv2.circle(self.picture, _fixed(place), size, colour, self.line * bold, self.cv2.LINE_AA, _FINE)
+        self.cv2.circle(self.picture, _fixed(centre), size, colour, self.line * bold, self.cv2.LINE_AA, _FINE)
 
-    def arrow(self, place: Floats, vector: Floats, colour: Colour) -> None:
+    def arrow(self, position: Floats, vector: Floats, colour: Colour) -> None:
         """Draw an arrow at a place; none where it is shorter than half a pixel."""
         if np.isfinite(vector).all() and np.hypot(*vector) > 0.5:
-            for start, end in pairwise(_arrow(place, vector, self.line)):
+            for start, end in pairwise(_arrow(position, vector, self.line)):
                 self.cv2.line(self.picture, _fixed(start), _fixed(end), colour, self.line, self.cv2.LINE_AA, _FINE)
 
     def segment(self, start: Floats, end: Floats, colour: Colour) -> None:
@@ -146,23 +146,23 @@ class Pen:
     def write(self, text: str) -> None:
         """Write in the upper left corner, white with a black shadow."""
         for shift, colour in ((1, _BLACK), (0, _WHITE)):
-            place = (8 * self.line + shift, 18 * self.line + shift)
+            corner = (8 * self.line + shift, 18 * self.line + shift)
             font, size = self.cv2.FONT_HERSHEY_SIMPLEX, 0.45 * self.line
-            self.cv2.putText(self.picture, text, place, font, size, colour, self.line, self.cv2.LINE_AA)
+            self.cv2.putText(self.picture, text, corner, font, size, colour, self.line, self.cv2.LINE_AA)
 
 
-def _arrow(place: Floats, vector: Floats, line: int) -> list[Floats]:
+def _arrow(start: Floats, vector: Floats, line: int) -> list[Floats]:
     """Return the points of a line that draws an arrow: its shaft, and both sides of its head."""
-    tip = place + vector
+    tip = start + vector
     length = float(np.hypot(*vector))
     back = vector * (min(0.35 * length, 5.0 * line) / length)
     side = 0.6 * np.array([-back[1], back[0]])
-    return [place, tip, tip - back + side, tip, tip - back - side]
+    return [start, tip, tip - back + side, tip, tip - back - side]
 
 
-def _fixed(place: Any) -> tuple[int, int]:
+def _fixed(point: Any) -> tuple[int, int]:
     """Return a place in the fractions of a pixel in which OpenCV draws, held inside what its integers take."""
-    x, y = np.clip(np.round(np.asarray(place) * 2**_FINE), -(2**30), 2**30)
+    x, y = np.clip(np.round(np.asarray(point) * 2**_FINE), -(2**30), 2**30)
     return int(x), int(y)
 
 
@@ -241,8 +241,8 @@ def _drawn_overlay(frames: Iterator[Frame], fields: xr.Dataset, name: str) -> It
             picture = _coloured(cv2, picture, position[number][corners], values[number] / largest)
         pen = Pen(cv2, picture, max(round(frame.shape[0] / _REFERENCE_HEIGHT), 1))
         if vectors is not None:
-            for place, vector in zip(position[number], stretch * vectors[number], strict=True):
-                pen.arrow(place, vector, _ARROW)
+            for point, vector in zip(position[number], stretch * vectors[number], strict=True):
+                pen.arrow(point, vector, _ARROW)
         _cross(pen, centroid[number])
         pen.write(f"{time:.3f} s   {_words(name)}{_scale(fields, name, largest)}")
         yield picture
@@ -260,8 +260,8 @@ def _spacing(rest: Floats) -> float:
     """Return the median distance of markers from the nearest other one [px]."""
     from scipy.spatial import KDTree
 
-    known = rest[~np.isnan(rest).any(axis=1)]
-    return float(np.median(KDTree(known).query(known, k=2)[0][:, 1])) if len(known) > 1 else 1.0
+    visible = rest[~np.isnan(rest).any(axis=1)]
+    return float(np.median(KDTree(visible).query(visible, k=2)[0][:, 1])) if len(visible) > 1 else 1.0
 
 
 def _coloured(cv2: ModuleType, picture: Frame, triangles: Floats, values: Floats) -> Frame:

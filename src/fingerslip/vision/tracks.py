@@ -121,7 +121,7 @@ def make_tracks(
         raise InputError("tracks: position", f"got shape {places.shape}", "needs (n_times, n_markers, 2 or 3)")
     times, count, dim = places.shape
     visible = np.isfinite(places).all(axis=2)
-    given: dict[str, NDArray[Any]] = {
+    variables: dict[str, NDArray[Any]] = {
         "position": places,
         "quality": np.array(visible if quality is None else quality, dtype=np.float64),
         "time": np.array(time, dtype=np.float64),
@@ -131,9 +131,11 @@ def make_tracks(
         **({} if ring is None else {"ring": np.array(ring)}),
         **({} if angle is None else {"angle": np.array(angle, dtype=np.float64)}),
     }
-    _check_shapes({name: values.shape for name, values in given.items()}, {"time": times, "marker": count, "axis": dim})
-    kept = {name: value for name, value in (attributes or {}).items() if value is not None}
-    return check_tracks(_labelled(given, units, kept))
+    _check_shapes(
+        {name: values.shape for name, values in variables.items()}, {"time": times, "marker": count, "axis": dim}
+    )
+    attributes_given = {name: value for name, value in (attributes or {}).items() if value is not None}
+    return check_tracks(_labelled(variables, units, attributes_given))
 
 
 def _check_shapes(shapes: Mapping[str, tuple[int, ...]], sizes: Mapping[str, int]) -> None:
@@ -143,17 +145,17 @@ def _check_shapes(shapes: Mapping[str, tuple[int, ...]], sizes: Mapping[str, int
             raise InputError(f"tracks: {name}", f"got shape {shape}", f"needs {needed}, as the positions have")
 
 
-def _labelled(given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping[str, Any]) -> xr.Dataset:
+def _labelled(variables_given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping[str, Any]) -> xr.Dataset:
     import xarray as xr
 
     variables = {}
-    for name, values in given.items():
+    for name, values in variables_given.items():
         dims, unit, meaning = VARIABLES[name]
         variables[name] = xr.Variable(
             dims, values, {"units": units if name == "position" else unit, "long_name": meaning}
         )
-    own = {name: variables.pop(name) for name in ("position", "quality")}
-    return xr.Dataset(own, coords=variables, attrs=dict(attributes))
+    leading = {name: variables.pop(name) for name in ("position", "quality")}
+    return xr.Dataset(leading, coords=variables, attrs=dict(attributes))
 
 
 def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
@@ -168,9 +170,9 @@ def _check_names(tracks: xr.Dataset, where: str) -> None:
         if name not in tracks.variables:
             raise InputError(where, f"has no {name!r}", f"tracks need {', '.join(VARIABLES)}", "see make_tracks")
     for name, (dims, _, _) in VARIABLES.items():
-        found = tracks[name].dims if name in tracks.variables else dims
-        if found != dims:
-            raise InputError(f"{where}: {name}", f"has the dimensions {found}", f"needs {dims}", "transpose it")
+        dims_found = tracks[name].dims if name in tracks.variables else dims
+        if dims_found != dims:
+            raise InputError(f"{where}: {name}", f"has the dimensions {dims_found}", f"needs {dims}", "transpose it")
         if name in _NUMBERS and name in tracks.variables and tracks[name].dtype != np.float64:
             raise InputError(f"{where}: {name}", f"has the type {tracks[name].dtype}", "needs float64")
 
@@ -251,8 +253,8 @@ def _check_attributes(tracks: xr.Dataset, where: str) -> None:
 
 def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:
     """Tell which markers were seen when, shape (n_times, n_markers)."""
-    found: NDArray[np.bool_] = ~np.isnan(tracks["position"].values).any(axis=2)
-    return found
+    visible: NDArray[np.bool_] = ~np.isnan(tracks["position"].values).any(axis=2)
+    return visible
 
 
 def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] | None = None) -> xr.Dataset:
@@ -268,10 +270,10 @@ def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] |
         raise InputError(
             "metres_per_pixel", f"got {tuple(map(float, scale))}", "needs two lengths > 0 in metres", "film a ruler"
         )
-    made = tracks.copy()
-    made["position"] = tracks["position"].copy(data=tracks["position"].values * np.asarray(scale))
-    made["position"].attrs["units"] = "m"
-    return made
+    converted = tracks.copy()
+    converted["position"] = tracks["position"].copy(data=tracks["position"].values * np.asarray(scale))
+    converted["position"].attrs["units"] = "m"
+    return converted
 
 
 def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:

@@ -90,9 +90,9 @@ def video_info(path: str | Path) -> VideoInfo:
     return _folder_info(path) if path.is_dir() else _file_info(path)
 
 
-def frame_rate_of(info: VideoInfo, given: float | None = None) -> float:
+def frame_rate_of(info: VideoInfo, source: float | None = None) -> float:
     """Return the frames a second [1/s] of a video: those given, else those that it states."""
-    rate = info.frame_rate if given is None else given
+    rate = info.frame_rate if source is None else source
     if rate is None:
         raise InputError(info.path, "states no frame rate", "needs one", "give the frames a second, such as 30")
     if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
@@ -136,8 +136,8 @@ def _file_info(path: Path) -> VideoInfo:
     with _opened(path) as (cv2, capture):
         width, height = (round(capture.get(name)) for name in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
         rate, count = capture.get(cv2.CAP_PROP_FPS), round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-    known = math.isfinite(rate) and 0 < rate <= _FASTEST
-    return VideoInfo(str(path), width, height, rate if known else None, count if count > 0 else None)
+    is_known = math.isfinite(rate) and 0 < rate <= _FASTEST
+    return VideoInfo(str(path), width, height, rate if is_known else None, count if count > 0 else None)
 
 
 @contextlib.contextmanager
@@ -175,11 +175,11 @@ def _file_frames(path: Path, start: int, stop: int | None, colour: str) -> Itera
                 yield _coloured(cv2, frame, colour)
 
 
-def _check_end(path: Path, found: int, said: int | None) -> None:
-    if found == 0:
+def _check_end(path: Path, count: int, said: int | None) -> None:
+    if count == 0:
         raise InputError(str(path), "has no frame that can be decoded", "needs a video with frames", "record it again")
-    if said is not None and said - found > max(_MISSING_FRAMES, _MISSING_SHARE * said):
-        raise TruncatedVideoError(str(path), found, said)
+    if said is not None and said - count > max(_MISSING_FRAMES, _MISSING_SHARE * said):
+        raise TruncatedVideoError(str(path), count, said)
 
 
 def _coloured(cv2: ModuleType, frame: NDArray[Any], colour: str) -> Frame:
@@ -190,10 +190,10 @@ def _coloured(cv2: ModuleType, frame: NDArray[Any], colour: str) -> Frame:
 
 def _images(folder: Path) -> list[Path]:
     """Return the images of a folder by the numbers in their names: frame_2 stands before frame_10."""
-    found = [path for path in folder.iterdir() if path.suffix.lower() in _IMAGES]
-    if not found:
+    images = [path for path in folder.iterdir() if path.suffix.lower() in _IMAGES]
+    if not images:
         raise InputError(str(folder), "has no images", f"needs files that end in {', '.join(sorted(_IMAGES))}")
-    return sorted(found, key=lambda path: [int(part) if part.isdigit() else part for part in _parts(path.name)])
+    return sorted(images, key=lambda path: [int(part) if part.isdigit() else part for part in _parts(path.name)])
 
 
 def _parts(name: str) -> list[str]:
@@ -324,11 +324,11 @@ def _check_even(path: Path, frame: Frame) -> None:
 def _check_written(partial: Path, path: Path, written: int) -> None:
     """Refuse a file that lacks frames: OpenCV says nothing when the disk is full."""
     try:
-        found = _file_info(partial).frame_count or 0
+        count = _file_info(partial).frame_count or 0
     except InputError:
-        found = 0
-    if written - found > max(_MISSING_FRAMES, _MISSING_SHARE * written):
-        raise ResultError(f"{path}: holds {found} of {written} frames; free some space or choose another folder")
+        count = 0
+    if written - count > max(_MISSING_FRAMES, _MISSING_SHARE * written):
+        raise ResultError(f"{path}: holds {count} of {written} frames; free some space or choose another folder")
 
 
 def _write_images(folder: Path, frames: Iterator[Frame], rate: float) -> int:
@@ -381,7 +381,7 @@ def _arrays(video: NDArray[Any] | Sequence[NDArray[Any]], frame_rate: float | No
     if frame_rate is None or not (math.isfinite(frame_rate) and frame_rate > 0):
         fault = "states no frame rate" if frame_rate is None else f"got the frame rate {frame_rate}"
         raise InputError("video", fault, "needs frames a second > 0", "give frame_rate")
-    return Frames("video", frame_rate, lambda: (_grey(np.asarray(one), channel, "video") for one in video))
+    return Frames("video", frame_rate, lambda: (_grey(np.asarray(frame), channel, "video") for frame in video))
 
 
 def _grey(frame: NDArray[Any], channel: Channel, name: str) -> Frame:

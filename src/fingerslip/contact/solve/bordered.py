@@ -79,19 +79,19 @@ def add_borders(compliance, base, components, borders, missing):  # type: ignore
     """
     _, base_slopes, unknowns, places, factors, pivots = base
     count = components.size
-    found, added = np.concatenate((components, missing)), np.zeros((2, count + missing.size, unknowns.size))
+    bordered, added = np.concatenate((components, missing)), np.zeros((2, count + missing.size, unknowns.size))
     added[:, :count] = borders
-    for a in range(count, found.size):
-        column, of_component = added[0, a], compliance[found[a]]
-        if places[found[a]] >= 0:
-            column[places[found[a]]] = of_component[found[a]]
+    for a in range(count, bordered.size):
+        column, of_component = added[0, a], compliance[bordered[a]]
+        if places[bordered[a]] >= 0:
+            column[places[bordered[a]]] = of_component[bordered[a]]
         else:
             for k in range(unknowns.size):
                 column[k] = of_component[unknowns[k]]
             _fill_row(of_component, base_slopes, unknowns, added[1, a])
-            added[1, a] /= of_component[found[a]]
+            added[1, a] /= of_component[bordered[a]]
         solve_factorised(factors, pivots, column)
-    return found, added
+    return bordered, added
 
 
 @numba.njit(cache=True, nogil=True)
@@ -101,14 +101,14 @@ def solve_bordered(compliance, free, base, start, components, borders, states, s
     Arrays: compliance (n_c * 2, n_c * 2) [m/N]; free (n_c, 2) [m]; start (n,) [N]; states, slopes (n_c,).
     """
     base_states, base_slopes, unknowns, places, _, _ = base
-    given = start.copy()
+    right = start.copy()
     matrix, further = _border_equations(compliance, free, base, start, components, borders, states, slopes)
     _eliminate(matrix, further)
     forces = np.zeros_like(free)
     for a in range(components.size):
-        given -= further[a] * borders[0, a]
+        right -= further[a] * borders[0, a]
     for k in range(unknowns.size):
-        forces[unknowns[k] // 2, unknowns[k] % 2] = given[k]
+        forces[unknowns[k] // 2, unknowns[k] % 2] = right[k]
     for i in range(len(forces)):
         if base_states[i] == SLIP:
             forces[i, 1] += base_slopes[i] * forces[i, 0]
@@ -132,14 +132,14 @@ def _border_equations(compliance, free, base, start, components, borders, states
     matrix, right = np.zeros((count, count)), np.zeros(count)
     for a in range(count):
         node, is_tangential = components[a] // 2, components[a] % 2 == 1
-        place, of_normal = places[components[a]], places[components[a] - 1] if is_tangential else 0
+        row, of_normal = places[components[a]], places[components[a] - 1] if is_tangential else 0
         is_open, slides = states[node] == OPEN, is_tangential and states[node] == SLIP
-        if place >= 0 and (is_open or slides):
+        if row >= 0 and (is_open or slides):
             # An unknown of the base that is zero, or follows the normal force.
             slope = slopes[node] if slides else 0.0
-            matrix[a] = columns[:, place] - slope * columns[:, of_normal]
-            right[a] = start[place] - slope * start[of_normal]
-        elif place >= 0 or is_open:
+            matrix[a] = columns[:, row] - slope * columns[:, of_normal]
+            right[a] = start[row] - slope * start[of_normal]
+        elif row >= 0 or is_open:
             matrix[a, a] = 1.0
         elif not slides:
             right[a] = _own_equation(compliance, free, start, components, borders, places, a, matrix[a])
@@ -159,12 +159,12 @@ def _border_equations(compliance, free, base, start, components, borders, states
 def _own_equation(compliance, free, start, components, borders, places, a, row):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Fill in the equation (r,) of the component of a border, over its compliance; return its right-hand side."""
     component = components[a]
-    own = compliance[component, component]
+    diagonal = compliance[component, component]
     for b in range(components.size):
         row[b] = borders[1, a] @ borders[0, b]
         if places[components[b]] < 0:
-            row[b] -= compliance[component, components[b]] / own
-    return borders[1, a] @ start + free[component // 2, component % 2] / own
+            row[b] -= compliance[component, components[b]] / diagonal
+    return borders[1, a] @ start + free[component // 2, component % 2] / diagonal
 
 
 @numba.njit(cache=True, nogil=True)

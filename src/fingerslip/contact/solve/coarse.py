@@ -111,11 +111,11 @@ def coarse_inverse(columns, images):  # type: ignore[no-untyped-def]
             largest = max(largest, abs(both[a, c]))
     for column in range(size):
         _clear(both, column, 1e-12 * largest)
-    found = np.empty((size, size), images.dtype)
+    inverse = np.empty((size, size), images.dtype)
     for a in range(size):
         for c in range(size):
-            found[a, c] = both[a, size + c]
-    return found
+            inverse[a, c] = both[a, size + c]
+    return inverse
 
 
 @numba.njit(cache=True, nogil=True)

@@ -73,8 +73,8 @@ class Compliance:
         """Return the body's displacement (n_c, dim) [m] under `forces` (n_c, dim) [N], without the penalties'."""
         if self.frames is None:
             return self._product(np.ascontiguousarray(forces))
-        given = np.einsum("cij,ci->cj", self.frames, forces)
-        rotated: Array = np.einsum("cij,cj->ci", self.frames, self._product(given))
+        components = np.einsum("cij,ci->cj", self.frames, forces)
+        rotated: Array = np.einsum("cij,cj->ci", self.frames, self._product(components))
         return rotated
 
     def _product(self, forces: Array) -> Array:

@@ -56,25 +56,25 @@ def factorise_dense(matrix: Array) -> DenseFactor:
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def solve_factorised(factors, pivots, found):  # type: ignore[no-untyped-def]
+def solve_factorised(factors, pivots, solution):  # type: ignore[no-untyped-def]
     """Replace a right-hand side by the solution in compiled code, for small matrices: a call of LAPACK costs more.
 
     Arrays: factors, pivots (n, n); found (n,).
     """
     # The rows of the factors of the transpose are columns of its triangles: U^T from the first row on, then L^T.
-    for i in range(found.size):
+    for i in range(solution.size):
         total = 0.0
         for j in range(i):
-            total += factors[i, j] * found[j]
-        found[i] = (found[i] - total) / factors[i, i]
-    for i in range(found.size - 1, -1, -1):
+            total += factors[i, j] * solution[j]
+        solution[i] = (solution[i] - total) / factors[i, i]
+    for i in range(solution.size - 1, -1, -1):
         total = 0.0
-        for j in range(i + 1, found.size):
-            total += factors[i, j] * found[j]
-        found[i] -= total
-    for i in range(found.size - 1, -1, -1):
+        for j in range(i + 1, solution.size):
+            total += factors[i, j] * solution[j]
+        solution[i] -= total
+    for i in range(solution.size - 1, -1, -1):
         other = pivots[i] - 1
-        found[i], found[other] = found[other], found[i]
+        solution[i], solution[other] = solution[other], solution[i]
 
 
 @functools.cache

@@ -62,8 +62,8 @@ def solve_contact(
             old is None or old.edition != compliance.edition or not past.has_frames_of(compliance)
         ):
             past = past.under_other_compliance()
-        found = problem.check(*first_guess(compliance, past, start, origin))
-        solution, used = _solve_on_working_set(problem, found, tolerance, old)
+        check = problem.check(*first_guess(compliance, past, start, origin))
+        solution, used = _solve_on_working_set(problem, check, tolerance, old)
         left = updated(past, solution.forces, solution.response, start, origin)
         return solution, replace(used, past=replace(left, frames=compliance.frames))
     matrix = compliance.matrix
@@ -124,75 +124,75 @@ def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
 
 
 def _solve_on_working_set(
-    problem: _Problem, found: _Check, tolerance: float, old: WorkingSet | None
+    problem: _Problem, check: _Check, tolerance: float, old: WorkingSet | None
 ) -> tuple[ContactSolution, WorkingSet]:
-    working_set = _initial_working_set(problem, found, old)
+    working_set = _initial_working_set(problem, check, old)
     iterations, solved = 0, True
     for round_number in range(_ROUNDS):
-        if not np.isin(np.flatnonzero(found.touching), working_set.nodes).all():
-            working_set = _chosen(problem, found, working_set)
+        if not np.isin(np.flatnonzero(check.touching), working_set.nodes).all():
+            working_set = _chosen(problem, check, working_set)
         elif not solved:
-            found, used = _solve_robustly(problem, working_set, found, tolerance)
+            check, used = _solve_robustly(problem, working_set, check, tolerance)
             iterations += used
-        roughest = _ROUGH if round_number == 0 else _exactness(found, tolerance)
-        before = found.relative_residual
-        found, working_set, solved, used = _newton(problem, working_set, found, tolerance, roughest)
+        roughest = _ROUGH if round_number == 0 else _exactness(check, tolerance)
+        before = check.relative_residual
+        check, working_set, solved, used = _newton(problem, working_set, check, tolerance, roughest)
         iterations += used
-        if found.relative_residual <= tolerance:
+        if check.relative_residual <= tolerance:
             break
         # Newton's method may only claim success where the residual of all candidates has decreased.
-        solved = solved and found.relative_residual < 0.5 * before
-    if working_set.nodes.size > _TOO_MANY * _wanted(found):
-        working_set = _chosen(problem, found, working_set)
-    worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
-    solution = ContactSolution(found.forces, found.relative_residual, iterations, worst, found.response)
+        solved = solved and check.relative_residual < 0.5 * before
+    if working_set.nodes.size > _TOO_MANY * _wanted(check):
+        working_set = _chosen(problem, check, working_set)
+    worst = int(np.argmax(np.abs(check.residual).max(axis=1)))
+    solution = ContactSolution(check.forces, check.relative_residual, iterations, worst, check.response)
     return solution, working_set
 
 
-def _exactness(found: _Check, tolerance: float) -> float:
+def _exactness(check: _Check, tolerance: float) -> float:
     """Return how exact the Newton direction from nearly solved forces should be to be the last one."""
-    wanted = 0.3 * _FINER * tolerance / max(found.relative_residual, tolerance)
+    wanted = 0.3 * _FINER * tolerance / max(check.relative_residual, tolerance)
     return min(_FINE, max(wanted, _FINEST))
 
 
-def _initial_working_set(problem: _Problem, found: _Check, old: WorkingSet | None) -> WorkingSet:
+def _initial_working_set(problem: _Problem, check: _Check, old: WorkingSet | None) -> WorkingSet:
     """Return the working set with which a step begins: the old one, with the compliance of the present frames."""
     if old is None:
-        return _chosen(problem, found, None)
+        return _chosen(problem, check, None)
     return old.in_step(problem.compliance, problem.scale)
 
 
 def _newton(
-    problem: _Problem, working_set: WorkingSet, found: _Check, tolerance: float, roughest: float
+    problem: _Problem, working_set: WorkingSet, check: _Check, tolerance: float, roughest: float
 ) -> tuple[_Check, WorkingSet, bool, int]:
     """Continue Newton's method on the working set; the other nodes have no force."""
     nodes = working_set.nodes
-    start = Start(found.forces[nodes], found.trial[nodes], _FINER * tolerance, problem.least, roughest)
-    own, working_set, solved, iterations = newton_krylov(working_set, problem.friction[nodes], start)
-    return problem.check(_scattered(own, nodes, found.forces)), working_set, solved, iterations
+    start = Start(check.forces[nodes], check.trial[nodes], _FINER * tolerance, problem.least, roughest)
+    forces, working_set, solved, iterations = newton_krylov(working_set, problem.friction[nodes], start)
+    return problem.check(_scattered(forces, nodes, check.forces)), working_set, solved, iterations
 
 
-def _solve_robustly(problem: _Problem, working_set: WorkingSet, found: _Check, tolerance: float) -> tuple[_Check, int]:
+def _solve_robustly(problem: _Problem, working_set: WorkingSet, check: _Check, tolerance: float) -> tuple[_Check, int]:
     """Solve on the working set with the compiled solver, which has sweeps where Newton's method stalls."""
     nodes = working_set.nodes
     block, free, friction = problem.compliance.block(nodes), problem.free[nodes], problem.friction[nodes]
-    own = solve_friction(block, free, friction, found.forces[nodes], _FINER * tolerance)
-    return problem.check(_scattered(own.forces, nodes, found.forces)), own.iterations
+    solution = solve_friction(block, free, friction, check.forces[nodes], _FINER * tolerance)
+    return problem.check(_scattered(solution.forces, nodes, check.forces)), solution.iterations
 
 
-def _scattered(own: Array, nodes: NDArray[np.int64], like: Array) -> Array:
+def _scattered(element: Array, nodes: NDArray[np.int64], like: Array) -> Array:
     forces = np.zeros_like(like)
-    forces[nodes] = own
+    forces[nodes] = element
     return forces
 
 
-def _wanted(found: _Check) -> int:
+def _wanted(check: _Check) -> int:
     """Return how many nodes a working set should have."""
-    touching = int(np.count_nonzero(found.touching))
-    return min(len(found.forces), touching + int(_SPARE_SHARE * touching) + _SPARE_NODES)
+    touching = int(np.count_nonzero(check.touching))
+    return min(len(check.forces), touching + int(_SPARE_SHARE * touching) + _SPARE_NODES)
 
 
-def _chosen(problem: _Problem, found: _Check, old: WorkingSet | None) -> WorkingSet:
+def _chosen(problem: _Problem, check: _Check, old: WorkingSet | None) -> WorkingSet:
     """Choose the touching nodes and the nearest open ones."""
-    order = np.argsort(-found.trial[:, 0] / problem.scale[:, 0] - np.where(found.touching, np.inf, 0.0))
-    return gather(problem.compliance, problem.scale, order[: _wanted(found)], old)
+    order = np.argsort(-check.trial[:, 0] / problem.scale[:, 0] - np.where(check.touching, np.inf, 0.0))
+    return gather(problem.compliance, problem.scale, order[: _wanted(check)], old)

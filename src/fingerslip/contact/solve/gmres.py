@@ -39,13 +39,13 @@ class ScaledCompliance(NamedTuple):
     def of(cls, working_set: WorkingSet, precision: type[np.floating[Any]]) -> ScaledCompliance:
         """Return that of a working set, with frames and weights in some precision."""
         scale = working_set.scale
-        parts = working_set.frames, scale * working_set.factor, scale * working_set.penalty
-        return cls(working_set.body, *(part.astype(precision) for part in parts))
+        arrays = working_set.frames, scale * working_set.factor, scale * working_set.penalty
+        return cls(working_set.body, *(part.astype(precision) for part in arrays))
 
     def of_first(self, count: int) -> ScaledCompliance:
         """Return that of the first nodes."""
-        parts = self.frames, self.of_body, self.of_penalty
-        return ScaledCompliance(self.body, *(part[:count] for part in parts))
+        arrays = self.frames, self.of_body, self.of_penalty
+        return ScaledCompliance(self.body, *(part[:count] for part in arrays))
 
 
 class Preconditioner(NamedTuple):
@@ -151,24 +151,24 @@ def write_moved(scaled, forces, moved):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def _precondition(preconditioner, given, found):  # type: ignore[no-untyped-def]
+def _precondition(preconditioner, vector, out):  # type: ignore[no-untyped-def]
     """Write what solves J d = b roughly into `found` for b `given`, both (k * dim,)."""
     columns, images = preconditioner.columns, preconditioner.images
     count = preconditioner.inverse.shape[0]
-    sums, shares, left = np.zeros(count, np.float32), np.zeros(count, np.float32), np.empty_like(given)
-    for i in range(given.size):
-        sums[columns[i]] += given[i]
+    sums, shares, left = np.zeros(count, np.float32), np.zeros(count, np.float32), np.empty_like(vector)
+    for i in range(vector.size):
+        sums[columns[i]] += vector[i]
     for a in range(count):
         for b in range(count):
             shares[a] += preconditioner.inverse[a, b] * sums[b]
-    for i in range(given.size):
+    for i in range(vector.size):
         total = np.float32(0)
         for b in range(count):
             total += images[i, b] * shares[b]
-        left[i] = given[i] - total
-    write_local_product(preconditioner.near, preconditioner.rows, left, found)
-    for i in range(given.size):
-        found[i] += shares[columns[i]]
+        left[i] = vector[i] - total
+    write_local_product(preconditioner.near, preconditioner.rows, left, out)
+    for i in range(vector.size):
+        out[i] += shares[columns[i]]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -184,21 +184,21 @@ def _write_image(slopes, vector, moved, image):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def _orthogonalise(basis, count, image, parts):  # type: ignore[no-untyped-def]
+def _orthogonalise(basis, count, image, shares):  # type: ignore[no-untyped-def]
     """Make a vector orthogonal to the first `count` rows, twice for rounding; write its parts, return what is left."""
     for _ in range(2):
         for j in range(count):
-            own, part = basis[j], np.float32(0)
+            direction, part = basis[j], np.float32(0)
             for i in range(image.size):
-                part += own[i] * image[i]
+                part += direction[i] * image[i]
             for i in range(image.size):
-                image[i] -= part * own[i]
-            parts[j] += part
+                image[i] -= part * direction[i]
+            shares[j] += part
     length = np.float32(0)
     for i in range(image.size):
         length += image[i] * image[i]
-    parts[count] = np.sqrt(length)
-    return parts[count]
+    shares[count] = np.sqrt(length)
+    return shares[count]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -244,7 +244,7 @@ def _combined(vectors, shares, size):  # type: ignore[no-untyped-def]
     """Return the sum of the first vectors with their shares, shape (size,), in double precision."""
     total = np.zeros(size)
     for j in range(shares.size):
-        share, own = shares[j], vectors[j]
+        share, vector = shares[j], vectors[j]
         for i in range(size):
-            total[i] += share * own[i]
+            total[i] += share * vector[i]
     return total

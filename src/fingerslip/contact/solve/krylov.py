@@ -105,37 +105,37 @@ class _Iterate:
 
 def _iterate(nodes: _Nodes, inverse: LocalInverse, start: Start) -> tuple[Array, bool, int]:
     """Return forces, whether they solve the problem, and iterations; the rows of the inverse are renewed."""
-    found, exactness = _at(nodes, start.forces, start.trial), start.roughest
+    iterate, exactness = _at(nodes, start.forces, start.trial), start.roughest
     is_exact = nodes.working_set.is_exact
     for iteration in range(NEWTON_LIMIT):
-        enough = start.goal * max(_largest(found.forces), start.least)
-        if not found.is_known:
+        enough = start.goal * max(_largest(iterate.forces), start.least)
+        if not iterate.is_known:
             if not is_exact:
-                return found.projected, True, iteration
-            found = _settled(nodes, found)
-            exactness = _needed(enough, found)
-        if _largest(found.residual) <= enough:
-            return found.projected, True, iteration
-        after = _taken(nodes, inverse, found, exactness)
-        if not after.merit < found.merit:
+                return iterate.projected, True, iteration
+            iterate = _settled(nodes, iterate)
+            exactness = _needed(enough, iterate)
+        if _largest(iterate.residual) <= enough:
+            return iterate.projected, True, iteration
+        after = _taken(nodes, inverse, iterate, exactness)
+        if not after.merit < iterate.merit:
             # The line search may have stalled because the residual is not what it seemed.
-            if not (is_exact and found.owed.any()):
-                return found.projected, False, iteration + 1
-            found = _settled(nodes, found)
+            if not (is_exact and iterate.owed.any()):
+                return iterate.projected, False, iteration + 1
+            iterate = _settled(nodes, iterate)
             continue
         # As exact as the last iteration was successful (Eisenstat & Walker 1996), but not more than the goal needs.
-        exactness = min(max(0.9 * after.merit / found.merit, _needed(enough, after)), _ROUGHEST)
-        found = after
-    return found.projected, False, NEWTON_LIMIT
+        exactness = min(max(0.9 * after.merit / iterate.merit, _needed(enough, after)), _ROUGHEST)
+        iterate = after
+    return iterate.projected, False, NEWTON_LIMIT
 
 
 def _largest(values: Array) -> float:
     return float(np.abs(values).max())
 
 
-def _needed(enough: float, found: _Iterate) -> float:
+def _needed(enough: float, iterate: _Iterate) -> float:
     """Return how exact a direction has to be to be the last one, or the last before nothing is known any more."""
-    wanted = max(enough, _KNOWN * _largest(found.owed)) / (_largest(found.residual) or 1.0)
+    wanted = max(enough, _KNOWN * _largest(iterate.owed)) / (_largest(iterate.residual) or 1.0)
     return min(max(_SAFETY * wanted, _FINEST), _ROUGHEST)
 
 
@@ -145,23 +145,23 @@ def _at(nodes: _Nodes, forces: Array, trial: Array) -> _Iterate:
     return _Iterate(forces, trial, forces - project(trial, nodes.friction), nothing, nothing)
 
 
-def _settled(nodes: _Nodes, found: _Iterate) -> _Iterate:
+def _settled(nodes: _Nodes, iterate: _Iterate) -> _Iterate:
     """Return the iterate with what its directions did in double precision."""
-    moved = np.empty(found.owed.size)
-    write_moved(nodes.exact, found.owed.ravel(), moved)
-    return _at(nodes, found.forces, found.trial - (moved.reshape(found.owed.shape) - found.assumed))
+    moved = np.empty(iterate.owed.size)
+    write_moved(nodes.exact, iterate.owed.ravel(), moved)
+    return _at(nodes, iterate.forces, iterate.trial - (moved.reshape(iterate.owed.shape) - iterate.assumed))
 
 
-def _taken(nodes: _Nodes, inverse: LocalInverse, found: _Iterate, exactness: float) -> _Iterate:
+def _taken(nodes: _Nodes, inverse: LocalInverse, iterate: _Iterate, exactness: float) -> _Iterate:
     """Return the end of a step along a new direction, halved until the merit decreases enough, or too often."""
-    direction, moved = _direction(nodes, inverse, found.trial, found.residual, exactness)
-    length, after = 1.0, found
+    direction, moved = _direction(nodes, inverse, iterate.trial, iterate.residual, exactness)
+    length, after = 1.0, iterate
     for _ in range(SEARCH_LIMIT):
         step, response = length * direction, length * moved
-        forces, trial = found.forces + step, found.trial + (step - response)
+        forces, trial = iterate.forces + step, iterate.trial + (step - response)
         residual = forces - project(trial, nodes.friction)
-        after = _Iterate(forces, trial, residual, found.owed + step, found.assumed + response)
-        if decreases_enough(after.merit, found.merit, length):
+        after = _Iterate(forces, trial, residual, iterate.owed + step, iterate.assumed + response)
+        if decreases_enough(after.merit, iterate.merit, length):
             break
         length *= 0.5
     return after
@@ -171,19 +171,19 @@ def _direction(
     nodes: _Nodes, inverse: LocalInverse, trial: Array, residual: Array, exactness: float
 ) -> tuple[Array, Array]:
     """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return d and rho W d, both (k, dim)."""
-    slopes, known, rough = _slopes(trial, nodes.friction), nodes.working_set, nodes.rough
-    weights, local = (rough.of_body, rough.of_penalty), known.coupled.body
-    renew_rows(inverse.near, inverse.rows, inverse.marks, slopes, known.frames, weights, local, known.nodes)
+    slopes, working_set, rough = _slopes(trial, nodes.friction), nodes.working_set, nodes.rough
+    weights, local = (rough.of_body, rough.of_penalty), working_set.coupled.body
+    renew_rows(inverse.near, inverse.rows, inverse.marks, slopes, working_set.frames, weights, local, working_set.nodes)
     count = _acting(trial, residual)
-    given, scaled = slopes[:count].astype(np.float32), rough.of_first(count)
+    derivatives, scaled = slopes[:count].astype(np.float32), rough.of_first(count)
     size = float(np.linalg.norm(residual))
     right = (-residual[:count].ravel() / size).astype(np.float32)
-    preconditioner = Preconditioner.of(given, known.coarse, inverse)
-    found, moved, reached = solve(given, scaled, preconditioner, right, exactness, nodes.space)
+    preconditioner = Preconditioner.of(derivatives, working_set.coarse, inverse)
+    result, moved, reached = solve(derivatives, scaled, preconditioner, right, exactness, nodes.space)
     if not reached:
-        found, moved = _solved_densely(given, scaled, right)
+        result, moved = _solved_densely(derivatives, scaled, right)
     direction, response = np.zeros_like(residual), np.zeros_like(residual)
-    direction[:count] = size * found.reshape(count, -1)
+    direction[:count] = size * result.reshape(count, -1)
     response[:count] = size * moved.reshape(count, -1)
     # An open node loses its force exactly.
     is_open = trial[:, 0] <= 0.0
@@ -213,12 +213,12 @@ def _slopes(trial, friction):  # type: ignore[no-untyped-def]
 
 def _solved_densely(slopes: Single, scaled: ScaledCompliance, right: Single) -> tuple[Single, Single]:
     """Return the solution for a right-hand side (k * dim,), and rho W times it, by factors of the Newton matrix."""
-    found, moved = np.zeros_like(right), np.empty_like(right)
+    direction, moved = np.zeros_like(right), np.empty_like(right)
     # A singular matrix leaves nothing, at which the line search stalls.
     with contextlib.suppress(np.linalg.LinAlgError):
-        found = np.linalg.solve(_newton_matrix(slopes, scaled), right)
-    write_moved(scaled, found, moved)
-    return found, moved
+        direction = np.linalg.solve(_newton_matrix(slopes, scaled), right)
+    write_moved(scaled, direction, moved)
+    return direction, moved
 
 
 def _newton_matrix(slopes: Single, scaled: ScaledCompliance) -> Single:

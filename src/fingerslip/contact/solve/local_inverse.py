@@ -71,7 +71,7 @@ class LocalInverse:
 def _coupled_nodes(body: NDArray[np.floating[Any]], count: int) -> Indices:
     """Return for each node those to which the compliance couples it most, itself first, shape (count, m)."""
     dim, most = len(body) // max(count, 1), min(_COUPLED, count)
-    found = np.zeros((count, most), dtype=np.int64)
+    coupled = np.zeros((count, most), dtype=np.int64)
     for start in range(0, count, _ROWS_AT_ONCE):
         end = min(start + _ROWS_AT_ONCE, count)
         rows = body[start * dim : end * dim].reshape(end - start, dim, count, dim)
@@ -79,42 +79,42 @@ def _coupled_nodes(body: NDArray[np.floating[Any]], count: int) -> Indices:
         coupling[np.arange(end - start), np.arange(start, end)] = np.inf
         chosen = np.argpartition(-coupling, most - 1, axis=1)[:, :most]
         order = np.argsort(-np.take_along_axis(coupling, chosen, axis=1), axis=1, kind="stable")
-        found[start:end] = np.take_along_axis(chosen, order, axis=1)
-    return found
+        coupled[start:end] = np.take_along_axis(chosen, order, axis=1)
+    return coupled
 
 
 @numba.njit(cache=True, nogil=True)
 def _local_parts(body, near, dim):  # type: ignore[no-untyped-def]
     """Return the parts of a compliance among the nodes `near` (n_c, m), shape (n_c, m * dim, m * dim)."""
     count, width = near.shape
-    parts = np.empty((count, width * dim, width * dim), dtype=np.float32)
+    blocks = np.empty((count, width * dim, width * dim), dtype=np.float32)
     for i in range(count):
         for a in range(width * dim):
             row = body[near[i, a // dim] * dim + a % dim]
             for b in range(width):
                 for m in range(dim):
-                    parts[i, a, b * dim + m] = row[near[i, b] * dim + m]
-    return parts
+                    blocks[i, a, b * dim + m] = row[near[i, b] * dim + m]
+    return blocks
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def write_local_product(near, rows, vector, found):  # type: ignore[no-untyped-def]
+def write_local_product(near, rows, vector, out):  # type: ignore[no-untyped-def]
     """Write the product of a local inverse with a vector (k * dim,) into `found`, same shape.
 
     `near` and `rows` may be those of the first k nodes of more.
     """
     count, dim, width = rows.shape
-    given = np.empty(width, vector.dtype)
+    gathered = np.empty(width, vector.dtype)
     for i in range(count):
         for a in range(near.shape[1]):
             j = near[i, a]
             for m in range(dim):
-                given[a * dim + m] = vector[j * dim + m] if 0 <= j < count else 0.0
+                gathered[a * dim + m] = vector[j * dim + m] if 0 <= j < count else 0.0
         for k in range(dim):
             total = np.float32(0.0)
             for c in range(width):
-                total += rows[i, k, c] * given[c]
-            found[i * dim + k] = total
+                total += rows[i, k, c] * gathered[c]
+            out[i * dim + k] = total
 
 
 @numba.njit(cache=True, nogil=True)
@@ -126,7 +126,7 @@ def renew_rows(near, rows, marks, slopes, frames, weights, local, nodes):  # typ
     """
     changed = _changed(marks, slopes, frames)
     count, dim = slopes.shape[:2]
-    made = 0
+    renewed = 0
     system = np.empty((rows.shape[2], rows.shape[2] + dim), dtype=np.float32)
     for i in range(count):
         stale = False
@@ -135,8 +135,8 @@ def renew_rows(near, rows, marks, slopes, frames, weights, local, nodes):  # typ
         if stale:
             _write_system(system, near[i], slopes, frames, weights, local[nodes[i]])
             _write_first_rows(system, rows[i])
-            made += 1
-    return made
+            renewed += 1
+    return renewed
 
 
 @numba.njit(cache=True, nogil=True)

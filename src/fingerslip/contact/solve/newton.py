@@ -98,7 +98,7 @@ def _newton_step(compliance, friction, scale, forces, trial, residual):  # type:
     matrix, right = np.zeros((size, size)), np.empty(size)
     open_step = step.copy()
     open_step[touching] = 0.0
-    known = active_product(compliance, open_step)
+    right_hand = active_product(compliance, open_step)
     block = np.zeros((dim, dim))
     for a in range(touching.size):
         i = touching[a]
@@ -110,16 +110,16 @@ def _newton_step(compliance, friction, scale, forces, trial, residual):  # type:
                 if block[k, m] == 0.0:
                     continue
                 weight = block[k, m] * scale[i, m]
-                right[row] -= weight * known[i, m]
+                right[row] -= weight * right_hand[i, m]
                 for b in range(touching.size):
                     for n in range(dim):
                         matrix[row, b * dim + n] += weight * compliance[i * dim + m, touching[b] * dim + n]
                 matrix[row, a * dim + m] -= block[k, m]
             matrix[row, row] += 1.0
-    found = np.linalg.solve(matrix, right)
+    result = np.linalg.solve(matrix, right)
     for a in range(touching.size):
         for k in range(dim):
-            step[touching[a], k] = found[a * dim + k]
+            step[touching[a], k] = result[a * dim + k]
     return step
 
 

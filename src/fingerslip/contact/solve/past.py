@@ -64,7 +64,7 @@ def first_guess(
 def updated(past: Past | None, forces: Array, response: Array | None, start: Array, origin: Array | None) -> Past:
     """Return what a step leaves for the next one; `forces` were found, the others as in :func:`first_guess`."""
     if origin is not None:
-        known = past is not None and np.array_equal(origin, past.before)
-        return Past(forces, origin, response, past.response_before if past is not None and known else None)
-    known = past is not None and np.array_equal(start, past.forces)
-    return Past(forces, start, response, past.response if past is not None and known else None)
+        is_same = past is not None and np.array_equal(origin, past.before)
+        return Past(forces, origin, response, past.response_before if past is not None and is_same else None)
+    is_same = past is not None and np.array_equal(start, past.forces)
+    return Past(forces, start, response, past.response if past is not None and is_same else None)

@@ -110,14 +110,14 @@ def solve_by_pieces(
     # After a step, W times its forces is known.
     product = piece.product if piece is not None and piece.forces is start else active_product(compliance, start)
     problem, near = (compliance, free, friction_coefficient, scale, tolerance, _MOST_BORDERS), _near(piece)
-    found = _newton(*problem, start, product, *near, 0)
-    while found[0] == _ELSEWHERE:
-        _, iterations, forces, product, states, slopes, *_ = found
+    result = _newton(*problem, start, product, *near, 0)
+    while result[0] == _ELSEWHERE:
+        _, iterations, forces, product, states, slopes, *_ = result
         base = _base(compliance, states, slopes)
         none = np.zeros((2, 0, base.unknowns.size))
         piece = Piece(compliance, scale, base, states, slopes, _NO_COMPONENTS, none, forces, product)
-        found = _newton(*problem, forces, product, *_near(piece), iterations)
-    outcome, iterations, forces, product, states, slopes, components, borders, residual, worst = found
+        result = _newton(*problem, forces, product, *_near(piece), iterations)
+    outcome, iterations, forces, product, states, slopes, components, borders, residual, worst = result
     if outcome == _SOLVED:
         if piece is not None and piece.forces is not forces:
             piece = Piece(compliance, scale, piece.base, states, slopes, components, borders, forces, product)
@@ -137,8 +137,8 @@ def _near(piece: Piece | None) -> tuple[Any, Any, Any, Any, Any]:
     if piece is None:
         return _NO_BASE, _NO_BASE[0], _NO_BASE[1], _NO_COMPONENTS, _NO_BORDERS
     base = piece.base
-    known = base.states, base.slopes, base.unknowns, base.places, base.factor.factors, base.factor.pivots
-    return known, piece.states, piece.slopes, piece.components, piece.borders
+    base_piece = base.states, base.slopes, base.unknowns, base.places, base.factor.factors, base.factor.pivots
+    return base_piece, piece.states, piece.slopes, piece.components, piece.borders
 
 
 @numba.njit(cache=True, nogil=True)
@@ -156,7 +156,7 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     of_slopes,
     components,
     borders,
-    taken,
+    count,
 ):
     """Run Newton's method as long as it stays near a base, from given forces (n_c, 2) [N] and W times them [m].
 
@@ -165,12 +165,12 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """
     # As in the compiled solver, the force that would undo the worst free penetration alone sets the scale of rounding.
     least = 1e-12 * np.max(scale * np.abs(free))
-    iteration, has_base = taken, base[0].size == len(forces)
+    iteration, has_base = count, base[0].size == len(forces)
     start = np.zeros(0)
     states, slopes, merit, residual, worst = _examine(forces, product, free, scale, friction, least)
     if has_base and not residual <= tolerance:
         start = _start(free, base)
-    if taken == 0 and has_base and not residual <= tolerance:
+    if count == 0 and has_base and not residual <= tolerance:
         # Where the solution in the last step's piece is nearer to a solution than its forces, the search begins there.
         solved = solve_bordered(compliance, free, base, start, components, borders, of_states, of_slopes)
         moved = active_product(compliance, solved)
@@ -180,7 +180,7 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
             states, slopes, merit, residual, worst = look
     while not residual <= tolerance and iteration < NEWTON_LIMIT:
         # A piece whose solution is not exact enough needs factors of its own.
-        again = iteration > taken and components.size > 0 and _are_same(states, slopes, of_states, of_slopes)
+        again = iteration > count and components.size > 0 and _are_same(states, slopes, of_states, of_slopes)
         if not has_base or again:
             return _ELSEWHERE, iteration, forces, product, states, slopes, components, borders, residual, worst
         missing = missing_borders(base[0], base[1], components, states, slopes)
@@ -211,11 +211,11 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
 def _start(free, base):  # type: ignore[no-untyped-def]
     """Return the unknowns of a base (n,) [N], if nothing differs from it."""
     _, _, unknowns, _, factors, pivots = base
-    found = np.empty(unknowns.size)
+    result = np.empty(unknowns.size)
     for k in range(unknowns.size):
-        found[k] = -free[unknowns[k] // 2, unknowns[k] % 2]
-    solve_factorised(factors, pivots, found)
-    return found
+        result[k] = -free[unknowns[k] // 2, unknowns[k] % 2]
+    solve_factorised(factors, pivots, result)
+    return result
 
 
 @numba.njit(cache=True, nogil=True)

@@ -48,12 +48,12 @@ class WorkingSet:
 
     def products(self, vectors: Single) -> Single:
         """Return rho W times vectors (k * dim, q), same shape."""
-        frames, given = self.frames.astype(np.float32), vectors.reshape(*self.scale.shape, -1)
-        turned = np.einsum("imk,imq->ikq", frames, given).reshape(vectors.shape)
-        moved = blas.ssymm(1.0, self.body.T, np.asfortranarray(turned)).reshape(given.shape)
+        frames, components = self.frames.astype(np.float32), vectors.reshape(*self.scale.shape, -1)
+        turned = np.einsum("imk,imq->ikq", frames, components).reshape(vectors.shape)
+        moved = blas.ssymm(1.0, self.body.T, np.asfortranarray(turned)).reshape(components.shape)
         body, penalty = ((self.scale * weight).astype(np.float32) for weight in (self.factor, self.penalty))
-        found = body[..., None] * np.einsum("ikm,imq->ikq", frames, moved) + penalty[..., None] * given
-        return np.asarray(found.reshape(vectors.shape))
+        result = body[..., None] * np.einsum("ikm,imq->ikq", frames, moved) + penalty[..., None] * components
+        return np.asarray(result.reshape(vectors.shape))
 
 
 def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet | None) -> WorkingSet:
@@ -67,7 +67,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     position = np.full(count, -1)
     position[nodes] = np.arange(nodes.size)
     columns = group_columns(groups(compliance.body, nodes, dim), dim)
-    made = WorkingSet(
+    working_set = WorkingSet(
         nodes=nodes,
         scale=scale[nodes],
         body=_lower_triangle(compliance.body, nodes, dim),
@@ -81,7 +81,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         edition=compliance.edition,
         is_exact=compliance.is_single,
     )
-    return replace(made, coarse=CoarseSpace(columns, made.products(unit_forces(columns))))
+    return replace(working_set, coarse=CoarseSpace(columns, working_set.products(unit_forces(columns))))
 
 
 def _coupled(compliance: Compliance, old: WorkingSet | None) -> Coupled:
@@ -107,8 +107,8 @@ def _lower_triangle(body, nodes, dim):  # type: ignore[no-untyped-def]
     out = np.zeros((size, size), dtype=np.float32)
     for a in range(nodes.size):
         for k in range(dim):
-            row, own = body[nodes[a] * dim + k], out[a * dim + k]
+            row, target = body[nodes[a] * dim + k], out[a * dim + k]
             for b in range(a + 1):
                 for m in range(dim):
-                    own[b * dim + m] = row[nodes[b] * dim + m]
+                    target[b * dim + m] = row[nodes[b] * dim + m]
     return out

@@ -66,11 +66,11 @@ class Sensitivity:
 
     def of_condition(self, trials: TrialSet, condition: str) -> dict[str, dict[str, Estimate]]:
         """Return each classifier's accuracies on the trials of each value of a condition, or quarter of its range."""
-        found = {}
+        scores = {}
         for value, names in left_out(trials.conditions, condition).items():
             rows = np.flatnonzero(np.isin(trials.names, names))
-            found[value] = {name: frame_scores_of(matrix[rows]).accuracy for name, matrix in self.matrices.items()}
-        return found
+            scores[value] = {name: frame_scores_of(matrix[rows]).accuracy for name, matrix in self.matrices.items()}
+        return scores
 
 
 def likely_assumptions(
@@ -87,29 +87,29 @@ def likely_assumptions(
     Units: metres_per_pixel [m]; others [m].
     """
     motion = motion or MotionSettings()
-    kept = LabelSettings(rest_frames=motion.rest_frames)
+    default = LabelSettings(rest_frames=motion.rest_frames)
 
     def labels(incipient: float, gross: float) -> LabelSettings:
-        return replace(kept, incipient=incipient * kept.incipient, gross=gross * kept.gross)
+        return replace(default, incipient=incipient * default.incipient, gross=gross * default.gross)
 
     sizes = [(size, size / metres_per_pixel) for size in others]
     return (
-        Assumption("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", kept, motion),
+        Assumption("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", default, motion),
         *(Assumption("size of a pixel", f"{1e3 * size:.3g} mm", labels(share, share), motion) for size, share in sizes),
         *(
-            Assumption("threshold of incipient slip", f"{kept.incipient * share:g} px", labels(share, 1.0), motion)
+            Assumption("threshold of incipient slip", f"{default.incipient * share:g} px", labels(share, 1.0), motion)
             for share in (0.5, 2.0)
         ),
         *(
-            Assumption("threshold of gross slip", f"{kept.gross * share:g} px", labels(1.0, share), motion)
+            Assumption("threshold of gross slip", f"{default.gross * share:g} px", labels(1.0, share), motion)
             for share in (0.5, 2.0)
         ),
         *(Assumption("labels", name.replace("_", " "), name, motion) for name in stored),
         *(
-            Assumption("frames in a speed", f"{frames}", kept, replace(motion, window=frames))
+            Assumption("frames in a speed", f"{frames}", default, replace(motion, window=frames))
             for frames in (max(2, motion.window // 3), 3 * motion.window)
         ),
-        Assumption("noise of positions", "0.1 px more", kept, motion, 0.1),
+        Assumption("noise of positions", "0.1 px more", default, motion, 0.1),
     )
 
 
@@ -120,13 +120,13 @@ def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) ->
     another sensor: to learn from all of them together would ask something else.
     """
     groups = [left_out(trials.conditions, condition) for condition in conditions]
-    found = []
+    assumptions = []
     for values in itertools.product(*groups) if groups else ():
         inside = set(trials.names).intersection(*(group[value] for group, value in zip(groups, values, strict=True)))
         names = tuple(name for name in trials.names if name in inside)
         words = ", ".join(condition_text(key, value) for key, value in zip(conditions, values, strict=True))
-        found += [replace(base, quantity="trials alone of", value=words, trials=names)] if names else []
-    return tuple(found)
+        assumptions += [replace(base, quantity="trials alone of", value=words, trials=names)] if names else []
+    return tuple(assumptions)
 
 
 def sensitivity_of(
@@ -138,20 +138,20 @@ def sensitivity_of(
     folds: int = 5,
     seed: int = 0,
     workers: int = 1,
-    parts: Parts | None = None,
+    stored_parts: Parts | None = None,
 ) -> Iterator[Sensitivity]:
     """Yield what classifiers come to with each assumption, on trials that they have not seen."""
-    chosen, store = sampling or Sampling(least=0.0), parts or Parts()
+    chosen, store = sampling or Sampling(least=0.0), stored_parts or Parts()
     shared = [[described(candidate, seed) for candidate in candidates], asdict(chosen), folds, seed]
-    for (motion, _), group in itertools.groupby(assumptions, lambda one: (one.motion, one.noise)):
-        own = tuple(group)
-        kept = [store.kept("assumption", [shared, _plain(one)]) for one in own]
-        missing = [one for one, found in zip(own, kept, strict=True) if found is None]
+    for (motion, _), group in itertools.groupby(assumptions, lambda entry: (entry.motion, entry.noise)):
+        element = tuple(group)
+        stored_results = [store.kept("assumption", [shared, _plain(entry)]) for entry in element]
+        missing = [entry for entry, stored in zip(element, stored_results, strict=True) if stored is None]
         settings = FeatureSettings(union_of_sets(candidates), motion)
-        made = iter(_samples(trials, missing, settings, chosen, seed) if missing else [])
-        for assumption, found in zip(own, kept, strict=True):
-            arrays = found or _arrays(candidates, *next(made), motion.window, (folds, seed, workers))
-            if found is None:
+        new_samples = iter(_samples(trials, missing, settings, chosen, seed) if missing else [])
+        for assumption, stored in zip(element, stored_results, strict=True):
+            arrays = stored or _arrays(candidates, *next(new_samples), motion.window, (folds, seed, workers))
+            if stored is None:
                 store.keep("assumption", [shared, _plain(assumption)], arrays)
             yield _sensitivity(assumption, arrays)
 
@@ -166,13 +166,13 @@ def _arrays(
     """Return the confusion matrices of each classifier, and the median onsets; numbers are folds, seed and workers."""
     folds, seed, workers = numbers
     tests = grouped_folds(samples.trials, folds, seed)
-    found: dict[str, NDArray[Any]] = {
+    arrays: dict[str, NDArray[Any]] = {
         candidate.name: frames_by_trial(
             samples, onsets, candidate, tests, window=window, seed=seed, workers=workers
         ).matrices
         for candidate in candidates
     }
-    return found | {_MEDIANS: np.array(_medians(onsets))}
+    return arrays | {_MEDIANS: np.array(_medians(onsets))}
 
 
 def _sensitivity(assumption: Assumption, arrays: Mapping[str, NDArray[Any]]) -> Sensitivity:
@@ -193,7 +193,7 @@ def _samples(
     seed: int,
 ) -> list[tuple[Samples, dict[str, Onsets]]]:
     """Return samples and labels with each of some assumptions, which read motion in one way; trials are read once."""
-    parts: list[list[TrialSample]] = [[] for _ in assumptions]
+    samples: list[list[TrialSample]] = [[] for _ in assumptions]
     labels: list[dict[str, Onsets]] = [{} for _ in assumptions]
     for name in trials.names:
         tracks, noise = trials.tracks(name), assumptions[0].noise
@@ -201,16 +201,16 @@ def _samples(
             tracks = disturbed(tracks, "noise", noise, seed + zlib.crc32(name.encode()))
         motion, stored = motion_of(tracks, settings.motion), trials.labels(name)
         for number, assumption in enumerate(assumptions):
-            own = assumption.labels
+            source = assumption.labels
             if assumption.trials and name not in assumption.trials:
                 continue
-            if isinstance(own, str) and own not in stored:
-                raise InputError(f"{trials.folder}: {name}", f"has no labels {own!r}", f"has {', '.join(stored)}")
-            found = stored[own] if isinstance(own, str) else labels_from_external_markers(tracks, own)
-            check_labels({name: found}, [name])
-            labels[number][name] = found
-            parts[number].append(trial_sample(name, motion, found, settings, sampling))
-    return [(joined_samples(part), label) for part, label in zip(parts, labels, strict=True)]
+            if isinstance(source, str) and source not in stored:
+                raise InputError(f"{trials.folder}: {name}", f"has no labels {source!r}", f"has {', '.join(stored)}")
+            result = stored[source] if isinstance(source, str) else labels_from_external_markers(tracks, source)
+            check_labels({name: result}, [name])
+            labels[number][name] = result
+            samples[number].append(trial_sample(name, motion, result, settings, sampling))
+    return [(joined_samples(part), label) for part, label in zip(samples, labels, strict=True)]
 
 
 def _medians(onsets: Mapping[str, Onsets]) -> tuple[float, float]:

@@ -46,26 +46,26 @@ def score_submission(
         Where the file is no such table, its trials are not the test trials, or one of these has no label.
     """
     tests = benchmark_test_trials(trials.names, seed)
-    found = check_submission(read_onsets(submission), tests, str(submission))
+    onsets_submitted = check_submission(read_onsets(submission), tests, str(submission))
     true = trials.onsets() if labels is None else labels
     check_labels(true, tests, needed=())
     ends, frame = rest_ends(trials, tests, rest_frames)
-    return event_scores_of(found, true, ends, frame=frame, seed=seed)
+    return event_scores_of(onsets_submitted, true, ends, frame=frame, seed=seed)
 
 
-def check_submission(found: Mapping[str, Onsets], tests: tuple[str, ...], where: str) -> dict[str, Onsets]:
+def check_submission(submission: Mapping[str, Onsets], tests: tuple[str, ...], where: str) -> dict[str, Onsets]:
     """Return a submission in the order of the test trials."""
     mistakes = Mistakes()
-    for name in sorted(set(tests) ^ set(found)):
+    for name in sorted(set(tests) ^ set(submission)):
         problem = f"has no row for the test trial {name}" if name in tests else f"has a row for {name}, no test trial"
         mistakes.found.append(InputError(where, problem, f"needs the {len(tests)} test trials, each once"))
-    for name in sorted(set(tests) & set(found)):
-        incipient, gross = found[name].incipient, found[name].gross
+    for name in sorted(set(tests) & set(submission)):
+        incipient, gross = submission[name].incipient, submission[name].gross
         if incipient is not None and gross is not None and gross < incipient:
             problem = f"has gross slip of {name} at {gross:g} s, incipient slip at {incipient:g} s"
             mistakes.found.append(InputError(where, problem, "needs gross slip last", "look for swapped columns"))
     mistakes.raise_all()
-    return {name: found[name] for name in tests}
+    return {name: submission[name] for name in tests}
 
 
 def rest_ends(trials: TrialSet, names: tuple[str, ...], rest_frames: int) -> tuple[dict[str, float], float]:

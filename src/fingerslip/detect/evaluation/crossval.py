@@ -77,11 +77,11 @@ def frames_by_trial(
 ) -> FrameResult:
     """Fit a classifier for each fold and return what it says of the samples of the trials left out."""
     start = time.process_time()
-    found = [
+    results = [
         fitted_fold(samples, onsets, candidate, test, window=window, share=share, seed=seed, workers=workers)
         for test in tests
     ]
-    result = joined_folds(samples, [part for _, part in found], tuple(fold for fold, _ in found))
+    result = joined_folds(samples, [part for _, part in results], tuple(fold for fold, _ in results))
     return replace(result, seconds=time.process_time() - start)
 
 
@@ -105,18 +105,20 @@ def fitted_fold(
     workers: int = 1,
 ) -> tuple[Fold, FoldFrames]:
     """Fit a classifier for one fold; for the parameters see :func:`frames_by_trial`."""
-    learned, kept = rows_to_learn(samples, test, share, seed)
+    learned, calibration_trials = rows_to_learn(samples, test, share, seed)
     with threadpool_limits(workers):
         estimator = fit_detector(candidate, samples, learned, seed, workers)
         rows = np.flatnonzero(np.isin(np.array(samples.trials)[samples.trial], list(test)))
         values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
         part = FoldFrames(rows, probabilities(estimator, values))
-    return Fold(candidate, estimator, forward_filter(samples, onsets, window, learned), tuple(test), kept), part
+    return Fold(
+        candidate, estimator, forward_filter(samples, onsets, window, learned), tuple(test), calibration_trials
+    ), part
 
 
-def joined_folds(samples: Samples, parts: Sequence[FoldFrames], folds: tuple[Fold, ...] = ()) -> FrameResult:
+def joined_folds(samples: Samples, pieces: Sequence[FoldFrames], folds: tuple[Fold, ...] = ()) -> FrameResult:
     """Return what a classifier said in all folds together."""
-    rows, chances = (np.concatenate([getattr(part, name) for part in parts]) for name in ("rows", "chances"))
+    rows, chances = (np.concatenate([getattr(part, name) for part in pieces]) for name in ("rows", "chances"))
     classes = samples.classes[rows]
     matrices = confusion_by_trial(classes, chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
     return FrameResult(matrices, chances, classes, folds)
@@ -127,15 +129,15 @@ def rows_to_learn(
 ) -> tuple[NDArray[np.intp], tuple[str, ...]]:
     """Return the rows that a fold learns from, and the trials that set its threshold."""
     names, rest = np.array(samples.trials), [name for name in samples.trials if name not in set(test)]
-    kept = held_out(rest, calibration_count(len(rest), share), seed + 1)
-    rows = np.flatnonzero(~np.isin(names[samples.trial], [*test, *kept]))
+    calibration = held_out(rest, calibration_count(len(rest), share), seed + 1)
+    rows = np.flatnonzero(~np.isin(names[samples.trial], [*test, *calibration]))
     if not rows.size:
         raise InputError("folds", "leave no trial to learn from", "needs some", "take more trials or other folds")
     missing = [name for number, name in enumerate(CLASSES) if number not in samples.classes[rows]]
     if missing:
         where, fault = f"the fold that leaves out trial {test[0]}", f"has no frame of {missing[0]} to learn from"
         raise InputError(where, fault, "needs frames of all classes", "take more trials or fewer folds")
-    return rows, kept
+    return rows, calibration
 
 
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
@@ -144,8 +146,8 @@ def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, w
     with threadpool_limits(workers):
         estimator = fit_detector(candidate, samples, np.flatnonzero(~tested), seed, workers)
         values = samples.values[np.ix_(np.flatnonzero(tested), columns_of(samples.names, candidate.sets))]
-        found = probabilities(estimator, values).argmax(axis=1).astype(np.int8)
-    return confusion_by_trial(samples.classes[tested], found, samples.trial[tested])
+        classes = probabilities(estimator, values).argmax(axis=1).astype(np.int8)
+    return confusion_by_trial(samples.classes[tested], classes, samples.trial[tested])
 
 
 def events_by_trial(
@@ -169,15 +171,15 @@ def events_by_trial(
     used = {name for fold in folds for name in (*fold.tested, *fold.kept)}
     with threadpool_limits(workers):
         for name in (name for name in trials.names if name in used):
-            found = _scores(trials, name, folds, settings)
-            for number, (when, one) in found.items():
+            maxima_by_trial = _scores(trials, name, folds, settings)
+            for number, (when, entry) in maxima_by_trial.items():
                 if name in folds[number].tested:
-                    scores[number][name] = when, one
+                    scores[number][name] = when, entry
                 else:
-                    maxima[number].append(largest_before(when, one, onsets[name]))
-    limits = [Thresholds(false_alarm_threshold(one, share)) if one else Thresholds() for one in maxima]
+                    maxima[number].append(largest_before(when, entry, onsets[name]))
+    limits = [Thresholds(false_alarm_threshold(entry, share)) if entry else Thresholds() for entry in maxima]
     events = [
-        {name: onsets_from(*one, limit) for name, one in score.items()}
+        {name: onsets_from(*entry, limit) for name, entry in score.items()}
         for score, limit in zip(scores, limits, strict=True)
     ]
     return _by_result(results, events)
@@ -189,19 +191,19 @@ def _scores(
     """Return times and scores of a trial for every fold that needs it, by the number of the fold."""
     moved = motion_of(trials.tracks(name), settings.motion)
     values, names = features_of(moved, settings), feature_names(moved, settings)
-    found = {}
+    scores = {}
     for number, fold in enumerate(folds):
         if name in fold.tested or name in fold.kept:
             chances = probabilities(fold.estimator, values[:, columns_of(names, fold.candidate.sets)])
             chances[~moved.usable] = np.nan
-            found[number] = moved.time, frame_scores(fold.smoother, moved.time, chances)
-    return found
+            scores[number] = moved.time, frame_scores(fold.smoother, moved.time, chances)
+    return scores
 
 
 def _by_result(results: Sequence[FrameResult], events: list[dict[str, Onsets]]) -> list[dict[str, Onsets]]:
     ends = np.cumsum([len(result.folds) for result in results])
     starts = [end - len(result.folds) for end, result in zip(ends, results, strict=True)]
     return [
-        {name: one for event in events[first:last] for name, one in event.items()}
+        {name: onsets for event in events[first:last] for name, onsets in event.items()}
         for first, last in zip(starts, ends, strict=True)
     ]

@@ -79,10 +79,10 @@ class Evaluation:
         frames: dict[str, list[FoldFrames]] = {candidate.name: [] for candidate in candidates}
         events: dict[str, dict[str, Onsets]] = {candidate.name: {} for candidate in candidates}
         for test in tests:
-            for name, (part, found) in self._of_fold(candidates, test).items():
+            for name, (part, onsets) in self._of_fold(candidates, test).items():
                 frames[name].append(part)
-                events[name] |= found
-        ordered = {name: {one: event[one] for one in self.trials.names} for name, event in events.items()}
+                events[name] |= onsets
+        ordered = {name: {trial: event[trial] for trial in self.trials.names} for name, event in events.items()}
         return {name: joined_folds(self.samples, frame) for name, frame in frames.items()}, ordered
 
     def _of_group(self, candidate: Candidate, test: Sequence[str]) -> FoldFrames:
@@ -102,23 +102,25 @@ class Evaluation:
         fitted = {
             candidate.name: self._fitted(candidate, test) for candidate in candidates if events[candidate.name] is None
         }
-        for one in candidates:
-            if one.name in fitted:
-                self.parts.keep(_name(one, "frames"), self._described(one, test), vars(fitted[one.name][1]))
+        for entry in candidates:
+            if entry.name in fitted:
+                self.parts.keep(_name(entry, "frames"), self._described(entry, test), vars(fitted[entry.name][1]))
         alone = [joined_folds(self.samples, [part], (fold,)) for fold, part in fitted.values()]
-        made = events_by_trial(self.trials, self.onsets, alone, self.motion, workers=self.workers) if alone else []
-        new = dict(zip(fitted, made, strict=True))
-        found = {}
-        for one in candidates:
-            kept = events[one.name]
-            if kept is None:
+        events_of_fold = (
+            events_by_trial(self.trials, self.onsets, alone, self.motion, workers=self.workers) if alone else []
+        )
+        new = dict(zip(fitted, events_of_fold, strict=True))
+        results = {}
+        for entry in candidates:
+            stored = events[entry.name]
+            if stored is None:
                 self.parts.keep(
-                    _name(one, "events"), self._described(one, test), {"onsets": _as_array(new[one.name], test)}
+                    _name(entry, "events"), self._described(entry, test), {"onsets": _as_array(new[entry.name], test)}
                 )
-                found[one.name] = fitted[one.name][1], new[one.name]
+                results[entry.name] = fitted[entry.name][1], new[entry.name]
             else:
-                found[one.name] = self._of_group(one, test), _as_onsets(kept["onsets"], test)
-        return found
+                results[entry.name] = self._of_group(entry, test), _as_onsets(stored["onsets"], test)
+        return results
 
     def _fitted(self, candidate: Candidate, test: Sequence[str]) -> tuple[Fold, FoldFrames]:
         window = self.motion.window
@@ -145,9 +147,9 @@ def begun_evaluation(
     """Sample the frames of a data set for an evaluation."""
     labels = {name: [onset.incipient, onset.gross] for name, onset in onsets.items()}
     settings = [dataclasses.asdict(motion), dataclasses.asdict(sampling)]
-    parts = parts_beside(output, trials.digest, labels, settings, seed)
+    store = parts_beside(output, trials.digest, labels, settings, seed)
     samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)
-    return Evaluation(trials, onsets, samples, motion, seed, workers, parts)
+    return Evaluation(trials, onsets, samples, motion, seed, workers, store)
 
 
 def _name(candidate: Candidate, kind: str) -> str:
@@ -161,5 +163,5 @@ def _as_array(events: Mapping[str, Onsets], test: Sequence[str]) -> NDArray[np.f
 
 
 def _as_onsets(times: NDArray[np.float64], test: Sequence[str]) -> dict[str, Onsets]:
-    pairs = ([None if np.isnan(one) else float(one) for one in row] for row in times)
+    pairs = ([None if np.isnan(time) else float(time) for time in row] for row in times)
     return {name: Onsets(*pair) for name, pair in zip(test, pairs, strict=True)}

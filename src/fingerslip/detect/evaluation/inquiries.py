@@ -74,16 +74,16 @@ def importance_by_ring(
     values, classes, draw = samples.values[np.ix_(rows, columns)], samples.classes[rows], np.random.default_rng(seed)
     _, trial = np.unique(samples.trial[rows], return_inverse=True)
     frames, whole = np.bincount(trial), _right(estimator, values, classes, trial)
-    found = {}
-    for ring in sorted({one for one in rings if one is not None}):
-        own = np.array([one == ring for one in rings])
+    importance = {}
+    for ring in sorted({entry for entry in rings if entry is not None}):
+        element = np.array([entry == ring for entry in rings])
         left = np.zeros(len(frames))
         for _ in range(draws):
             mixed = values.copy()
-            mixed[:, own] = values[draw.permutation(len(values))][:, own]
+            mixed[:, element] = values[draw.permutation(len(values))][:, element]
             left += _right(estimator, mixed, classes, trial) / draws
-        found[ring] = _share(whole - left, frames, seed)
-    return found
+        importance[ring] = _share(whole - left, frames, seed)
+    return importance
 
 
 def _share(part: NDArray[np.float64], frames: NDArray[np.intp], seed: int) -> Estimate:
@@ -105,8 +105,8 @@ def _rows(samples: Samples, names: Sequence[str]) -> NDArray[np.intp]:
 def _matrices(samples: Samples, candidate: Candidate, estimator: object, rows: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return a confusion matrix for each trial of some samples."""
     values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
-    found = probabilities(estimator, values).argmax(axis=1)
-    return confusion_by_trial(samples.classes[rows], found, samples.trial[rows])
+    classes = probabilities(estimator, values).argmax(axis=1)
+    return confusion_by_trial(samples.classes[rows], classes, samples.trial[rows])
 
 
 def _right(

@@ -58,11 +58,11 @@ class Parts:
 
     def part(self, name: str, inputs: Any, make: Callable[[], Mapping[str, NDArray[Any]]]) -> Arrays:
         """Return a part: the one that is kept, or else a new one, which is then kept."""
-        found = self.kept(name, inputs)
-        if found is None:
-            found = dict(make())
-            self.keep(name, inputs, found)
-        return found
+        arrays = self.kept(name, inputs)
+        if arrays is None:
+            arrays = dict(make())
+            self.keep(name, inputs, arrays)
+        return arrays
 
     def remove(self) -> None:
         """Remove all parts: the whole is there."""
@@ -97,5 +97,5 @@ def _read(path: Path) -> Arrays | None:
 
 
 def _checksum(arrays: Mapping[str, NDArray[Any]]) -> str:
-    described = [[name, str(one.dtype), list(one.shape)] for name, one in sorted(arrays.items())]
-    return digest(described, *(one for _, one in sorted(arrays.items())))
+    described = [[name, str(array.dtype), list(array.shape)] for name, array in sorted(arrays.items())]
+    return digest(described, *(array for _, array in sorted(arrays.items())))

@@ -49,10 +49,10 @@ def _lost(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Da
     if not 0.0 <= amount < 1.0:
         raise InputError("lost", f"got {amount}", "needs a share from 0 up to, not including, 1")
     gone = draw.random(tracks["quality"].shape) < amount
-    made = tracks.copy()
-    made["position"] = tracks["position"].where(~xr.DataArray(gone, dims=("time", "marker")))
-    made["quality"] = tracks["quality"].copy(data=np.where(gone, 0.0, tracks["quality"].values))
-    return made
+    damaged = tracks.copy()
+    damaged["position"] = tracks["position"].where(~xr.DataArray(gone, dims=("time", "marker")))
+    damaged["quality"] = tracks["quality"].copy(data=np.where(gone, 0.0, tracks["quality"].values))
+    return damaged
 
 
 def _noisy(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
@@ -102,14 +102,14 @@ def _at_level(
     for name in onsets:
         tracks = disturbed(trials.tracks(name), *level, seed=seed + zlib.crc32(name.encode()))
         moved = motion_of(tracks, settings.motion)
-        found = probabilities(detector.estimator, features_of(moved, settings)).argmax(axis=1)
-        right = (found == classes_at(onsets[name], moved.time))[moved.usable].sum()
+        classes = probabilities(detector.estimator, features_of(moved, settings)).argmax(axis=1)
+        right = (classes == classes_at(onsets[name], moved.time))[moved.usable].sum()
         counts.append((right, moved.usable.sum(), len(moved.time)))
     right, usable, frames = np.array(counts, dtype=float).reshape(-1, 3).T
 
     def share(drawn: NDArray[np.intp]) -> float:
-        known = usable[drawn].sum()
-        return float(right[drawn].sum() / known) if known else np.nan
+        usable_share = usable[drawn].sum()
+        return float(right[drawn].sum() / usable_share) if usable_share else np.nan
 
     accuracy = bootstrapped(share, len(counts), seed=seed)
     return Robustness(*level, accuracy=accuracy, unusable=float(1.0 - usable.sum() / max(frames.sum(), 1.0)))
@@ -118,5 +118,7 @@ def _at_level(
 def _motion(features: FeatureSettings, disturbance: str, amount: float) -> MotionSettings:
     if disturbance != "slower":
         return features.motion
-    own = features.motion
-    return replace(own, rest_frames=max(1, int(own.rest_frames / amount)), window=max(2, round(own.window / amount)))
+    motion = features.motion
+    return replace(
+        motion, rest_frames=max(1, int(motion.rest_frames / amount)), window=max(2, round(motion.window / amount))
+    )

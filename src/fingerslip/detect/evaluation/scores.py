@@ -46,11 +46,11 @@ def bootstrapped(
     if trials < 2:
         return Estimate(float(value))
     draw = np.random.default_rng(seed)
-    found = np.array([statistic(draw.integers(trials, size=trials)) for _ in range(draws)])
-    found = found[np.isfinite(found)]
-    if len(found) < draws / 2:
+    values = np.array([statistic(draw.integers(trials, size=trials)) for _ in range(draws)])
+    values = values[np.isfinite(values)]
+    if len(values) < draws / 2:
         return Estimate(float(value))
-    low, high = np.quantile(found, (0.025, 0.975))
+    low, high = np.quantile(values, (0.025, 0.975))
     return Estimate(float(value), float(low), float(high))
 
 
@@ -68,15 +68,17 @@ class FrameScores:
     f1: tuple[Estimate, ...]  # for each class
 
 
-def confusion_by_trial(true: NDArray[np.int8], found: NDArray[np.int8], trial: NDArray[np.intp]) -> NDArray[np.intp]:
+def confusion_by_trial(
+    true: NDArray[np.int8], predicted: NDArray[np.int8], trial: NDArray[np.intp]
+) -> NDArray[np.intp]:
     """Return a confusion matrix for each trial, shape (n_trials, 3, 3), rows the true class.
 
     Arrays: true, found (n_samples,); trial (n_samples,).
     """
     _, number = np.unique(trial, return_inverse=True)
     trials = int(number.max()) + 1 if number.size else 0
-    place = (number * _COUNT + true) * _COUNT + found
-    counts = np.bincount(place, minlength=trials * _COUNT**2)
+    index = (number * _COUNT + true) * _COUNT + predicted
+    counts = np.bincount(index, minlength=trials * _COUNT**2)
     return counts.reshape(trials, _COUNT, _COUNT)
 
 
@@ -90,8 +92,8 @@ def precision_recall_f1(matrix: NDArray[np.intp]) -> NDArray[np.float64]:
     """
     right = np.diagonal(matrix).astype(float)
     columns, rows = matrix.sum(axis=0), matrix.sum(axis=1)
-    parts = ((right, columns), (right, rows), (2.0 * right, columns + rows))
-    return np.array([_ratio(part, whole) for part, whole in parts])
+    ratios = ((right, columns), (right, rows), (2.0 * right, columns + rows))
+    return np.array([_ratio(part, whole) for part, whole in ratios])
 
 
 def _ratio(part: NDArray[np.float64], whole: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -105,13 +107,13 @@ def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores
     Arrays: matrices (n_trials, 3, 3).
     """
 
-    def estimate(score: int, one: int) -> Estimate:
+    def estimate(score: int, number: int) -> Estimate:
         def value(drawn: NDArray[np.intp]) -> float:
-            return float(precision_recall_f1(matrices[drawn].sum(axis=0))[score, one])
+            return float(precision_recall_f1(matrices[drawn].sum(axis=0))[score, number])
 
         return bootstrapped(value, len(matrices), seed=seed)
 
-    precision, recall, f1 = (tuple(estimate(score, one) for one in range(_COUNT)) for score in range(3))
+    precision, recall, f1 = (tuple(estimate(score, number) for number in range(_COUNT)) for score in range(3))
     accuracy = bootstrapped(lambda drawn: _accuracy(matrices[drawn].sum(axis=0)), len(matrices), seed=seed)
     return FrameScores(matrices.sum(axis=0), accuracy, precision, recall, f1)
 
@@ -140,10 +142,10 @@ def reliability_of(chances: Floats, classes: NDArray[np.int8], bins: int = 10) -
     Arrays: chances (n_samples, 3); classes (n_samples,).
     """
     slip, slips = 1.0 - chances[:, 0], classes > 0
-    place = np.clip((slip * bins).astype(np.intp), 0, bins - 1)
-    count = np.bincount(place, minlength=bins)
-    sums = [np.bincount(place, weights=one, minlength=bins) for one in (slip, slips.astype(float))]
-    said, seen = (np.divide(one, count, out=np.full(bins, np.nan), where=count > 0) for one in sums)
+    bin_number = np.clip((slip * bins).astype(np.intp), 0, bins - 1)
+    count = np.bincount(bin_number, minlength=bins)
+    sums = [np.bincount(bin_number, weights=weights, minlength=bins) for weights in (slip, slips.astype(float))]
+    said, seen = (np.divide(weights, count, out=np.full(bins, np.nan), where=count > 0) for weights in sums)
     gap = np.abs(np.nan_to_num(said - seen))
     truth = classes[:, None] == np.arange(chances.shape[1])
     brier = float(((chances - truth) ** 2).sum(axis=1).mean())
@@ -172,7 +174,7 @@ class EventScores:
 
 
 def event_scores_of(
-    found: Mapping[str, Onsets],
+    predicted: Mapping[str, Onsets],
     labels: Mapping[str, Onsets],
     rest_end: Mapping[str, float],
     *,
@@ -184,15 +186,15 @@ def event_scores_of(
 
     Units: rest_end [s]; frame [s].
     """
-    names = list(found)
+    names = list(predicted)
     slips = [name for name in names if labels[name].incipient is not None]
-    error = _times([(found[name].first, labels[name].incipient) for name in slips])
-    lead = _times([(labels[name].gross, found[name].first) for name in names if labels[name].gross is not None])
-    gross = _times([(found[name].gross, labels[name].gross) for name in names if labels[name].gross is not None])
-    alarms = np.array([_is_false(found[name], labels[name], rest_end[name]) for name in names], dtype=float)
+    error = _times([(predicted[name].first, labels[name].incipient) for name in slips])
+    lead = _times([(labels[name].gross, predicted[name].first) for name in names if labels[name].gross is not None])
+    gross = _times([(predicted[name].gross, labels[name].gross) for name in names if labels[name].gross is not None])
+    alarms = np.array([_is_false(predicted[name], labels[name], rest_end[name]) for name in names], dtype=float)
     early = np.where(np.isnan(error), 0.0, error < 0.0)
     before = np.where(np.isnan(lead), 0.0, lead > 0.0)
-    leads = [None if np.isnan(one) else float(one) for one in lead]
+    leads = [None if np.isnan(lead_time) else float(lead_time) for lead_time in lead]
     return EventScores(
         trials=len(slips),
         missed=int(np.isnan(error).sum()),
@@ -213,11 +215,13 @@ def event_scores_of(
 
 def _times(pairs: list[tuple[float | None, float | None]]) -> Floats:
     """Return differences of times; NaN where one of them is missing."""
-    return np.array([np.nan if one is None or other is None else one - other for one, other in pairs], dtype=float)
+    return np.array(
+        [np.nan if onset is None or other is None else onset - other for onset, other in pairs], dtype=float
+    )
 
 
-def _is_false(found: Onsets, label: Onsets, rest_end: float) -> bool:
-    return found.first is not None and (label.first is None or found.first <= rest_end)
+def _is_false(predicted: Onsets, label: Onsets, rest_end: float) -> bool:
+    return predicted.first is not None and (label.first is None or predicted.first <= rest_end)
 
 
 def _mean(values: Floats, seed: int) -> Estimate:
@@ -226,15 +230,15 @@ def _mean(values: Floats, seed: int) -> Estimate:
 
 
 def _known_mean(values: Floats) -> float:
-    known = values[~np.isnan(values)]
-    return float(known.mean()) if known.size else float("nan")
+    finite = values[~np.isnan(values)]
+    return float(finite.mean()) if finite.size else float("nan")
 
 
 def _spread(values: Floats) -> float | None:
-    known = values[~np.isnan(values)]
-    return float(known.std(ddof=1)) if known.size > 1 else None
+    finite = values[~np.isnan(values)]
+    return float(finite.std(ddof=1)) if finite.size > 1 else None
 
 
 def _middle(values: Floats) -> float | None:
-    known = values[~np.isnan(values)]
-    return float(np.median(known)) if known.size else None
+    finite = values[~np.isnan(values)]
+    return float(np.median(finite)) if finite.size else None

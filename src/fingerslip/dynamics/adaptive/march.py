@@ -81,8 +81,8 @@ class _Walk:
             self.counts.rejected += 1
             level -= 1
             self._level, self._good = level, 0
-        for own in states[:-1]:
-            self._records.pass_by(own)
+        for element in states[:-1]:
+            self._records.pass_by(element)
         after = at + (1 << level)
         if after < last:
             self._records.pass_by(states[-1])
@@ -104,8 +104,8 @@ class _Walk:
 
     def _taken(self, state: State, at: int, size: int) -> State:
         """Take a step of a size from a place, both in ticks."""
-        place = at + size
-        end = self._span.start + place * self._tick
+        position = at + size
+        end = self._span.start + position * self._tick
         if abs(end - self._span.end) < 0.5 * self._tick:
             end = self._span.end
         return self._taker.take(state, end, size * self._tick)
@@ -193,23 +193,23 @@ def _attributes(counts: _Counts, time: Adaptive) -> dict[str, object]:
 
 def _finest(unit: float, shortest: float, *, least: int) -> int:
     """Return how often a unit [s] can be halved without getting shorter than the shortest step [s]."""
-    found = least
-    while unit / 2 ** (found + 1) >= shortest * (1.0 - 1e-9):
-        found += 1
-    return found
+    smallest = least
+    while unit / 2 ** (smallest + 1) >= shortest * (1.0 - 1e-9):
+        smallest += 1
+    return smallest
 
 
 def _highest(tick: float, largest: float | None, *, least: int) -> int:
     """Return the level of the longest step that is allowed: 2^level ticks [s]."""
     if largest is None:
         return 1 << 20
-    found = least
-    while tick * 2 ** (found + 1) <= largest * (1.0 + 1e-9):
-        found += 1
-    return found
+    highest = least
+    while tick * 2 ** (highest + 1) <= largest * (1.0 + 1e-9):
+        highest += 1
+    return highest
 
 
-def _room(place: int, length: int) -> int:
+def _room(position: int, length: int) -> int:
     """Return the level of the longest step from a place on in an interval whose length is a power of two.
 
     Examples
@@ -217,4 +217,4 @@ def _room(place: int, length: int) -> int:
     >>> [_room(place, 8) for place in range(8)]
     [3, 0, 1, 0, 2, 0, 1, 0]
     """
-    return (place & -place if place else length).bit_length() - 1
+    return (position & -position if position else length).bit_length() - 1

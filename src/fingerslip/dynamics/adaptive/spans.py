@@ -40,10 +40,10 @@ class Span:
 
     def intervals(self) -> Iterator[int]:
         """Yield the time from record to record, in units: powers of two."""
-        place = 0
+        position = 0
         for _ in range(self.count):
-            length = _power(place * self.growth)
-            place += length
+            length = _power(position * self.growth)
+            position += length
             yield length
 
     def record_times(self) -> Array:
@@ -83,11 +83,11 @@ def _span(start: float, end: float, output: float, growth: float) -> Span:
     least = max(1, math.ceil((end - start) / output * (1.0 - _ROUNDING)))
     if not growth:
         return Span(start, end, (end - start) / least, least)
-    count = place = 0
-    while place < least:
-        place += _power(place * growth)
+    count = position = 0
+    while position < least:
+        position += _power(position * growth)
         count += 1
-    return Span(start, end, (end - start) / place, count, growth)
+    return Span(start, end, (end - start) / position, count, growth)
 
 
 def _knots(model: Model) -> list[float]:
@@ -96,7 +96,7 @@ def _knots(model: Model) -> list[float]:
     for programme in _programmes(model):
         moments |= set(np.cumsum([phase_duration(phase) for phase in programme]).tolist())
     inner = sorted(moment for moment in moments if moment < model.end * (1.0 - _ROUNDING))
-    first = [one for one, after in pairwise([*inner, model.end]) if after - one > _ROUNDING * model.end]
+    first = [before for before, after in pairwise([*inner, model.end]) if after - before > _ROUNDING * model.end]
     return [*first, model.end]
 
 

@@ -84,8 +84,8 @@ class FiniteCourse:
         if depth not in self._factors:
             time = self._model.time
             shorter = replace(time, step=time.step / 2**depth) if depth else time  # type: ignore[type-var]
-            parts = self._model.damping, self._solver, self._watch, self._reserved
-            self._factors[depth] = Factors(self._system, make_scheme(shorter), *parts)
+            arguments = self._model.damping, self._solver, self._watch, self._reserved
+            self._factors[depth] = Factors(self._system, make_scheme(shorter), *arguments)
         return self._factors[depth]
 
     def _advance(self, state: State, end: float, depth: int) -> State:

@@ -95,21 +95,21 @@ def advance_finite(
     """
     begun = replace(before, body=factors.system.require_body().begun(before.large_body, factors.scheme.step))
     start = predict_ends(factors.at(before.large_body, before.velocity), begun, time, counterfaces)
-    found, contact, iterations = _solve(factors, start, watch)
+    iterate, contact, iterations = _solve(factors, start, watch)
     factors.used(iterations)
     stepper = factors.current
     with watch.part("recording"):
-        body = stepper.system.require_body().ended(found.body)
-        return finish([stepper], [start], [contact], found.unknown[None], [body])[0], iterations
+        body = stepper.system.require_body().ended(iterate.body)
+        return finish([stepper], [start], [contact], iterate.unknown[None], [body])[0], iterations
 
 
 def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:
     """Iterate to the solution of a step; also return its contact and how many iterations it took."""
     stepper = factors.current
-    found, mixing, contact = _first(stepper, start, watch), Mixing(), None
+    iterate, mixing, contact = _first(stepper, start, watch), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
     for iteration in range(1, _MOST + 1):
-        solved = _linearised(stepper, start, found, contact, (last, contraction), watch=watch)
+        solved = _linearised(stepper, start, iterate, contact, (last, contraction), watch=watch)
         contact, contraction = solved.contact, solved.contraction
         slow = slow + 1 if solved.error > _SLOW * last else 0
         if slow >= (_LITTLE if renewals else _PATIENCE):
@@ -118,17 +118,17 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
             # Nothing may hold the old factors while new ones are made: in space both would not fit into memory.
             mixing, contact = Mixing(), None
             del stepper
-            stepper, renewals, slow, last = factors.renew(found.body, rough=False), renewals + 1, 0, np.inf
+            stepper, renewals, slow, last = factors.renew(iterate.body, rough=False), renewals + 1, 0, np.inf
             continue
-        end = found.unknown + solved.change
+        end = iterate.unknown + solved.change
         mixed = mixing.next(end, solved.residual)
         # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
         is_end = contraction * solved.error <= _TOLERANCE
-        found, reached = _towards(stepper, start, found, end if is_end else mixed, watch)
+        iterate, reached = _towards(stepper, start, iterate, end if is_end else mixed, watch)
         last = solved.error
-        if is_end and reached and _error(stepper, found, solved) <= _TOLERANCE:
-            return found, contact, iteration
-    raise _failure(stepper, start, found, solved)
+        if is_end and reached and _error(stepper, iterate, solved) <= _TOLERANCE:
+            return iterate, contact, iteration
+    raise _failure(stepper, start, iterate, solved)
 
 
 def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
@@ -141,14 +141,14 @@ def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
     best = None
     for tried in (unknown, np.zeros_like(unknown)):
         try:
-            found = _at(stepper, start, tried, before.large_body, watch)
+            iterate = _at(stepper, start, tried, before.large_body, watch)
         except FingerslipError as error:
             too_far = error
             continue
         if scheme.inertia_factor:
-            return found
+            return iterate
         # A static change goes on as before only where this is nearer to equilibrium: not where a body turns far.
-        best = found if best is None or np.linalg.norm(found.residual) < np.linalg.norm(best.residual) else best
+        best = iterate if best is None or np.linalg.norm(iterate.residual) < np.linalg.norm(best.residual) else best
     if best is None:
         raise ConvergenceError(start.time, -1, np.inf, _TOLERANCE, f"{too_far}; try a smaller time step", _PROBLEM)
     return best
@@ -157,9 +157,9 @@ def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
 def _linearised(
     stepper: Stepper,
     start: Prediction,
-    found: _Iterate,
+    iterate: _Iterate,
     earlier: ContactStep | None,
-    known: tuple[float, float],
+    factors: tuple[float, float],
     *,
     watch: Stopwatch,
 ) -> _Linearised:
@@ -168,22 +168,22 @@ def _linearised(
     Contact is searched from that of an earlier iteration. It is as exact as the iterate needs, whose error is expected
     from the error of the iteration before and the contraction that are `known`, until contact tells it.
     """
-    last, contraction = known
+    last, contraction = factors
     here = replace(
         start,
-        free=Predictor(found.displacement, found.velocity),
-        moved=found.moved,
-        pose=found.pose,
-        right_hand_side=found.residual,
+        free=Predictor(iterate.displacement, iterate.velocity),
+        moved=iterate.moved,
+        pose=iterate.pose,
+        right_hand_side=iterate.residual,
     )
     with watch.part("substitution"):
-        halfway = stepper.condensed.forward(found.residual)
+        halfway = stepper.condensed.forward(iterate.residual)
     local, goal = halfway.local[stepper.rows], _goal(contraction * last, contraction)
     for _ in range(2):
         with watch.part("contact"):
             contact = solve_step(stepper, here, local, earlier=earlier, goal=goal)
         force = weighted_forces(stepper, contact)
-        residual, size = _with_contact(stepper, found, force)
+        residual, size = _with_contact(stepper, iterate, force)
         error = float(np.linalg.norm(residual)) / size
         contraction = min(error / last, 1.0) if np.isfinite(last) else _USUAL
         earlier, goal = contact, _goal(error, contraction)
@@ -204,27 +204,27 @@ def _goal(error: float, contraction: float) -> float:
     return min(max(_OF_ERROR * error, _AT_END), _COARSEST)
 
 
-def _with_contact(stepper: Stepper, found: _Iterate, force: Array) -> tuple[Array, float]:
+def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Array, float]:
     """Return the residual (n,) of an iterate with contact forces (n_c, dim), and the scale of all forces [N]."""
     system = stepper.system
-    pushed = system.pushed(force, found.pose)
-    residual = found.residual + pushed
+    pushed = system.pushed(force, iterate.pose)
+    residual = iterate.residual + pushed
     residual[system.unknowns.moving] = 0.0
-    return residual, max(found.size, float(np.linalg.norm(pushed)))
+    return residual, max(iterate.size, float(np.linalg.norm(pushed)))
 
 
 def _towards(
-    stepper: Stepper, start: Prediction, found: _Iterate, aim: Array, watch: Stopwatch
+    stepper: Stepper, start: Prediction, iterate: _Iterate, aim: Array, watch: Stopwatch
 ) -> tuple[_Iterate, bool]:
     """Return the iterate at an unknown (n,), or as near as cells let it go, and whether it was reached."""
-    change = aim - found.unknown
+    change = aim - iterate.unknown
     for halved in range(_HALVINGS):
         try:
-            unknown = aim if not halved else found.unknown + 0.5**halved * change
-            return _at(stepper, start, unknown, found.body, watch), not halved
+            unknown = aim if not halved else iterate.unknown + 0.5**halved * change
+            return _at(stepper, start, unknown, iterate.body, watch), not halved
         except FingerslipError as error:
             too_far = error
-    raise _failure(stepper, start, found, None, too_far)
+    raise _failure(stepper, start, iterate, None, too_far)
 
 
 def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, watch: Stopwatch) -> _Iterate:
@@ -251,19 +251,19 @@ def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, wa
     return _Iterate(unknown, displacement, velocity, moved, pose, body, residual, size)
 
 
-def _error(stepper: Stepper, found: _Iterate, solved: _Linearised) -> float:
+def _error(stepper: Stepper, iterate: _Iterate, solved: _Linearised) -> float:
     """Return the error of an iterate with the contact forces that led to it, relative to the forces."""
-    residual, size = _with_contact(stepper, found, solved.force)
-    return max(float(np.linalg.norm(residual)) / size, _curvature_error(stepper, found, solved.contact))
+    residual, size = _with_contact(stepper, iterate, solved.force)
+    return max(float(np.linalg.norm(residual)) / size, _curvature_error(stepper, iterate, solved.contact))
 
 
-def _curvature_error(stepper: Stepper, found: _Iterate, contact: ContactStep) -> float:
+def _curvature_error(stepper: Stepper, iterate: _Iterate, contact: ContactStep) -> float:
     """Return by how much forces would change, over the largest, with the gaps of counterfaces as they are."""
     pressing = contact.solution.forces[:, 0]
     if stepper.constant_frames is not None or not pressing.any():
         return 0.0
     candidates, counterfaces = stepper.system.candidates, stepper.system.counterfaces
-    points = candidates.positions + found.moved if found.pose is None else found.pose.points
+    points = candidates.positions + iterate.moved if iterate.pose is None else iterate.pose.points
     gaps = counterfaces.gaps(points, candidates.counterface)
     missed = candidates.normal_stiffness * np.abs(gaps - contact.relative[:, 0])
     return float(missed[pressing > 0.0].max() / pressing.max())
@@ -272,17 +272,17 @@ def _curvature_error(stepper: Stepper, found: _Iterate, contact: ContactStep) ->
 def _failure(
     stepper: Stepper,
     start: Prediction,
-    found: _Iterate,
+    iterate: _Iterate,
     solved: _Linearised | None,
     too_far: FingerslipError | None = None,
 ) -> ConvergenceError:
     """Return the error of a step that was not solved."""
     system = stepper.system
-    residual = found.residual if solved is None else solved.residual
+    residual = iterate.residual if solved is None else solved.residual
     dofs = np.append(system.unknowns.free, -1)
     worst = dofs[min(int(np.argmax(np.abs(residual))), dofs.size - 1)]
     advice = "try a smaller time step, a finer or more regular mesh, or softer contact penalties"
     if too_far is not None:
         advice = f"{too_far}; {advice}"
-    error = np.inf if solved is None else _error(stepper, found, solved)
+    error = np.inf if solved is None else _error(stepper, iterate, solved)
     return ConvergenceError(start.time, int(worst) // system.space.dim, error, _TOLERANCE, advice, _PROBLEM)

@@ -37,9 +37,9 @@ class BodyRecords:
 
     def part(self, steps: slice) -> BodyRecords:
         """Return the records of some steps."""
-        found = copy.copy(self)
-        vars(found).update(_times=self._times[steps], moved=self.moved[:, steps])
-        return found
+        records = copy.copy(self)
+        vars(records).update(_times=self._times[steps], moved=self.moved[:, steps])
+        return records
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces move otherwise from now on."""
@@ -60,9 +60,9 @@ class BodyRecords:
         if motions:
             values["counterface_velocity"] += np.stack([motion.velocity(self._times) for motion in motions], axis=1)
         for column, freedom in enumerate(self._system.unknowns.rigid):
-            for name, own in zip(("displacement", "velocity"), self.moved[:2, :, column], strict=True):
+            for name, values_of_body in zip(("displacement", "velocity"), self.moved[:2, :, column], strict=True):
                 for face in freedom.faces:
-                    values[f"counterface_{name}"][:, face] += own[:, None] * freedom.shift
+                    values[f"counterface_{name}"][:, face] += values_of_body[:, None] * freedom.shift
             self._add_to_body(values, freedom, self.moved[:, :, column])
         for number, faces in enumerate(self._faces):
             for name in ("displacement", "velocity") if faces else ():
@@ -75,12 +75,14 @@ class BodyRecords:
         number = self._names.index(freedom.body)
         # The only axis of rotation in the plane is z.
         axis = freedom.axis if self._system.space.dim == 3 or not freedom.turns else 0
-        for name, own in zip(_TURNS if freedom.turns else _SHIFTS, moved, strict=True):
-            values[name][:, number, axis] = own
+        for name, component in zip(_TURNS if freedom.turns else _SHIFTS, moved, strict=True):
+            values[name][:, number, axis] = component
 
     def rotations(self, steps: slice) -> Array:
         """Return the angles of bodies with counterfaces in some steps, (n_steps, r) [rad]."""
-        return self.moved[0, steps][:, [own.turns and bool(own.faces) for own in self._system.unknowns.rigid]]
+        return self.moved[0, steps][
+            :, [freedom.turns and bool(freedom.faces) for freedom in self._system.unknowns.rigid]
+        ]
 
     def arms(self, moved: Array) -> Array:
         """Return the lever arms of the candidates about the centres of their bodies, (n_steps, n_c, dim) [m].
@@ -88,8 +90,8 @@ class BodyRecords:
         Arrays: moved (n_steps, n_c, dim) [m].
         """
         candidates = self._system.candidates
-        found: Array = candidates.positions - self._centres[candidates.counterface] + moved
-        return found
+        result: Array = candidates.positions - self._centres[candidates.counterface] + moved
+        return result
 
     def complete_forces(self, values: dict[str, Any]) -> None:
         """Sum up what the contacts exert on the bodies, the opposite of what acts on the deformable ones."""
@@ -109,5 +111,5 @@ def moments(arms: Array, forces: Array) -> Array:
     """
     if arms.shape[-1] == 3:
         return np.cross(arms, forces)
-    found: Array = arms[..., :1] * forces[..., 1:] - arms[..., 1:] * forces[..., :1]
-    return found
+    about_z: Array = arms[..., :1] * forces[..., 1:] - arms[..., 1:] * forces[..., :1]
+    return about_z

@@ -59,11 +59,11 @@ def _warn_of_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
     # Without inertia there is no motion that could take up energy: what is booked there is the error of a large step.
     if not history["kinetic_energy"].values.any():
         return
-    made, share = made_energy(history)
+    energy, share = made_energy(history)
     if share > _MADE_ENERGY:
         _logger.warning(
             "time steps have made %.3g J, %.0f %% of the largest energy: take %s",
-            *(made, 100 * share, " or ".join(_remedies(stepper))),
+            *(energy, 100 * share, " or ".join(_remedies(stepper))),
         )
 
 

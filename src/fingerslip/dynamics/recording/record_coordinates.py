@@ -51,7 +51,9 @@ def record_coordinates(model: Model, system: System, times: Array, snapshot_time
         "rigid_body_centre": body_centres(model)[0],
         "support": np.array(list(model.supports), dtype=str),
         "counterface_normal": np.reshape([counterface.unit_normal for counterface in counterfaces], (-1, dim)),
-        "counterface_friction_coefficient": np.array([own.friction.coefficient for own in model.contacts], dtype=float),
+        "counterface_friction_coefficient": np.array(
+            [element.friction.coefficient for element in model.contacts], dtype=float
+        ),
         "contact_node": candidates.nodes,
         "contact_counterface": candidates.counterface,
         "contact_position": positions[candidates.nodes],
@@ -82,7 +84,7 @@ def _edge_distances(model: Model, system: System) -> Array:
     held[system.free] = False
     distances = np.zeros(len(candidates.nodes))
     for number, contact in enumerate(model.contacts):
-        own = candidates.counterface == number
-        nodes, components = candidates.nodes[own], held.reshape(-1, system.space.dim)
-        distances[own] = free_edge_distances(system.space, contact.boundary, components, nodes)
+        rows = candidates.counterface == number
+        nodes, components = candidates.nodes[rows], held.reshape(-1, system.space.dim)
+        distances[rows] = free_edge_distances(system.space, contact.boundary, components, nodes)
     return distances

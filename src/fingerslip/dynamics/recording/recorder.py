@@ -107,9 +107,9 @@ class Recorder:
             "cell": system.space.mesh.nelements,
         }
         self.values: dict[str, Any] = {
-            name: np.zeros([sizes[dim] for dim in known.dims], dtype=record_type(name))
-            for name, known in VARIABLES.items()
-            if snapshots or "snapshot_time" not in known.dims
+            name: np.zeros([sizes[dim] for dim in variable.dims], dtype=record_type(name))
+            for name, variable in VARIABLES.items()
+            if snapshots or "snapshot_time" not in variable.dims
         }
         self.values |= record_coordinates(model, system, times, times[snapshots])
 
@@ -121,8 +121,8 @@ class Recorder:
     @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
-        kept: list[Array] = [*(getattr(self, name) for name in _KEPT), *self._supports.kept.values()]
-        return sum(array.nbytes for array in kept) + sum(np.asarray(value).nbytes for value in self.values.values())
+        arrays: list[Array] = [*(getattr(self, name) for name in _KEPT), *self._supports.kept.values()]
+        return sum(array.nbytes for array in arrays) + sum(np.asarray(value).nbytes for value in self.values.values())
 
     def record(self, state: State) -> None:
         """Record the next state."""
@@ -153,8 +153,8 @@ class Recorder:
         self._snapshots.carry(self.values)
         steps = slice(start, end)
         snapshots, shots = self._snapshots.part(start, end)
-        found = copy.copy(self)
-        vars(found).update(
+        recorder = copy.copy(self)
+        vars(recorder).update(
             values={name: self._part_of(name, value, steps, shots) for name, value in self.values.items()},
             _times=self._times[steps],
             _strains=self._strains[steps],
@@ -165,8 +165,8 @@ class Recorder:
             _snapshots=snapshots,
             _is_part=True,
         )
-        found.complete()
-        return found
+        recorder.complete()
+        return recorder
 
     def _part_of(self, name: str, value: Any, steps: slice, shots: slice) -> Any:
         """Return a copy of the records of some steps, or of snapshots."""
@@ -206,7 +206,7 @@ class Recorder:
             self.values["stress"][:] = self._sites.stresses(self._strains)
             self.values["strain"][:] = self._sites.tensors(self._strains)
             self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
-        self.values |= {name: own.copy() for name, own in zip(_ENERGIES, self._energies.T, strict=True)}
+        self.values |= {name: energy.copy() for name, energy in zip(_ENERGIES, self._energies.T, strict=True)}
         self._bodies.complete_motion(self.values)
         self._supports.complete(self.values)
         candidates = self._system.candidates
@@ -248,10 +248,10 @@ class Recorder:
         near, touching = self._near.read(observed), self._touching.read(observed)
         strains[:] = (self._at_sites.strain @ near[0].T).T.reshape(strains.shape)
         self._supports.follow(steps, observed[..., self._beside])
-        for name, around, own in zip(_FIELDS, near, touching, strict=True):
+        for name, around, values_of_contact in zip(_FIELDS, near, touching, strict=True):
             sites, contact = self.values[name][steps], self.values[f"contact_{name}"][steps]
             sites[:] = (self._at_sites.motion @ around.T).T.reshape(sites.shape)
-            contact[:] = own.reshape(contact.shape)
+            contact[:] = values_of_contact.reshape(contact.shape)
 
     def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
         """Return all strains of points (n_times, k, m) [-] with their dashpots."""
@@ -293,8 +293,8 @@ class Recorder:
 
 
 def _first_dimension(name: str) -> str:
-    known = VARIABLES.get(name) or COORDINATES[name]
-    return known.dims[0] if known.dims else ""
+    variable = VARIABLES.get(name) or COORDINATES[name]
+    return variable.dims[0] if variable.dims else ""
 
 
 def _is_over_time(name: str) -> bool:

@@ -85,8 +85,8 @@ def remembered(system: System, viscous: Sequence[Viscous], state: State, recover
         return strains
 
     def relax(material: Elastic, strains: Array, points: NDArray[np.int64]) -> Relaxed:
-        known = zip(viscous, state.memories, strict=True)
-        memory = next(memory for own, memory in known if own.layers.belongs_to(material))
+        pairs = zip(viscous, state.memories, strict=True)
+        memory = next(memory for layer, memory in pairs if layer.layers.belongs_to(material))
         dashpots = np.stack([read(field, points) for field in memory.dashpots[:, 0]])
         if not memory.across.size:
             return Relaxed(in_space(strains), in_space(dashpots))

@@ -48,9 +48,9 @@ class SnapshotRecords:
         """Return the records of the snapshots from one step to before another, and which ones these are."""
         steps = [step for step in self._numbers if start <= step < end]
         first = self._numbers[steps[0]] if steps else 0
-        found = copy.copy(self)
-        vars(found).update(_numbers={step: number for number, step in enumerate(steps)}, _waiting=[])
-        return found, slice(first, first + len(steps))
+        records = copy.copy(self)
+        vars(records).update(_numbers={step: number for number, step in enumerate(steps)}, _waiting=[])
+        return records, slice(first, first + len(steps))
 
     def record(self, step: int, state: State, values: dict[str, Any]) -> None:
         """Keep the motion of a step, if there is a snapshot of it."""
@@ -73,8 +73,8 @@ class SnapshotRecords:
         on_mesh = self._system.coordinates.on_mesh(np.stack(fields).T).T.reshape(len(waiting), 2, -1)
         for (number, *_), (displacement, velocity) in zip(waiting, on_mesh, strict=True):
             for name, field in (("displacement", displacement), ("velocity", velocity)):
-                place = values[f"snapshot_{name}"][number]
-                place[:] = field.reshape(place.shape)
+                target = values[f"snapshot_{name}"][number]
+                target[:] = field.reshape(target.shape)
 
     def complete(self, values: dict[str, Any]) -> None:
         """Fill in what follows from the motions."""
@@ -109,8 +109,8 @@ def _record(cells: Recovery, strains: Array, which: int | slice, values: dict[st
 def _record_tensors(which: int | slice, stresses: Array, strains: Array, values: dict[str, Any]) -> None:
     """Record stresses [Pa] and strains [-] of all cells (..., n_cells, 4 or 6) in snapshots."""
     for name, tensors in (("stress", stresses), ("strain", strains)):
-        place = values[f"snapshot_{name}"][which]
+        target = values[f"snapshot_{name}"][which]
         # What is computed lies in memory component by component.
-        for component in range(place.shape[-1]):
-            place[..., component] = tensors[..., component]
+        for component in range(target.shape[-1]):
+            target[..., component] = tensors[..., component]
     values["snapshot_von_mises"][which] = von_mises(stresses)

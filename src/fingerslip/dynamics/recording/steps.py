@@ -96,10 +96,10 @@ def record_bytes(model: Model, nodes: int, candidates: int) -> int:
         "node": nodes,
         "cell": model.mesh.nelements,
     }
-    kept = 8 * count * (len(model.record.sites) * STRAIN_COMPONENTS[dim] + candidates)
-    return kept + sum(
-        np.dtype(record_type(name)).itemsize * math.prod(sizes[size] for size in known.dims)
-        for name, known in VARIABLES.items()
+    selected = 8 * count * (len(model.record.sites) * STRAIN_COMPONENTS[dim] + candidates)
+    return selected + sum(
+        np.dtype(record_type(name)).itemsize * math.prod(sizes[size] for size in variable.dims)
+        for name, variable in VARIABLES.items()
     )
 
 

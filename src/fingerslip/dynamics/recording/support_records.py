@@ -41,9 +41,9 @@ class SupportRecords:
 
     def part(self, steps: slice) -> SupportRecords:
         """Return the records of some steps."""
-        found = copy.copy(self)
-        vars(found).update(_held=self._held[:, steps])
-        return found
+        records = copy.copy(self)
+        vars(records).update(_held=self._held[:, steps])
+        return records
 
     def record(self, step: int, state: State) -> None:
         """Keep the loads and contact forces on what is held."""
@@ -94,11 +94,11 @@ class SupportRecords:
         """Fill in the forces of the supports."""
         elastic, inertia, others = self._held
         force = elastic + others
-        found = values["support_force"].reshape(force.shape)
+        forces = values["support_force"].reshape(force.shape)
         unbalance = -inertia[0] - self._taken_up
         for step in range(len(force)):
             for moved in [*self._passed.get(step, []), *([inertia[step]] if step else [])]:
                 unbalance = (self._scheme.start_weight * unbalance - moved) / self._scheme.end_weight
-            found[step] = force[step] - unbalance
+            forces[step] = force[step] - unbalance
             if not step and self._taken_up.any():
                 unbalance = unbalance + start_push(self._scheme) / self._scheme.start_weight * self._taken_up

@@ -88,8 +88,8 @@ class _Maker:
     def kept(self) -> CraigBampton | None:
         """Return the basis that is kept, if any."""
         arrays = None if self.store is None else self.store.load(self._key)
-        known: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
-        return CraigBampton(**known) if known else None
+        arguments: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
+        return CraigBampton(**arguments) if arguments else None
 
     def keep(self, basis: CraigBampton) -> None:
         """Keep a basis for other runs."""
@@ -113,12 +113,12 @@ class _Maker:
     @cached_property
     def _key(self) -> str:
         """What decides the basis, hashed: matrices, and with them mesh and materials, interface, loads."""
-        parts: list[Any] = [_VERSION, self.body.interface, self.rows]
+        inputs: list[Any] = [_VERSION, self.body.interface, self.rows]
         for matrix in (self.body.stiffness, self.body.mass):
-            parts += [matrix.indptr, matrix.indices, matrix.data]
+            inputs += [matrix.indptr, matrix.indices, matrix.data]
         for system in self.motions.systems:
-            parts += [system.initial_velocity, *(load.forces for load in system.loads)]
-        return digest(*parts)
+            inputs += [system.initial_velocity, *(load.forces for load in system.loads)]
+        return digest(*inputs)
 
 
 def march_reduced(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Marched | None:
@@ -163,19 +163,19 @@ def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> 
         tried, basis = _begun(motions.first, maker, wanted)
     if tried is not None and len(motions.models) == 1:
         return tried
-    marched, found = _suitable(motions, maker, basis, wanted)
-    if found is not basis:
-        maker.keep(found)
+    marched, suitable = _suitable(motions, maker, basis, wanted)
+    if suitable is not basis:
+        maker.keep(suitable)
     return marched
 
 
 def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Marched | None, CraigBampton]:
     """Return the basis that is kept, or a motion and the basis that suffices for it, which is kept from now on."""
     with first.watch.part("basis"):
-        kept = maker.kept()
-        basis = kept or maker.make(_FEWEST)
-    if kept is not None:
-        return None, kept
+        stored = maker.kept()
+        basis = stored or maker.make(_FEWEST)
+    if stored is not None:
+        return None, stored
     marched, basis = _suitable(first, maker, basis, wanted)
     maker.keep(basis)
     return marched, basis

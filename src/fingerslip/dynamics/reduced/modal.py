@@ -49,8 +49,8 @@ class ModalFactor:
         if forces.ndim == 1:
             return self.divide(add_rows(total, self.interface, outside))
         # Forces of nodes that have left act on the interface: on few of its unknowns, if any.
-        there = np.flatnonzero(outside.any(axis=1))
-        return self.divide(total + self.interface[there].T @ outside[there] if there.size else total)
+        rows = np.flatnonzero(outside.any(axis=1))
+        return self.divide(total + self.interface[rows].T @ outside[rows] if rows.size else total)
 
     def divide(self, forces: Array) -> Array:
         """Return D^-1 b for forces on the coordinates, (m,) or (m, k)."""

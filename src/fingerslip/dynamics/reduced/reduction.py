@@ -88,9 +88,9 @@ class ReducedCoordinates:
 
         It may read the interface and the further rows of the basis alone.
         """
-        found: Array = matrix[:, self.basis.interface] @ self.basis.at_interface
-        found += matrix[:, self.basis.rows] @ self.basis.at_rows
-        return found
+        product: Array = matrix[:, self.basis.interface] @ self.basis.at_interface
+        product += matrix[:, self.basis.rows] @ self.basis.at_rows
+        return product
 
     def _at(self, unknowns: Indices, skip: NDArray[np.bool_] | None = None) -> Indices:
         """Return where unknowns (k,) of the mesh stand among the interface, but for some that are skipped."""
@@ -103,8 +103,8 @@ class ReducedCoordinates:
 
 def interface_unknowns(systems: Sequence[System]) -> Indices:
     """Return the unknowns of contact candidates and rigid bodies of systems, ascending, shape (p,)."""
-    found = [system.relative.indices for system in systems]
-    return np.unique(np.concatenate([*found, systems[0].coordinates.rigid])).astype(np.int64)
+    unknowns = [system.relative.indices for system in systems]
+    return np.unique(np.concatenate([*unknowns, systems[0].coordinates.rigid])).astype(np.int64)
 
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
@@ -112,8 +112,10 @@ def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Ind
     outside = [sparse.csr_matrix(outsider.relative).indices for system in systems for outsider in system.outsiders]
     regions = [tuple(site.region for site in model.record.sites) for model in models]
     # Motions mostly record the same sites.
-    recorded = {(system.site_nodes.tobytes(), own): (system, own) for system, own in zip(systems, regions, strict=True)}
-    at_sites = [_unknowns_of_sites(system, own) for system, own in recorded.values()]
+    recorded = {
+        (system.site_nodes.tobytes(), region): (system, region) for system, region in zip(systems, regions, strict=True)
+    }
+    at_sites = [_unknowns_of_sites(system, region) for system, region in recorded.values()]
     return np.setdiff1d(np.concatenate([*outside, *at_sites]), interface_unknowns(systems)).astype(np.int64)
 
 
@@ -121,15 +123,17 @@ def _unknowns_of_sites(system: System, regions: Sequence[str | None]) -> Indices
     """Return the unknowns that displacements and strains at the sites of a system read."""
     strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
     sites = vector_dofs(system.site_nodes, system.space.dim).ravel()
-    taken = system.coordinates.components(np.union1d(sites, strained.indices))
-    found: Indices = taken.rows[~taken.held]
-    return found
+    components = system.coordinates.components(np.union1d(sites, strained.indices))
+    unknowns: Indices = components.rows[~components.held]
+    return unknowns
 
 
 def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Array]:
     """Return what a basis has to hold beside contact and vibrations: responses to loads, and how motions start."""
     forces = {load.forces.tobytes(): load.forces for system in systems for load in system.loads if load.forces.any()}
-    velocities = {own.tobytes(): own for own in (system.initial_velocity for system in systems) if own.any()}
+    velocities = {
+        element.tobytes(): element for element in (system.initial_velocity for system in systems) if element.any()
+    }
     if not (forces or velocities):
         return []
     # Loads and stiffness damping accelerate the body at the start.
@@ -179,8 +183,8 @@ def _matrices(system: System, body: StaticResponses, basis: CraigBampton) -> _Ma
 
 def _reduced_rows(rows: sparse.csr_matrix | Array, body: StaticResponses, basis: CraigBampton) -> Array:
     """Return a linear map (r, n) of the mesh's unknowns as one of coordinates and interface, shape (r, m + p)."""
-    found = basis.project(body, np.asarray(sparse.csr_matrix(rows).T.todense()))
-    return np.hstack([found.T, np.zeros((rows.shape[0], basis.interface.size))])
+    projected = basis.project(body, np.asarray(sparse.csr_matrix(rows).T.todense()))
+    return np.hstack([projected.T, np.zeros((rows.shape[0], basis.interface.size))])
 
 
 def _none(basis: CraigBampton) -> Array:

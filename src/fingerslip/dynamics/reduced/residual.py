@@ -183,7 +183,7 @@ class _MotionError:
 
 def _free_rows(system: System, dofs: NDArray[np.int64]) -> sparse.csr_matrix:
     """Return the map (k, n) from unknowns of the mesh to those degrees of freedom that are free."""
-    taken = system.coordinates.components(dofs)
-    rows = taken.rows[~taken.held]
+    components = system.coordinates.components(dofs)
+    rows = components.rows[~components.held]
     at = np.arange(rows.size), rows
     return sparse.csr_matrix((np.ones(rows.size), at), shape=(rows.size, system.mass.shape[0]))

@@ -61,8 +61,8 @@ def static_body(
     """
     _check_kind(model)
     surface = _surface(model, reach, hidden, patch)
-    found = _answers(surface.stiffness, surface.reads, solver or preferred_solver())
-    return StaticBody(surface.nodes, surface.positions, surface.area, *found[:2], surface.watched, found[2])
+    answers = _answers(surface.stiffness, surface.reads, solver or preferred_solver())
+    return StaticBody(surface.nodes, surface.positions, surface.area, *answers[:2], surface.watched, answers[2])
 
 
 class _Surface(NamedTuple):
@@ -84,14 +84,16 @@ def _surface(model: Model, reach: float, hidden: float, patch: float) -> _Surfac
     """Return what is needed of the system of a model; the rest, as large as the stiffness, ends with this call."""
     system = build_system(model)
     area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
-    kept, others = _split_boundary(model, system, reach, hidden)
-    middles, means = patches(system.space.positions[kept], area[kept], patch)
-    of_kept, at_sites, at_others = (_displacements_of(system, own) for own in (kept, system.site_nodes, others))
+    remaining, others = _split_boundary(model, system, reach, hidden)
+    middles, means = patches(system.space.positions[remaining], area[remaining], patch)
+    of_kept, at_sites, at_others = (
+        _displacements_of(system, nodes) for nodes in (remaining, system.site_nodes, others)
+    )
     of_patches = sparse.csr_matrix(sparse.kron(means, sparse.eye(system.space.dim)) @ of_kept)
-    positions, watched = means @ system.space.positions[kept], system.space.positions[others]
-    total = np.asarray((means > 0).astype(float) @ area[kept])
+    positions, watched = means @ system.space.positions[remaining], system.space.positions[others]
+    total = np.asarray((means > 0).astype(float) @ area[remaining])
     reads = (of_patches, at_sites, at_others)
-    return _Surface(system.stiffness, reads, kept[middles], positions, total, watched)
+    return _Surface(system.stiffness, reads, remaining[middles], positions, total, watched)
 
 
 def _check_kind(model: Model) -> None:

@@ -87,13 +87,13 @@ def march_static(
     times = _times(setting.motion, step)
     shifts, records = setting.motion.displacement(times), _Records(body, setting, times.size)
     gaps = setting.counterfaces.gaps(setting.candidates.positions, setting.candidates.counterface)
-    state, kept = rest_state(setting.candidates, gaps), None
+    state, working_set = rest_state(setting.candidates, gaps), None
     fallen, last = np.zeros(len(setting.plate.axes)), times.size - 1
     for number in range(1, times.size):
         time = float(times[number])
         unheld = setting.plate.unheld(time, fallen)
         free = _free_motion(setting, shifts[number] + setting.plate.shift(unheld))
-        state, kept, iterations = _taken(setting, state, kept, free, (step if number > 1 else 0.0, time))
+        state, working_set, iterations = _taken(setting, state, working_set, free, (step if number > 1 else 0.0, time))
         fallen = setting.plate.held(unheld, records.take(number, state, iterations))
         shifts[number] += setting.plate.shift(fallen)
         if np.linalg.norm(fallen) > farthest:
@@ -128,8 +128,8 @@ def _setting(
     counterfaces = Counterfaces((plane,), (contact.friction,))
     frames = counterfaces.frames(candidates.positions, candidates.counterface)
     stiffness = [candidates.normal_stiffness, *[candidates.tangential_stiffness] * 2]
-    own = free.added(np.ascontiguousarray(body.compliance[np.ix_(_dofs(rows), _dofs(rows))]))
-    compliance = Compliance(own, 1.0 / np.stack(stiffness, 1), frames)
+    element = free.added(np.ascontiguousarray(body.compliance[np.ix_(_dofs(rows), _dofs(rows))]))
+    compliance = Compliance(element, 1.0 / np.stack(stiffness, 1), frames)
     return _Setting(rows, candidates, counterfaces, motion, frames, compliance, free)
 
 
@@ -159,7 +159,7 @@ def _free_motion(setting: _Setting, shift: Floats) -> Floats:
 def _taken(
     setting: _Setting,
     before: InterfaceState,
-    kept: WorkingSet | Piece | None,
+    working_set: WorkingSet | Piece | None,
     free: Floats,
     over: tuple[float, float],
 ) -> tuple[InterfaceState, WorkingSet | Piece | None, int]:
@@ -168,27 +168,31 @@ def _taken(
     `over` is the length of the step before, 0 where there is none, and the time at the end of this one [s].
     """
     candidates, compliance = setting.candidates, setting.compliance
-    given = conditions(candidates, before, *over)
-    friction = setting.counterfaces.coefficients(given, candidates.counterface)
+    limits = conditions(candidates, before, *over)
+    friction = setting.counterfaces.coefficients(limits, candidates.counterface)
     problem = contact_problem(candidates, before, free)
-    found, kept = _contact(compliance, problem, friction, before, kept)
-    if not found.residual <= TOLERANCE:
-        node = int(candidates.nodes[found.worst])
-        raise ConvergenceError(over[1], node, found.residual, TOLERANCE, "try another time step, or less friction")
-    response = compliance.response(found.forces) if found.response is None else found.response
+    solution, working_set = _contact(compliance, problem, friction, before, working_set)
+    if not solution.residual <= TOLERANCE:
+        node = int(candidates.nodes[solution.worst])
+        raise ConvergenceError(over[1], node, solution.residual, TOLERANCE, "try another time step, or less friction")
+    response = compliance.response(solution.forces) if solution.response is None else solution.response
     stretch = np.ones((len(free), 2))
     after = settle(
-        candidates, before, found.forces, free + response, friction_coefficient=friction, stretch=stretch, work=0.0
+        candidates, before, solution.forces, free + response, friction_coefficient=friction, stretch=stretch, work=0.0
     )
-    return after.state, kept, found.iterations
+    return after.state, working_set, solution.iterations
 
 
 def _contact(
-    compliance: Compliance, problem: Floats, friction: Floats, before: InterfaceState, kept: WorkingSet | Piece | None
+    compliance: Compliance,
+    problem: Floats,
+    friction: Floats,
+    before: InterfaceState,
+    working_set: WorkingSet | Piece | None,
 ) -> tuple[ContactSolution, WorkingSet | Piece | None]:
     """Return the contact forces of a step, and what the next one starts from."""
     if problem.size > _FEW:
-        return solve_contact(compliance, problem, friction, before.forces, GOAL, working_set=kept)
+        return solve_contact(compliance, problem, friction, before.forces, GOAL, working_set=working_set)
     return solve_friction(compliance.matrix, problem, friction, before.forces, GOAL), None
 
 

@@ -44,18 +44,18 @@ class FreePlate:
         Arrays: time [s]; before (k,) [m].
         """
         force = [sum(value * ramp.at(time) for value, ramp in load) for load in self.loads]
-        found: Floats = self.compliance * (np.array(force) + self.drag * before)
-        return found
+        displacement: Floats = self.compliance * (np.array(force) + self.drag * before)
+        return displacement
 
     def held(self, unheld: Floats, force: Floats) -> Floats:
         """Return the displacements (k,) [m] with a contact force (3,) on the body [N]."""
-        found: Floats = unheld - self.compliance * (self.axes @ force)
-        return found
+        displacement: Floats = unheld - self.compliance * (self.axes @ force)
+        return displacement
 
     def shift(self, displacements: Floats) -> Floats:
         """Return the displacement of the plate (3,) [m] for those along its axes (k,)."""
-        found: Floats = displacements @ self.axes
-        return found
+        result: Floats = displacements @ self.axes
+        return result
 
     def added(self, compliance: Floats) -> Floats:
         """Return the compliance of contact nodes (n_c * 3, n_c * 3) with that of the plate [m/N]."""

@@ -58,8 +58,8 @@ def patches(points: Floats, area: Floats, distance: float) -> tuple[Integers, sp
         places = np.asarray(_means(owner, area) @ points)
     owner = cKDTree(places).query(points)[1]
     means = _means(owner, area)
-    own: Integers = cKDTree(points).query(np.asarray(means @ points))[1].astype(np.int64)
-    return own, means
+    nearest: Integers = cKDTree(points).query(np.asarray(means @ points))[1].astype(np.int64)
+    return nearest, means
 
 
 def _apart(points: Floats, distance: float) -> Integers:

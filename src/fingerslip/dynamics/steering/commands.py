@@ -60,8 +60,8 @@ def _faces(model: Model, command: Command) -> tuple[int, ...]:
         return tuple(faces_of(model, command.of))
     boundaries = [contact.boundary for contact in model.contacts]
     if command.of not in boundaries:
-        known = ", ".join([*model.bodies, *boundaries]) or "none"
-        raise InputError("command.of", f"got '{command.of}'", f"the bodies and contacts are: {known}")
+        names = ", ".join([*model.bodies, *boundaries]) or "none"
+        raise InputError("command.of", f"got '{command.of}'", f"the bodies and contacts are: {names}")
     number = boundaries.index(command.of)
     owner = model.contacts[number].rigid_body
     return (number,) if owner is None else tuple(faces_of(model, owner))
@@ -74,8 +74,8 @@ def _components(system: System, values: tuple[float, ...], name: str) -> tuple[f
 
 
 def _moved(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
-    for own in system.unknowns.rigid:
-        if set(own.faces) & set(faces) and abs(float(own.shift @ velocity)) > 0.0:
+    for freedom in system.unknowns.rigid:
+        if set(freedom.faces) & set(faces) and abs(float(freedom.shift @ velocity)) > 0.0:
             fault = "moves along a direction in which the body is free"
             raise InputError("command.velocity", fault, "needs prescribed directions", "write a force there")
     motions = list(system.motions)
@@ -97,20 +97,20 @@ def _pushed(system: System, faces: tuple[int, ...], command: Command) -> System:
     """Return a system in which a command's force takes the place of that of an earlier one."""
     force = np.array(command.force)
     freedoms = [
-        (at, own)
-        for at, own in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
-        if set(own.faces) & set(faces) and not own.turns
+        (at, freedom)
+        for at, freedom in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
+        if set(freedom.faces) & set(faces) and not freedom.turns
     ]
     if not freedoms:
         fault = f"'{command.of}' is free along no direction"
         raise InputError("command.force", fault, "needs a rigid body that is free, or a drive")
     added = np.zeros(system.mass.shape[0])
-    for at, own in freedoms:
-        added[at] = force[0] if own.body is None and force.size == 1 else _along(system, own.shift, command)
+    for at, freedom in freedoms:
+        added[at] = force[0] if freedom.body is None and force.size == 1 else _along(system, freedom.shift, command)
     touched = np.array([at for at, _ in freedoms])
-    kept = tuple(load for load in system.commanded if not load.forces[touched].any())
+    loads = tuple(load for load in system.commanded if not load.forces[touched].any())
     own_load = Load(added, CONSTANT)
-    return replace(system, commanded=(*kept, own_load))
+    return replace(system, commanded=(*loads, own_load))
 
 
 def _along(system: System, shift: Array, command: Command) -> float:

@@ -31,8 +31,8 @@ _REPAIR = "save the simulation again"
 def write_packed(path: Path, value: Any, outside: Mapping[str, NDArray[Any]]) -> None:
     """Write a value to a file, whole or not at all."""
     arrays: dict[str, NDArray[Any]] = {}
-    known = {id(array): name for name, array in outside.items()}
-    tree = json.dumps(_packed(value, arrays, known))
+    names = {id(array): name for name, array in outside.items()}
+    tree = json.dumps(_packed(value, arrays, names))
     write_bytes(path, _zipped(tree, arrays))
 
 
@@ -88,26 +88,31 @@ def _zipped(tree: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:
     return memory.getvalue()
 
 
-def _packed(value: Any, arrays: dict[str, NDArray[Any]], known: dict[int, str]) -> Any:
+def _packed(value: Any, arrays: dict[str, NDArray[Any]], names: dict[int, str]) -> Any:
     if value is None or isinstance(value, bool | int | float | str | np.generic):
         return {"value": value.item() if isinstance(value, np.generic) else value}
     if isinstance(value, np.ndarray):
-        if id(value) not in known:
-            known[id(value)] = f"{len(arrays)}.npy"
-            arrays[known[id(value)]] = value
-        return {"array": known[id(value)]}
+        if id(value) not in names:
+            names[id(value)] = f"{len(arrays)}.npy"
+            arrays[names[id(value)]] = value
+        return {"array": names[id(value)]}
     if isinstance(value, tuple | list):
         kind = "tuple" if isinstance(value, tuple) else "list"
-        return {kind: [_packed(one, arrays, known) for one in value]}
+        return {kind: [_packed(item, arrays, names) for item in value]}
     if isinstance(value, Mapping):
-        return {"mapping": {str(name): _packed(one, arrays, known) for name, one in value.items()}}
+        return {"mapping": {str(name): _packed(item, arrays, names) for name, item in value.items()}}
     if sparse.issparse(value):
-        parts = [np.asarray(value.data), np.asarray(value.indices), np.asarray(value.indptr), list(value.shape)]
-        return {"csr": [_packed(part, arrays, known) for part in parts]}
+        arrays_of_matrix = [
+            np.asarray(value.data),
+            np.asarray(value.indices),
+            np.asarray(value.indptr),
+            list(value.shape),
+        ]
+        return {"csr": [_packed(part, arrays, names) for part in arrays_of_matrix]}
     if dataclasses.is_dataclass(value) and type(value).__module__.startswith(_PACKAGE):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
         mark = f"{type(value).__module__}:{type(value).__qualname__}"
-        return {"of": mark, "fields": {name: _packed(one, arrays, known) for name, one in fields.items()}}
+        return {"of": mark, "fields": {name: _packed(item, arrays, names) for name, item in fields.items()}}
     raise TypeError(f"cannot save a {type(value).__name__}")
 
 
@@ -118,8 +123,8 @@ def _unpacked(tree: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
         case {"array": name}:
             return arrays[name]
         case {"tuple": items} | {"list": items}:
-            found = [_unpacked(item, arrays) for item in items]
-            return found if "list" in tree else tuple(found)
+            items_unpacked = [_unpacked(item, arrays) for item in items]
+            return items_unpacked if "list" in tree else tuple(items_unpacked)
         case {"mapping": items}:
             return {name: _unpacked(item, arrays) for name, item in items.items()}
         case {"csr": items}:

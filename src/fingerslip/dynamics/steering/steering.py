@@ -64,9 +64,9 @@ class Observation:
     @cached_property
     def values(self) -> Mapping[str, Any]:
         """The variables of :data:`fingerslip.history.VARIABLES` over time, at this time, but for `support_force`."""
-        found = self.recorder.part(self.step, self.step + 1).values
-        names = (name for name, known in VARIABLES.items() if known.dims[:1] == ("time",))
-        return {name: found[name][0] for name in names if name in found and name not in _OF_ALL_STEPS}
+        result = self.recorder.part(self.step, self.step + 1).values
+        names = (name for name, variable in VARIABLES.items() if variable.dims[:1] == ("time",))
+        return {name: result[name][0] for name in names if name in result and name not in _OF_ALL_STEPS}
 
     def __getitem__(self, name: str) -> Any:
         """Return a variable at this time."""
@@ -183,8 +183,8 @@ class Simulation:
         if self.is_finished:
             fault, repair = f"is reached, {self.time:g} s", "give the model a later end: time.end"
             raise InputError("end", fault, "is where a simulation ends", repair)
-        for one in (command,) if isinstance(command, Command) else tuple(command):
-            self._follow(one, self._steps.taken)
+        for command_of_step in (command,) if isinstance(command, Command) else tuple(command):
+            self._follow(command_of_step, self._steps.taken)
         self._steps.step()
         return self.observation
 
@@ -245,18 +245,18 @@ class Simulation:
         DamagedError
             For a file that holds no simulation.
         """
-        found = cls(model, threads=threads, solver=solver)
+        simulation = cls(model, threads=threads, solver=solver)
         with contextlib.ExitStack() as stack:
-            stack.callback(found.close)
+            stack.callback(simulation.close)
             try:
-                found._restore(Path(path))
+                simulation._restore(Path(path))
             except FingerslipError:
                 raise
             # What fits in part fails in any way where it does not.
             except Exception as error:
                 raise DamagedError(str(path), "holds no simulation of this model", _REPAIR) from error
             stack.pop_all()
-        return found
+        return simulation
 
     def _restore(self, path: Path) -> None:
         """Go on where another simulation of the model was saved."""
@@ -273,12 +273,12 @@ class Simulation:
         self._steps.course.restore(saved["course"])
         # The factors are made anew, and with them the compliance that the last step's contact refers to.
         again = read_packed(path, self._outside())
-        taken, recorder = again["taken"], self._steps.recorder
+        steps, recorder = again["taken"], self._steps.recorder
         is_whole = is_like(again["state"], self._steps.state) and is_like(again["recorder"], recorder.saved())
-        is_placed = isinstance(taken, int) and 0 <= taken < len(self._steps.times)
-        if not (is_whole and is_placed and again["recorder"]["next"] == taken + 1):
+        is_placed = isinstance(steps, int) and 0 <= steps < len(self._steps.times)
+        if not (is_whole and is_placed and again["recorder"]["next"] == steps + 1):
             raise DamagedError(str(path), "holds another state than this model has", _REPAIR)
-        self._steps.state, self._steps.taken = again["state"], taken
+        self._steps.state, self._steps.taken = again["state"], steps
         recorder.restore(again["recorder"])
 
     def _follow(self, command: Command, step: int) -> None:

@@ -123,12 +123,12 @@ class BySchur:
 
     def forward(self, right_hand_side: Array) -> Halfway:
         """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
-        given = right_hand_side.copy(order="K")
-        given[self.kept] = 0.0
-        vector = self.factor.forward(given)
+        vector_copy = right_hand_side.copy(order="K")
+        vector_copy[self.kept] = 0.0
+        vector = self.factor.forward(vector_copy)
         vector[self.kept] += right_hand_side[self.kept]
-        kept = _symmetric_times(self.inverse, vector[self.kept])
-        return Halfway(vector, kept if self.rows is None else self.rows @ kept, kept)
+        interface = _symmetric_times(self.inverse, vector[self.kept])
+        return Halfway(vector, interface if self.rows is None else self.rows @ interface, interface)
 
     def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
         """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
@@ -143,9 +143,9 @@ class BySchur:
         return self.factor.backward(vector)
 
 
-def _symmetric_times(matrix: Reals, given: Array) -> Array:
+def _symmetric_times(matrix: Reals, vector: Array) -> Array:
     """Return the product of a symmetric matrix (p, p) with a vector, for which half of it is read, or with columns."""
-    return symmetric_product(matrix, given) if given.ndim == 1 else symmetric_products(matrix, given)
+    return symmetric_product(matrix, vector) if vector.ndim == 1 else symmetric_products(matrix, vector)
 
 
 def condense(
@@ -180,25 +180,29 @@ def _condense_by_schur(
 ) -> tuple[Condensed, Reals]:
     """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
     # One analysis tells the memory and serves the factors.
-    kept, solver = np.unique(local.indices).astype(np.int64), solver.series()
-    dense = 8 * max(local.shape[0], kept.size) ** 2
-    parts = {"factors": solver.bytes_around(matrix, kept), "compliance": _COPIES * dense, "history": reserved_bytes}
-    require_memory(parts)
-    factor, inverse = factorise_around(matrix, kept, solver)
-    rows = sparse.csr_matrix(local[:, kept])
-    identity = sparse.identity(kept.size, format="csr")
+    interface, solver = np.unique(local.indices).astype(np.int64), solver.series()
+    dense = 8 * max(local.shape[0], interface.size) ** 2
+    sizes = {
+        "factors": solver.bytes_around(matrix, interface),
+        "compliance": _COPIES * dense,
+        "history": reserved_bytes,
+    }
+    require_memory(sizes)
+    factor, inverse = factorise_around(matrix, interface, solver)
+    rows = sparse.csr_matrix(local[:, interface])
+    identity = sparse.identity(interface.size, format="csr")
     if rows.shape == identity.shape and (rows != identity).nnz == 0:
-        return BySchur(factor, kept, inverse, None), inverse
-    return BySchur(factor, kept, inverse, rows), np.ascontiguousarray(rows @ (rows @ inverse).T)
+        return BySchur(factor, interface, inverse, None), inverse
+    return BySchur(factor, interface, inverse, rows), np.ascontiguousarray(rows @ (rows @ inverse).T)
 
 
 def _map_columns(function: Callable[[Array], Array], columns: sparse.csc_matrix) -> sparse.csc_matrix:
     """Apply a half substitution to sparse columns, some at a time so that memory stays small."""
-    parts = [
+    blocks = [
         sparse.csc_matrix(function(np.asfortranarray(columns[:, start : start + _COLUMNS_AT_ONCE].toarray())))
         for start in range(0, columns.shape[1], _COLUMNS_AT_ONCE)
     ]
-    return sparse.hstack(parts, format="csc") if parts else columns
+    return sparse.hstack(blocks, format="csc") if blocks else columns
 
 
 def _denser(matrix: sparse.csc_matrix) -> Array | sparse.csc_matrix:

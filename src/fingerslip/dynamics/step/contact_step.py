@@ -112,21 +112,21 @@ def _solve_about(
     """Find the contact forces of a step with frames, gaps and arms linear about where it is predicted to end."""
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
     compliance = _compliance(stepper, start, frames)
-    found = _solved(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
-    marks = _changes(stepper, start, found)
+    solution = _solved(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
+    marks = _changes(stepper, start, solution)
     if not marks.any():
-        return _faded(stepper, start, found)
+        return _faded(stepper, start, solution)
     before = start.before
     forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
     while (marks > dropped).any():
         dropped = np.maximum(dropped, marks)
         release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames[:, 0])
-        given = in_frames(frames, release_force) / stepper.scheme.end_weight
-        response = compliance.response(given)
-        again = _solved(stepper, start, compliance, frames, relative + response, earlier=found, goal=goal)
-        found = replace(again, release=release, release_force=release_force, release_response=response)
-        marks = _changes(stepper, start, found)
-    return found
+        start_forces = in_frames(frames, release_force) / stepper.scheme.end_weight
+        response = compliance.response(start_forces)
+        again = _solved(stepper, start, compliance, frames, relative + response, earlier=solution, goal=goal)
+        solution = replace(again, release=release, release_force=release_force, release_response=response)
+        marks = _changes(stepper, start, solution)
+    return solution
 
 
 def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
@@ -149,20 +149,20 @@ def _moments(stepper: Stepper, start: Prediction, contact: ContactStep, arms: Ar
     return moments
 
 
-def _changes(stepper: Stepper, start: Prediction, found: ContactStep) -> NDArray[np.int8]:
+def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArray[np.int8]:
     """Mark the candidates whose force at the start of the step must not count, shape (n_c,)."""
     before, stiffness = start.before.interface, stepper.system.candidates.tangential_stiffness
     if not stepper.scheme.inertia_factor:
         return np.zeros(len(stiffness), dtype=np.int8)
-    forces, relative = (before.forces, found.solution.forces), (before.relative, found.relative)
-    return find_changes(forces, relative, stiffness, found.coefficients)
+    forces, relative = (before.forces, contact.solution.forces), (before.relative, contact.relative)
+    return find_changes(forces, relative, stiffness, contact.coefficients)
 
 
-def _faded(stepper: Stepper, start: Prediction, found: ContactStep) -> ContactStep:
+def _faded(stepper: Stepper, start: Prediction, contact: ContactStep) -> ContactStep:
     """Return a step in which no force was dropped, with what is left of earlier ones."""
     if start.before.release is None:
-        return found
-    return replace(found, release=fade(stepper.scheme, start.before.release))
+        return contact
+    return replace(contact, release=fade(stepper.scheme, start.before.release))
 
 
 def _solved(
@@ -180,8 +180,8 @@ def _solved(
     The search starts from an earlier solution of the step, or from the forces at its start.
     """
     candidates, before = stepper.system.candidates, start.before.interface
-    given = conditions(candidates, before, start.before.step, start.time)
-    coefficients = stepper.system.counterfaces.coefficients(given, candidates.counterface)
+    limits = conditions(candidates, before, start.before.step, start.time)
+    coefficients = stepper.system.counterfaces.coefficients(limits, candidates.counterface)
     problem = contact_problem(candidates, before, relative)
     old = start.before.working_set if earlier is None else earlier.working_set
     first, origin = (before.forces, None) if earlier is None else (earlier.solution.forces, before.forces)

@@ -83,7 +83,7 @@ def made_energy(history: xr.Dataset) -> tuple[float, float]:
     """
     of_steps = history["friction_dissipation"].values + history["numerical_dissipation"].values
     dissipated = np.stack([of_steps, history["damping_dissipation"].values])
-    made = float((np.maximum.accumulate(dissipated, axis=1) - dissipated).max(initial=0.0))
+    gained = float((np.maximum.accumulate(dissipated, axis=1) - dissipated).max(initial=0.0))
     names = ("kinetic_energy", "strain_energy", "external_work")
     largest = max(float(np.abs(history[name].values).max(initial=0.0)) for name in names)
-    return made, made / largest if largest > 0.0 else 0.0
+    return gained, gained / largest if largest > 0.0 else 0.0

@@ -41,8 +41,8 @@ def finish(
     """
     unknowns = np.ascontiguousarray(unknowns)
     added = list(map(_added, steppers, starts, contacts, unknowns))
-    found = ends(steppers[0], starts, unknowns, added, is_small=not bodies)
-    return list(map(_finished, steppers, starts, contacts, found, bodies or repeat(None)))
+    end_states = ends(steppers[0], starts, unknowns, added, is_small=not bodies)
+    return list(map(_finished, steppers, starts, contacts, end_states, bodies or repeat(None)))
 
 
 def _added(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> Array | None:
@@ -71,7 +71,7 @@ def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: En
     """Return the state of a motion at the end of a step, from its fields and its contact."""
     before, settled = start.before, _settled(stepper, start, contact, end)
     memories = tuple(
-        own.after(memory, end.displacement) for own, memory in zip(stepper.viscous, before.memories, strict=True)
+        layer.after(memory, end.displacement) for layer, memory in zip(stepper.viscous, before.memories, strict=True)
     )
     after = State(
         time=start.time,
@@ -112,7 +112,9 @@ def _settled(stepper: Stepper, start: Prediction, contact: ContactStep, end: End
         before.moved,
         contact.forces,
         before.contact_forces,
-        tuple(_NO_CORRECTION if own is None else own.correction for own in (before.release, contact.release)),
+        tuple(
+            _NO_CORRECTION if release is None else release.correction for release in (before.release, contact.release)
+        ),
     )
     moments = before.moments
     if system.rotations is not None and contact.pose is not None:

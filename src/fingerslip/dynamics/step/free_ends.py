@@ -50,38 +50,38 @@ def right_hand_sides(factors, resistance, moving, ends, unbalance, loads):  # ty
     """
     _, _, _, start_weight, end_weight = factors
     stiffness, elastic, mass, dampers, (of_stiffness, of_elastic, of_mass) = resistance
-    found = _resisting(stiffness, ends, 1.0, of_stiffness)
+    right = _resisting(stiffness, ends, 1.0, of_stiffness)
     if of_elastic != 0.0:
-        found += _resisting(elastic, ends, 0.0, of_elastic)
+        right += _resisting(elastic, ends, 0.0, of_elastic)
     if of_mass != 0.0:
-        found += _resisting(mass, ends, 0.0, of_mass)
-    for i in range(found.shape[0]):
-        for j in range(found.shape[1]):
-            force = found[i, j] + dampers[j] * ends[i, 1, j] if dampers.size else found[i, j]
-            found[i, j] = end_weight * (loads[i, j] - force) + start_weight * unbalance[i, j]
+        right += _resisting(mass, ends, 0.0, of_mass)
+    for i in range(right.shape[0]):
+        for j in range(right.shape[1]):
+            force = right[i, j] + dampers[j] * ends[i, 1, j] if dampers.size else right[i, j]
+            right[i, j] = end_weight * (loads[i, j] - force) + start_weight * unbalance[i, j]
     if moving.size:
         # The inertia of moving supports is known; their own equations are empty.
-        found -= _products(mass, ends[:, 2].copy())
+        right -= _products(mass, ends[:, 2].copy())
         for j in moving:
-            found[:, j] = 0.0
-    return found
+            right[:, j] = 0.0
+    return right
 
 
 @numba.njit(cache=True, nogil=True)
 def _resisting(matrix, ends, of_displacement, of_velocity):  # type: ignore[no-untyped-def]
     """Return a matrix times so much of displacement and velocity, (k, n)."""
     count, size = len(ends), ends.shape[2]
-    given = np.empty((count, size))
+    forces = np.empty((count, size))
     for i in range(count):
         for j in range(size):
-            given[i, j] = of_displacement * ends[i, 0, j]
+            forces[i, j] = of_displacement * ends[i, 0, j]
             if of_velocity != 0.0:
-                given[i, j] += of_velocity * ends[i, 1, j]
-    return _products(matrix, given)
+                forces[i, j] += of_velocity * ends[i, 1, j]
+    return _products(matrix, forces)
 
 
 @numba.njit(cache=True, nogil=True)
-def _products(matrix, given):  # type: ignore[no-untyped-def]
-    found = np.empty_like(given)
-    write_symmetric_products(matrix, given, found)
-    return found
+def _products(matrix, vectors):  # type: ignore[no-untyped-def]
+    products = np.empty_like(vectors)
+    write_symmetric_products(matrix, vectors, products)
+    return products

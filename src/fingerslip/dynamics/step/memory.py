@@ -80,28 +80,28 @@ class Viscous:
 
     def after(self, memory: Memory, displacement: Array) -> Memory:
         """Return what is remembered at the end of a step with a displacement u_1 (n,) [m]."""
-        given = np.empty_like(memory.given)
-        given[0], given[1] = displacement, self.layers.shape @ displacement
+        strains = np.empty_like(memory.given)
+        strains[0], strains[1] = displacement, self.layers.shape @ displacement
         fields = np.empty_like(memory.dashpots), np.empty_like(memory.relaxed)
         follow, across = self.recurrence, self.layers.across
         terms = follow.shares, follow.decay, follow.end, follow.start
         if across is None or self.layers.thickness is None:
-            found = along(*terms, memory.given, memory.dashpots, memory.relaxed, given, *fields)
+            updated = along(*terms, memory.given, memory.dashpots, memory.relaxed, strains, *fields)
             thinned = memory.across, memory.across_dashpots, memory.across_relaxed
         else:
-            given[2] = self.layers.thickness @ displacement
+            strains[2] = self.layers.thickness @ displacement
             before = memory.across, memory.across_dashpots, memory.across_relaxed
             thinned = np.empty_like(before[0]), np.empty_like(before[1]), np.empty_like(before[2])
             bulk = across.bulk if np.isfinite(across.bulk) else 0.0
-            found = across_and_along(
+            updated = across_and_along(
                 *terms,
                 (*self.thinning, across.along, bulk),
                 *(memory.given, memory.dashpots, memory.relaxed, *before),
-                *(given, *fields, *thinned),
+                *(strains, *fields, *thinned),
             )
-        stored, moved, of_dashpots = found
+        stored, moved, of_dashpots = updated
         dissipated = 0.5 * (moved - (of_dashpots - memory.of_dashpots))
-        return Memory(given, *fields, *thinned, stored, of_dashpots, dissipated)
+        return Memory(strains, *fields, *thinned, stored, of_dashpots, dissipated)
 
     def elastic_force(self, memory: Memory) -> tuple[Array, Array | None]:
         """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
@@ -118,16 +118,16 @@ def viscous_steps(layers: Sequence[Relaxing], step: float) -> tuple[Viscous, ...
 
 def stiffness_of_step(stiffness: sparse.csr_matrix, viscous: Sequence[Viscous]) -> sparse.csr_matrix:
     """Return the stiffness K_step of the force at the end of a step, from the elastic stiffness, both (n, n) [N/m]."""
-    for own in viscous:
-        stiffness = sparse.csr_matrix(stiffness + own.stiffness)
+    for layer in viscous:
+        stiffness = sparse.csr_matrix(stiffness + layer.stiffness)
     return stiffness
 
 
 def relaxed_force(rows: Sequence[Relaxing], viscous: Sequence[Viscous], memories: Sequence[Memory]) -> Array | float:
     """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers."""
     total: Array | float = 0.0
-    for row, own, memory in zip(rows, viscous, memories, strict=True):
-        relaxed, thinned = own.elastic_force(memory)
+    for row, layer, memory in zip(rows, viscous, memories, strict=True):
+        relaxed, thinned = layer.elastic_force(memory)
         total = total + row.shape @ relaxed
         if thinned is not None and row.thickness is not None:
             total = total - row.thickness @ thinned
@@ -138,5 +138,5 @@ def no_memory(viscous: Viscous) -> Memory:
     """Return what layers remember that have never moved."""
     count, size = len(viscous.recurrence.shares), viscous.layers.shape.shape[0]
     rows, thin = (3, 2) if viscous.layers.across is not None else (2, 0)
-    given, across = np.zeros((rows, size)), np.zeros((thin, size))
-    return Memory(given, np.zeros((count, rows, size)), given, across, np.zeros((count, thin, size)), across)
+    strains, across = np.zeros((rows, size)), np.zeros((thin, size))
+    return Memory(strains, np.zeros((count, rows, size)), strains, across, np.zeros((count, thin, size)), across)

@@ -92,13 +92,13 @@ def predict(
     unbalance = as_rows([state.unbalance for state in states])
     remembered = as_rows(list(map(_with_remembered, steppers, states, loads)))
     right = right_hand_sides(stepper.factors, stepper.resistance, moving[0], ends, unbalance, remembered)
-    given = ((time, *own) for own in zip(counterfaces, loads, strict=True))
-    found = list(map(_prediction, steppers, states, given, ends, right))
-    for own, start in zip(steppers, found, strict=True):
+    inputs = ((time, *arguments) for arguments in zip(counterfaces, loads, strict=True))
+    predictions = list(map(_prediction, steppers, states, inputs, ends, right))
+    for arguments, start in zip(steppers, predictions, strict=True):
         if start.before.release is not None:
             fading = fading_forces(stepper.scheme, start.before.release)
-            start.right_hand_side[:] += own.system.pushed(fading, start.pose)
-    return found
+            start.right_hand_side[:] += arguments.system.pushed(fading, start.pose)
+    return predictions
 
 
 def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
@@ -123,13 +123,13 @@ def _starts(states: Sequence[State]) -> tuple[Array, Array, Array]:
 
 
 def _prediction(
-    stepper: Stepper, before: State, given: tuple[float, Array, Array], ends: Array, right_hand_side: Array
+    stepper: Stepper, before: State, inputs: tuple[float, Array, Array], ends: Array, right_hand_side: Array
 ) -> Prediction:
     """Return the prediction of a motion, from its fields at the end of the step without unknown, (2 or 3, n).
 
     What is given is the time, the displacement of the counterfaces and the loads there.
     """
-    time, counterfaces, load = given
+    time, counterfaces, load = inputs
     displacement, velocity, *prescribed = ends
     moved = stepper.system.moved(displacement, counterfaces)
     return Prediction(
@@ -147,5 +147,5 @@ def _prediction(
 
 def _with_remembered(stepper: Stepper, state: State, load: Array) -> Array:
     """Return a load (n,) with the forces of what materials remember [N]."""
-    remembered = [own.force(memory) for own, memory in zip(stepper.viscous, state.memories, strict=True)]
+    remembered = [layer.force(memory) for layer, memory in zip(stepper.viscous, state.memories, strict=True)]
     return np.sum([load, *remembered], axis=0) if remembered else load

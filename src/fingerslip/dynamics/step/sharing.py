@@ -40,42 +40,43 @@ _OF_BODY = ("kinematics", "materials", "formulation", "depth", "supports", "supp
 _OF_RIGID = ("mass", "free", "centre", "inertia", "springs", "dampers")
 
 
-def same_matrix(one: Model, other: Model) -> bool:
+def same_matrix(first: Model, other: Model) -> bool:
     """Tell whether two models have the same effective matrix, so that they can be simulated together."""
-    return not _difference(one, other)
+    return not _difference(first, other)
 
 
-def same_body(one: Model, other: Model) -> bool:
+def same_body(first: Model, other: Model) -> bool:
     """Tell whether a reduced basis may serve two models: the same matrices, boundaries that may touch, and sites."""
     return (
-        all(getattr(one, name) == getattr(other, name) for name in _OF_BODY)
-        and [contact.boundary for contact in one.contacts] == [contact.boundary for contact in other.contacts]
-        and _rigid_parts(one) == _rigid_parts(other)
-        and one.record.sites == other.record.sites
-        and _same_mesh(one.mesh, other.mesh)
+        all(getattr(first, name) == getattr(other, name) for name in _OF_BODY)
+        and [contact.boundary for contact in first.contacts] == [contact.boundary for contact in other.contacts]
+        and _rigid_parts(first) == _rigid_parts(other)
+        and first.record.sites == other.record.sites
+        and _same_mesh(first.mesh, other.mesh)
     )
 
 
-def same_compliance(one: System, other: System) -> bool:
+def same_compliance(first: System, other: System) -> bool:
     """Tell whether two systems of one matrix have the same compliance at their candidates, in the same frames."""
-    frames, others = one.constant_frames(), other.constant_frames()
+    frames, others = first.constant_frames(), other.constant_frames()
     return (
-        np.array_equal(one.candidates.nodes, other.candidates.nodes)
-        and np.array_equal(one.candidates.counterface, other.candidates.counterface)
+        np.array_equal(first.candidates.nodes, other.candidates.nodes)
+        and np.array_equal(first.candidates.counterface, other.candidates.counterface)
         and (frames is None) == (others is None)
         and (frames is None or others is None or np.array_equal(frames, others))
     )
 
 
-def same_motion(one: System, other: System) -> bool:
+def same_motion(first: System, other: System) -> bool:
     """Tell whether two systems of one matrix move alike as long as their counterfaces do."""
     return (
-        one.counterfaces == other.counterfaces
-        and np.array_equal(one.candidates.nodes, other.candidates.nodes)
-        and np.array_equal(one.initial_velocity, other.initial_velocity)
-        and len(one.loads) == len(other.loads)
+        first.counterfaces == other.counterfaces
+        and np.array_equal(first.candidates.nodes, other.candidates.nodes)
+        and np.array_equal(first.initial_velocity, other.initial_velocity)
+        and len(first.loads) == len(other.loads)
         and all(
-            a.ramp == b.ramp and np.array_equal(a.forces, b.forces) for a, b in zip(one.loads, other.loads, strict=True)
+            a.ramp == b.ramp and np.array_equal(a.forces, b.forces)
+            for a, b in zip(first.loads, other.loads, strict=True)
         )
     )
 
@@ -90,15 +91,15 @@ def first_alike(items: Sequence[T], same: Callable[[T, T], bool], key: Callable[
     >>> first_alike(["to", "be", "To", "BE", "or"], lambda one, other: one.lower() == other.lower())
     [0, 1, 0, 1, 4]
     """
-    found: list[int] = []
+    firsts: list[int] = []
     kinds: dict[str, list[int]] = {}
     for item in items:
-        known = kinds.setdefault(key(item), [])
-        first = next((number for number in known if same(items[number], item)), None)
+        alike = kinds.setdefault(key(item), [])
+        first = next((number for number in alike if same(items[number], item)), None)
         if first is None:
-            known.append(first := len(found))
-        found.append(first)
-    return found
+            alike.append(first := len(firsts))
+        firsts.append(first)
+    return firsts
 
 
 def material_key(model: Model) -> str:
@@ -114,9 +115,9 @@ def groups_to_share(
     Small models stay apart. A large group is split evenly, so that not too many histories are kept at once.
     """
     first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other), material_key)
-    alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
+    alike = [[number for number, leader in enumerate(first) if leader == kind] for kind in dict.fromkeys(first)]
     each = math.ceil(at_once / max(1, len(alike)))
-    return [part for group in alike for part in _even_parts([models[own] for own in group], group, each, most)]
+    return [part for group in alike for part in _even_parts([models[leader] for leader in group], group, each, most)]
 
 
 def check_same_matrix(models: Sequence[Model]) -> None:
@@ -153,25 +154,25 @@ def _even_parts(
     return [group[start : start + size] for start in range(0, len(group), size)]
 
 
-def _difference(one: Model, other: Model) -> str:
+def _difference(first: Model, other: Model) -> str:
     """Return what keeps two models from having the same matrix; empty if nothing does."""
     for name in (*_OF_BODY, "damping", "basis"):
-        if getattr(one, name) != getattr(other, name):
+        if getattr(first, name) != getattr(other, name):
             return name
-    if not _same_mesh(one.mesh, other.mesh):
+    if not _same_mesh(first.mesh, other.mesh):
         return "mesh"
-    if not _same_steps(one.time, other.time):
+    if not _same_steps(first.time, other.time):
         return "time"
-    if len(one.contacts) != len(other.contacts):
+    if len(first.contacts) != len(other.contacts):
         return "contacts"
-    if _rigid_parts(one) != _rigid_parts(other):
+    if _rigid_parts(first) != _rigid_parts(other):
         return "bodies"
-    pairs = enumerate(zip(one.contacts, other.contacts, strict=True))
+    pairs = enumerate(zip(first.contacts, other.contacts, strict=True))
     return next((f"contacts.{number}" for number, (a, b) in pairs if _of_matrix(a) != _of_matrix(b)), "")
 
 
-def _same_steps(one: Timing, other: Timing) -> bool:
-    return isinstance(one, Adaptive) == isinstance(other, Adaptive) and make_scheme(one) == make_scheme(other)
+def _same_steps(first: Timing, other: Timing) -> bool:
+    return isinstance(first, Adaptive) == isinstance(other, Adaptive) and make_scheme(first) == make_scheme(other)
 
 
 def _of_matrix(contact: Contact) -> tuple[Any, ...]:
@@ -192,17 +193,17 @@ def _rigid_parts(model: Model) -> list[tuple[Any, ...]]:
     return [(name, *(getattr(body, part) for part in _OF_RIGID)) for name, body in model.bodies.items()]
 
 
-def _same_mesh(one: Any, other: Any) -> bool:
-    if one is other:
+def _same_mesh(first: Any, other: Any) -> bool:
+    if first is other:
         return True
     tables: tuple[Callable[[Any], Any], ...] = (lambda mesh: mesh.boundaries, lambda mesh: mesh.subdomains)
     return (
-        type(one) is type(other)
-        and np.array_equal(one.doflocs, other.doflocs)
-        and np.array_equal(one.t, other.t)
-        and all(_same_table(table(one) or {}, table(other) or {}) for table in tables)
+        type(first) is type(other)
+        and np.array_equal(first.doflocs, other.doflocs)
+        and np.array_equal(first.t, other.t)
+        and all(_same_table(table(first) or {}, table(other) or {}) for table in tables)
     )
 
 
-def _same_table(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    return one.keys() == other.keys() and all(np.array_equal(one[name], other[name]) for name in one)
+def _same_table(first: dict[str, Any], other: dict[str, Any]) -> bool:
+    return first.keys() == other.keys() and all(np.array_equal(first[name], other[name]) for name in first)

@@ -94,17 +94,17 @@ def first_state(stepper: Stepper) -> State:
 def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
     """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
     system, moving = stepper.system, stepper.system.unknowns.moving
-    given = forces.copy()
-    given[moving] = 0.0
-    if not given.any():
-        return given, np.zeros_like(given)
+    forces_left = forces.copy()
+    forces_left[moving] = 0.0
+    if not forces_left.any():
+        return forces_left, np.zeros_like(forces_left)
     if stepper.starts_damped:
-        halfway = stepper.condensed.forward(given)
+        halfway = stepper.condensed.forward(forces_left)
         acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
         return acceleration, system.mass @ acceleration
     factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
-    acceleration = factor.backward(factor.forward(given))
-    return acceleration, (system.mass @ acceleration if moving.size else given)
+    acceleration = factor.backward(factor.forward(forces_left))
+    return acceleration, (system.mass @ acceleration if moving.size else forces_left)
 
 
 def _unbalances(scheme: Scheme, unbalance: Array, inertia: Array) -> tuple[Array, Array]:

@@ -44,8 +44,8 @@ def advance(
         with watch.part("substitution"):
             moved = None if halfway.kept is None else _joint_moved(steppers, contacts, halfway.local.shape)
             unknowns = condensed.backward(halfway, forces, moved).reshape(-1, len(starts)).T
-            for own in zip(steppers, starts, contacts, unknowns, strict=True):
-                turn(*own)
+            for arguments in zip(steppers, starts, contacts, unknowns, strict=True):
+                turn(*arguments)
         if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
             break
         starts = list(map(move_anchor, steppers, starts, unknowns, leads))
@@ -68,17 +68,17 @@ def _own_rows(steppers: Sequence[Stepper], local: Array) -> list[Array]:
 
 def _joint_forces(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array:
     """Return what contact adds to the equations of all motions, on the joint rows, shape (m,) or (m, k) [N]."""
-    forces = [_on_joint_rows(*own, shape[0]) for own in zip(steppers, contacts, strict=True)]
+    forces = [_on_joint_rows(*arguments, shape[0]) for arguments in zip(steppers, contacts, strict=True)]
     return forces[0] if len(shape) == 1 else np.stack(forces).T
 
 
 def _on_joint_rows(stepper: Stepper, contact: ContactStep, size: int) -> Array:
     """Return what contact adds to the equation of a motion, on the joint rows, shape (m,) [N]."""
-    own = weighted_forces(stepper, contact).ravel()
+    element = weighted_forces(stepper, contact).ravel()
     if stepper.has_all(size):
-        return own
+        return element
     forces = np.zeros(size)
-    forces[stepper.rows] = own
+    forces[stepper.rows] = element
     return forces
 
 
@@ -86,8 +86,12 @@ def _joint_moved(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], s
     """Return what these forces do to the local unknowns, shape (m,) or (m, k); None where contact does not tell it."""
     if steppers[0].system.rotations is not None:
         return None
-    told = [contact.moved for contact in contacts]
-    moved = [own.ravel() for own in told if own is not None and own.size == shape[0]]
+    displacements = [contact.moved for contact in contacts]
+    moved = [
+        displacement.ravel()
+        for displacement in displacements
+        if displacement is not None and displacement.size == shape[0]
+    ]
     if len(moved) < len(steppers):
         return None
     joint: Array = np.stack(moved, axis=1).reshape(shape) / steppers[0].scheme.displacement_factor

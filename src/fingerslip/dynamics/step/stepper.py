@@ -233,10 +233,10 @@ class Stepper:
         if self.damping.mass:
             force += self.damping.mass * (system.mass[moving] @ state.velocity)
         if self.viscous:
-            rows = [own.layers.mapped(lambda matrix: matrix[moving]) for own in self.viscous]
+            rows = [layer.layers.mapped(lambda matrix: matrix[moving]) for layer in self.viscous]
             force -= relaxed_force(rows, self.viscous, state.memories)
-        found: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
-        return found
+        force_of_supports: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
+        return force_of_supports
 
     def kinetic_energy(self, velocity: Array) -> float:
         """Return the kinetic energy at a velocity (n,) [m/s], in J; none where nothing has inertia."""
@@ -286,10 +286,19 @@ def _build(
     factor = scheme.end_weight * scheme.displacement_factor
     turning = _turning(systems[0], condensed, len(compliance))
     first = first_alike(systems, same_compliance)
-    own = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
+    compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     return [
         Stepper(
-            system, scheme, damping, solver, condensed, rows[number], *own[first[number]], turning, anchoring, viscous
+            system,
+            scheme,
+            damping,
+            solver,
+            condensed,
+            rows[number],
+            *compliances[first[number]],
+            turning,
+            anchoring,
+            viscous,
         )
         for number, system in enumerate(systems)
     ]
@@ -312,30 +321,30 @@ def _effective_matrix(
     effective = mass_part * system.mass + scheme.end_weight * stiffness_part * system.stiffness
     if system.dampers is not None:
         effective += sparse.diags(scheme.end_weight * scheme.velocity_factor * system.dampers)
-    for own in viscous:
-        effective = effective + scheme.end_weight * scheme.displacement_factor * own.stiffness
+    for layer in viscous:
+        effective = effective + scheme.end_weight * scheme.displacement_factor * layer.stiffness
     return sparse.csr_matrix(effective)
 
 
-def with_known(matrix: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
+def with_known(matrix: sparse.csr_matrix, fixed: Indices) -> sparse.csr_matrix:
     """Return a matrix (n, n) in whose equations the unknowns `known` (k,) are zero."""
-    if not known.size:
+    if not fixed.size:
         return matrix
-    kept = np.ones(matrix.shape[0])
-    kept[known] = 0.0
-    there = sparse.diags(kept)
-    return sparse.csr_matrix(there @ matrix @ there + sparse.diags((1.0 - kept) * matrix.diagonal().mean()))
+    is_free = np.ones(matrix.shape[0])
+    is_free[fixed] = 0.0
+    selector = sparse.diags(is_free)
+    return sparse.csr_matrix(selector @ matrix @ selector + sparse.diags((1.0 - is_free) * matrix.diagonal().mean()))
 
 
-def _without(local: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
+def _without(local: sparse.csr_matrix, fixed: Indices) -> sparse.csr_matrix:
     """Return a map (m, n) that does not read the unknowns `known` (k,)."""
-    if not known.size:
+    if not fixed.size:
         return local
-    kept = np.ones(local.shape[1])
-    kept[known] = 0.0
-    found = sparse.csr_matrix(local @ sparse.diags(kept))
-    found.eliminate_zeros()
-    return found
+    is_free = np.ones(local.shape[1])
+    is_free[fixed] = 0.0
+    product = sparse.csr_matrix(local @ sparse.diags(is_free))
+    product.eliminate_zeros()
+    return product
 
 
 def _anchoring(system: System) -> Array | None:
@@ -348,9 +357,9 @@ def _anchoring(system: System) -> Array | None:
         return None
     candidates, springs = system.candidates, np.zeros(system.mass.shape[0])
     stiffness = _SOFT * candidates.normal_stiffness
-    for at, own in zip(system.unknowns.of_rigid, system.unknowns.rigid, strict=True):
-        if own.is_loose:
-            moves = np.isin(candidates.counterface, own.faces)[:, None] * own.moved(candidates.positions)
+    for at, freedom in zip(system.unknowns.of_rigid, system.unknowns.rigid, strict=True):
+        if freedom.is_loose:
+            moves = np.isin(candidates.counterface, freedom.faces)[:, None] * freedom.moved(candidates.positions)
             springs[at] = stiffness @ (moves**2).sum(axis=1)
     if "body" in system.held_by_contact:
         springs[: system.free.size] = stiffness.sum() * system.space.dim / system.free.size
@@ -382,6 +391,6 @@ def _own_compliance(
     """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
     candidates = system.candidates
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
-    own = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
+    block = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
     frames = system.constant_frames()
-    return Compliance(own, 1.0 / np.column_stack(stiffness), frames, factor), frames
+    return Compliance(block, 1.0 / np.column_stack(stiffness), frames, factor), frames

@@ -71,8 +71,8 @@ class RigidFreedom:
 
     def moved(self, points: Array) -> Array:
         """Return the displacement of points (k, dim) [m] of the body per unknown, same shape."""
-        found: Array = self.shift + (points - self.centre) @ self.turn.T
-        return found
+        displacement: Array = self.shift + (points - self.centre) @ self.turn.T
+        return displacement
 
     def viscous(self, damping: RayleighDamping) -> float:
         """Return the damping beside what material damping makes of mass and stiffness [N s/m] or [N m s]."""
@@ -189,10 +189,10 @@ def check_bodies(model: Model) -> None:
 
 
 def _check_dimensions(where: str, body: RigidBody, dim: int) -> None:
-    known = directions_in(dim)
-    beyond = next((direction for direction in body.free if direction not in known), None)
+    directions = directions_in(dim)
+    beyond = next((direction for direction in body.free if direction not in directions), None)
     if beyond:
-        raise InputError(f"{where}.free", f"got '{beyond}' in {dim} dimensions", f"needs {', '.join(known)}")
+        raise InputError(f"{where}.free", f"got '{beyond}' in {dim} dimensions", f"needs {', '.join(directions)}")
     if body.centre is not None and len(body.centre) != dim:
         raise InputError(f"{where}.centre", f"got {len(body.centre)} components", f"needs {dim}")
     needed = 1 if dim == 2 else 3
@@ -206,7 +206,9 @@ def _check_held(where: str, body: RigidBody, contacts: Sequence[Contact]) -> Non
         fault = "is given for a model without inertia"
         raise InputError(f"{where}.initial_velocity", fault, "needs steps with inertia", "take TimeStepping")
     loose = [
-        one for one in body.free if not _is_held(body, one) and not any(_resists(contact, one) for contact in contacts)
+        direction
+        for direction in body.free
+        if not _is_held(body, direction) and not any(_resists(contact, direction) for contact in contacts)
     ]
     if loose:
         fault = f"nothing holds the body in {', '.join(loose)}"
@@ -227,5 +229,7 @@ def _resists(contact: Contact, direction: Direction) -> bool:
 
 def unheld_bodies(bodies: Mapping[str, RigidBody]) -> tuple[str, ...]:
     """Return the bodies that nothing but contact holds, each with its directions, as errors name them."""
-    loose = {name: [one for one in body.free if not _is_held(body, one)] for name, body in bodies.items()}
-    return tuple(f"rigid body '{name}' ({', '.join(found)})" for name, found in loose.items() if found)
+    loose = {
+        name: [direction for direction in body.free if not _is_held(body, direction)] for name, body in bodies.items()
+    }
+    return tuple(f"rigid body '{name}' ({', '.join(directions)})" for name, directions in loose.items() if directions)

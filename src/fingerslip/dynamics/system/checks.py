@@ -195,8 +195,8 @@ def _check_support_motions(model: Model, space: Space) -> None:
     for name, motion in model.support_motions.items():
         where = f"support_motions.{name}"
         if name not in model.supports:
-            known = ", ".join(model.supports) or "none"
-            raise InputError(where, "moves what is no support", f"the supports are: {known}")
+            names = ", ".join(model.supports) or "none"
+            raise InputError(where, "moves what is no support", f"the supports are: {names}")
         if len(motion.displacement) != space.dim:
             fault = f"got {len(motion.displacement)} components"
             raise InputError(f"{where}.displacement", fault, f"needs {space.dim}")

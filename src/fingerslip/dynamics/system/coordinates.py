@@ -78,8 +78,8 @@ class MeshCoordinates:
 
     def mapped(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, sparse.csr_matrix]:
         """Return the components that a map (k, n_dofs) does not ignore, and the map of these."""
-        taken = np.unique(matrix.indices)
-        return self.components(taken), matrix[:, taken]
+        columns = np.unique(matrix.indices)
+        return self.components(columns), matrix[:, columns]
 
     def on_mesh(self, field: Array) -> Array:
         """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""

@@ -24,9 +24,9 @@ _SOFTEST, _PURE = 1e3, 10.0
 _BEHIND = 0.25
 
 
-def doubts(model: Model, known: CheckedModel) -> tuple[str, ...]:
+def doubts(model: Model, checked_model: CheckedModel) -> tuple[str, ...]:
     """Return what is doubtful in a model that can be computed: where, what it is, and how to mend it."""
-    each = chain(_steps(model), _contacts(model, known), _supports(model), _materials(model))
+    each = chain(_steps(model), _contacts(model, checked_model), _supports(model), _materials(model))
     return tuple(dict.fromkeys(each))
 
 
@@ -46,10 +46,10 @@ def _steps(model: Model) -> Iterator[str]:
             )
 
 
-def _contacts(model: Model, known: CheckedModel) -> Iterator[str]:
+def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
     """Yield the contacts on the wrong side, those that never touch and those of few elements."""
     for number, (contact, counterface, motion) in enumerate(
-        zip(model.contacts, known.counterfaces, known.motions, strict=True)
+        zip(model.contacts, checked_model.counterfaces, checked_model.motions, strict=True)
     ):
         where = f"contacts.{number}"
         if _is_behind(model, contact.boundary, counterface):
@@ -58,10 +58,10 @@ def _contacts(model: Model, known: CheckedModel) -> Iterator[str]:
             continue
         if model.is_loaded:
             continue
-        gaps = counterface.gap(known.space.positions[boundary_nodes(known.space, contact.boundary)])
+        gaps = counterface.gap(checked_model.space.positions[boundary_nodes(checked_model.space, contact.boundary)])
         approach = float(np.max(motion.positions @ counterface.unit_normal))
         reached = int((gaps < approach).sum())
-        across = reached if known.space.dim == 2 else 2.0 * np.sqrt(reached / np.pi)
+        across = reached if checked_model.space.dim == 2 else 2.0 * np.sqrt(reached / np.pi)
         if not reached:
             yield (
                 f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "

@@ -84,18 +84,18 @@ class NodalComponents:
     @classmethod
     def of(cls, unknowns: Unknowns, n_dofs: int, components: Indices) -> NodalComponents:
         """Find `components` (k,), degrees of freedom among the `n_dofs` of the mesh."""
-        found = unknowns.rows(n_dofs)[components]
-        return cls(np.maximum(found, 0), found < 0)
+        rows = unknowns.rows(n_dofs)[components]
+        return cls(np.maximum(rows, 0), rows < 0)
 
-    def among(self, taken: Indices) -> NodalComponents:
+    def among(self, nodes_left: Indices) -> NodalComponents:
         """Find them among some of the unknowns, `taken` (m,), ascending."""
-        return replace(self, rows=np.searchsorted(taken, self.rows))
+        return replace(self, rows=np.searchsorted(nodes_left, self.rows))
 
     def read(self, fields: Array) -> Array:
         """Return the components (..., k) of fields (..., n) on the unknowns; zero where supports hold them."""
-        found: Array = fields[..., self.rows]
-        found[..., self.held] = 0.0
-        return found
+        values: Array = fields[..., self.rows]
+        values[..., self.held] = 0.0
+        return values
 
 
 @dataclass(frozen=True)
@@ -143,8 +143,8 @@ class Rotations:
         """Return the rotation of every counterface for angles (..., r), shape (..., n_counterfaces, dim, dim) [-]."""
         vectors = np.tensordot(angles, self.axes, axes=1)
         dim = self.centres.shape[1]
-        found = Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix()[:, :dim, :dim]
-        return np.asarray(found.reshape(*vectors.shape[:-1], dim, dim))
+        result = Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix()[:, :dim, :dim]
+        return np.asarray(result.reshape(*vectors.shape[:-1], dim, dim))
 
     def seen(self, turned: Array, points: Array, counterface: Indices) -> Array:
         """Return points (..., k, dim) [m], relative to the centres' motion, as counterfaces see them that have turned.
@@ -152,8 +152,8 @@ class Rotations:
         `turned` (..., k, dim, dim) is the rotation of the counterface of each.
         """
         centres = self.centres[counterface]
-        found: Array = centres + np.einsum("...ij,...i->...j", turned, points - centres)
-        return found
+        points_seen: Array = centres + np.einsum("...ij,...i->...j", turned, points - centres)
+        return points_seen
 
     def pose(self, angles: Array, points: Array, counterface: Indices) -> Pose:
         """Return the pose for angles (r,) of points (k, dim) [m], which are relative to the motion of the centres."""
@@ -165,15 +165,17 @@ class Rotations:
 
 def rotations_of(rigid: Sequence[RigidFreedom], at: Indices, n_counterfaces: int) -> Rotations | None:
     """Return the rotations among free directions of rigid bodies, which are the unknowns `at`; None without any."""
-    turning = [(unknown, own) for unknown, own in zip(at, rigid, strict=True) if own.turns and own.faces]
+    turning = [
+        (unknown, freedom) for unknown, freedom in zip(at, rigid, strict=True) if freedom.turns and freedom.faces
+    ]
     if not turning:
         return None
     dim = turning[0][1].centre.size
     axes, centres = np.zeros((len(turning), n_counterfaces, 3)), np.zeros((n_counterfaces, dim))
     turns = np.zeros((len(turning), n_counterfaces, dim, dim))
-    for row, (_, own) in enumerate(turning):
-        faces = list(own.faces)
-        axes[row, faces, own.axis], turns[row, faces], centres[faces] = 1.0, own.turn, own.centre
+    for row, (_, freedom) in enumerate(turning):
+        faces = list(freedom.faces)
+        axes[row, faces, freedom.axis], turns[row, faces], centres[faces] = 1.0, freedom.turn, freedom.centre
     return Rotations(np.array([int(unknown) for unknown, _ in turning]), axes, turns, centres)
 
 
@@ -200,12 +202,12 @@ def relative_motion(starts, columns, values, field, counterfaces, counterface): 
 
     Arrays: field (n,) [m]; counterfaces (n_counterfaces, dim) [m]; counterface (k,).
     """
-    found = np.empty((counterface.size, counterfaces.shape[1]))
-    for i in range(found.shape[0]):
-        for k in range(found.shape[1]):
-            row = i * found.shape[1] + k
+    motion = np.empty((counterface.size, counterfaces.shape[1]))
+    for i in range(motion.shape[0]):
+        for k in range(motion.shape[1]):
+            row = i * motion.shape[1] + k
             total = 0.0
             for entry in range(starts[row], starts[row + 1]):
                 total += values[entry] * field[columns[entry]]
-            found[i, k] = total - counterfaces[counterface[i], k]
-    return found
+            motion[i, k] = total - counterfaces[counterface[i], k]
+    return motion

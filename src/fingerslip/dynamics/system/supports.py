@@ -69,14 +69,14 @@ def moving_components(
     motions: Mapping[str, SupportMotion], rows: sparse.csr_matrix, names: Sequence[str]
 ) -> list[MovingComponent]:
     """Return the components of moving supports."""
-    found = []
+    components = []
     for name, motion in motions.items():
         dim = len(motion.displacement)
         for axis, displacement in enumerate(motion.displacement):
             dofs = rows[names.index(name) * dim + axis].indices.astype(np.int64)
             if displacement and dofs.size:
-                found.append(MovingComponent(np.sort(dofs), displacement, motion.ramp))
-    return found
+                components.append(MovingComponent(np.sort(dofs), displacement, motion.ramp))
+    return components
 
 
 def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:

@@ -159,55 +159,57 @@ class System:
 
     def pushed(self, forces: Array, pose: Pose | None) -> Array:
         """Return forces (n_c, dim) on the candidates as forces on the unknowns, shape (n,) [N]."""
-        found: Array = self.at_candidates @ forces.ravel()
+        nodal_forces: Array = self.at_candidates @ forces.ravel()
         if self.rotations is not None and pose is not None:
-            found[self.rotations.at] = forces.ravel() @ pose.columns
-        return found
+            nodal_forces[self.rotations.at] = forces.ravel() @ pose.columns
+        return nodal_forces
 
 
 def build_system(model: Model, twin: System | None = None) -> System:
     """Check and assemble a model."""
-    known = checked(model, twin.space if twin else None)
-    for doubt in doubts(model, known):
+    checked_model = checked(model, twin.space if twin else None)
+    for doubt in doubts(model, checked_model):
         _logger.warning("%s", doubt)
-    rows = held_rows(known.held, known.space)
-    moving = tuple(moving_components(model.support_motions, rows, list(known.held)))
-    unknowns = Unknowns(known.free, rigid_freedoms(model), tuple(own.dofs for own in moving))
-    (stiffness, mass), held = _taken_over(twin) if twin else _matrices(model, known, unknowns, rows)
-    relaxing, held_relaxing = _taken_relaxing(twin) if twin else _relaxing(model, known, unknowns, rows)
-    candidates = join_candidates(list(known.candidates), known.space.dim)
+    rows = held_rows(checked_model.held, checked_model.space)
+    moving = tuple(moving_components(model.support_motions, rows, list(checked_model.held)))
+    unknowns = Unknowns(checked_model.free, rigid_freedoms(model), tuple(motion.dofs for motion in moving))
+    (stiffness, mass), held = _taken_over(twin) if twin else _matrices(model, checked_model, unknowns, rows)
+    relaxing, held_relaxing = _taken_relaxing(twin) if twin else _relaxing(model, checked_model, unknowns, rows)
+    candidates = join_candidates(list(checked_model.candidates), checked_model.space.dim)
     return System(
-        space=known.space,
-        materials=known.materials,
+        space=checked_model.space,
+        materials=checked_model.materials,
         unknowns=unknowns,
-        coordinates=MeshCoordinates(unknowns, known.space.n_dofs),
-        held_by_contact=known.held_by_contact,
+        coordinates=MeshCoordinates(unknowns, checked_model.space.n_dofs),
+        held_by_contact=checked_model.held_by_contact,
         stiffness=stiffness,
         mass=mass,
-        loads=_loads(known, unknowns),
-        initial_velocity=_initial_velocity(model, known.space, unknowns),
+        loads=_loads(checked_model, unknowns),
+        initial_velocity=_initial_velocity(model, checked_model.space, unknowns),
         candidates=candidates,
-        counterfaces=Counterfaces(known.counterfaces, tuple(contact.friction for contact in model.contacts)),
-        relative=relative_operator(known.space, unknowns, candidates.nodes, candidates.counterface),
-        outsiders=tuple(_outsiders(model, known, unknowns, number) for number in range(len(model.contacts))),
-        motions=known.motions,
-        site_nodes=known.site_nodes,
-        supports=supports_of(rows, held, known.loads, candidates.nodes, known.space.dim, relaxing=held_relaxing),
+        counterfaces=Counterfaces(checked_model.counterfaces, tuple(contact.friction for contact in model.contacts)),
+        relative=relative_operator(checked_model.space, unknowns, candidates.nodes, candidates.counterface),
+        outsiders=tuple(_outsiders(model, checked_model, unknowns, number) for number in range(len(model.contacts))),
+        motions=checked_model.motions,
+        site_nodes=checked_model.site_nodes,
+        supports=supports_of(
+            rows, held, checked_model.loads, candidates.nodes, checked_model.space.dim, relaxing=held_relaxing
+        ),
         moving_supports=moving,
         relaxing=relaxing,
-        body=_large_body(model, known, unknowns),
+        body=_large_body(model, checked_model, unknowns),
         dampers=_dampers(model, unknowns),
     )
 
 
-def _large_body(model: Model, known: CheckedModel, unknowns: Unknowns) -> Body | None:
+def _large_body(model: Model, checked_model: CheckedModel, unknowns: Unknowns) -> Body | None:
     """Return the deformable body of a model at large strain; None at small strain."""
-    if known.finite_materials is None:
+    if checked_model.finite_materials is None:
         return None
-    bulk = large_strain(known.space, known.finite_materials, model.depth, model.integration)
+    bulk = large_strain(checked_model.space, checked_model.finite_materials, model.depth, model.integration)
     springs = np.zeros(unknowns.count)
-    springs[unknowns.of_rigid] = [own.stiffness for own in unknowns.rigid]
-    return Body(bulk, MeshCoordinates(unknowns, known.space.n_dofs), springs)
+    springs[unknowns.of_rigid] = [freedom.stiffness for freedom in unknowns.rigid]
+    return Body(bulk, MeshCoordinates(unknowns, checked_model.space.n_dofs), springs)
 
 
 _Pair: TypeAlias = tuple[sparse.csr_matrix, sparse.csr_matrix]
@@ -219,13 +221,15 @@ def _taken_over(twin: System) -> tuple[_Pair, _Pair]:
     return (twin.stiffness, twin.mass), (sparse.csr_matrix(held.stiffness), sparse.csr_matrix(held.mass))
 
 
-def _matrices(model: Model, known: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix) -> tuple[_Pair, _Pair]:
+def _matrices(
+    model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
+) -> tuple[_Pair, _Pair]:
     """Assemble stiffness and mass of the unknowns, and their rows at what supports hold."""
-    space, free = known.space, known.free
-    springs, masses = ([getattr(own, name) for own in unknowns.rigid] for name in ("stiffness", "mass"))
+    space, free = checked_model.space, checked_model.free
+    springs, masses = ([getattr(freedom, name) for freedom in unknowns.rigid] for name in ("stiffness", "mass"))
     of_mesh = (
-        stiffness_matrix(space, known.materials, model.depth, model.integration),
-        mass_matrix(space, known.materials, model.depth),
+        stiffness_matrix(space, checked_model.materials, model.depth, model.integration),
+        mass_matrix(space, checked_model.materials, model.depth),
     )
     expansion = unknowns.expansion(space.n_dofs)
     held = tuple(sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh)
@@ -248,9 +252,9 @@ def _diagonal(value: float) -> sparse.csr_matrix:
 
 
 def _dampers(model: Model, unknowns: Unknowns) -> Array | None:
-    found = np.zeros(unknowns.count)
-    found[unknowns.of_rigid] = [own.viscous(model.damping) for own in unknowns.rigid]
-    return found if found.any() else None
+    coefficients = np.zeros(unknowns.count)
+    coefficients[unknowns.of_rigid] = [freedom.viscous(model.damping) for freedom in unknowns.rigid]
+    return coefficients if coefficients.any() else None
 
 
 _Layers: TypeAlias = tuple[Relaxing, ...]
@@ -261,41 +265,41 @@ def _taken_relaxing(twin: System) -> tuple[_Layers, _Layers]:
 
 
 def _relaxing(
-    model: Model, known: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
+    model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
 ) -> tuple[_Layers, _Layers]:
     """Assemble the matrices of layers that relax, for the unknowns, and their rows at what supports hold.
 
     There are none at large strain, where the body itself remembers.
     """
-    if known.finite_materials is not None:
+    if checked_model.finite_materials is not None:
         return (), ()
-    layers = relaxing_layers(known.space, known.materials, model.depth, model.integration)
-    expansion = unknowns.expansion(known.space.n_dofs)
+    layers = relaxing_layers(checked_model.space, checked_model.materials, model.depth, model.integration)
+    expansion = unknowns.expansion(checked_model.space.n_dofs)
     return (
         tuple(layer.mapped(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers),
         tuple(layer.mapped(lambda matrix: rows @ matrix @ expansion) for layer in layers),
     )
 
 
-def _loads(known: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:
+def _loads(checked_model: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:
     """Return the loads on the unknowns: those on the mesh, then those on rigid bodies."""
-    on_mesh = [Load(unknowns.restrict(load.forces), load.ramp) for load in known.loads]
+    on_mesh = [Load(unknowns.restrict(load.forces), load.ramp) for load in checked_model.loads]
     on_bodies = [
         Load(value * np.eye(1, unknowns.count, at)[0], ramp)
-        for at, own in zip(unknowns.of_rigid, unknowns.rigid, strict=True)
-        for value, ramp in own.loads
+        for at, freedom in zip(unknowns.of_rigid, unknowns.rigid, strict=True)
+        for value, ramp in freedom.loads
     ]
     return (*on_mesh, *on_bodies)
 
 
 def _initial_velocity(model: Model, space: Space, unknowns: Unknowns) -> Array:
     velocity = np.tile(model.initial_velocity or (0.0,) * space.dim, len(space.positions))
-    of_rigid = [own.velocity for own in unknowns.rigid]
+    of_rigid = [freedom.velocity for freedom in unknowns.rigid]
     return np.concatenate([velocity[unknowns.free], of_rigid, np.zeros(len(unknowns.carried))])
 
 
-def _outsiders(model: Model, known: CheckedModel, unknowns: Unknowns, number: int) -> Outsiders:
-    space = known.space
-    nodes = np.setdiff1d(carrying_nodes(space, model.contacts[number].boundary), known.candidates[number].nodes)
+def _outsiders(model: Model, checked_model: CheckedModel, unknowns: Unknowns, number: int) -> Outsiders:
+    space = checked_model.space
+    nodes = np.setdiff1d(carrying_nodes(space, model.contacts[number].boundary), checked_model.candidates[number].nodes)
     relative = relative_operator(space, unknowns, nodes, np.full(nodes.size, number))
     return Outsiders(nodes, space.positions[nodes], relative)

@@ -56,9 +56,9 @@ def _fill_columns(starts, neighbours, dim, columns):  # type: ignore[no-untyped-
     entry = 0
     for node in range(starts.size - 1):
         for _ in range(dim):
-            for place in range(starts[node], starts[node + 1]):
+            for position in range(starts[node], starts[node + 1]):
                 for component in range(dim):
-                    columns[entry] = dim * neighbours[place] + component
+                    columns[entry] = dim * neighbours[position] + component
                     entry += 1
 
 

@@ -94,28 +94,28 @@ class LargeStrain:
             Where a cell is turned inside out.
         """
         count, dim = self.weights.size, self.space.dim
-        found = np.empty((count, dim, dim)), np.empty((count, dim)), np.empty((count, dim, dim))
+        arrays = np.empty((count, dim, dim)), np.empty((count, dim)), np.empty((count, dim, dim))
         compiled = strains_in_plane if dim == 2 else strains
-        worst = compiled(self.gradients, self.nodes, displacement.reshape(-1, dim), *found)
+        worst = compiled(self.gradients, self.nodes, displacement.reshape(-1, dim), *arrays)
         if worst >= 0:
-            place = self.space.mesh.p[:, self.space.mesh.t[:, worst]].mean(axis=1)
-            raise InvertedCellError(int(worst), tuple(place.tolist()))
+            centre = self.space.mesh.p[:, self.space.mesh.t[:, worst]].mean(axis=1)
+            raise InvertedCellError(int(worst), tuple(centre.tolist()))
         log_strain = np.zeros((count, 3))
-        np.log(found[1], out=log_strain[:, :dim])
+        np.log(arrays[1], out=log_strain[:, :dim])
         log_strain[:, :dim] *= 0.5
         log_strain[:, 2:] *= dim - 2
         if near is not None and self.materials.formulation == "plane_stress":
             # An incompressible body keeps its volume.
             log_strain[:, 2] = near.log_strain[:, 2] + near.log_volume - log_volume_of(log_strain[:, :2])
         left, history = (None, None) if near is None else (near.left, near.history)
-        return self._stressed(Deformed(*found, log_strain, np.zeros((0, 3)), None, None, left, None, history))
+        return self._stressed(Deformed(*arrays, log_strain, np.zeros((0, 3)), None, None, left, None, history))
 
     def force(self, state: Deformed) -> Array:
         """Return the forces of the nodes on the body, shape (n_dofs,) [N]."""
         forces = np.zeros_like(self.space.positions)
-        parts = state.deformation, state.squared, state.directions, state.stress
+        fields = state.deformation, state.squared, state.directions, state.stress
         compiled = nodal_forces_in_plane if self.space.dim == 2 else nodal_forces
-        compiled(self.gradients, self.nodes, self.weights.ravel(), *parts, forces)
+        compiled(self.gradients, self.nodes, self.weights.ravel(), *fields, forces)
         if state.pulled is not None:
             add_forces(self.gradients, self.nodes, self.weights.ravel(), state.deformation, state.pulled, forces)
         return forces.ravel()
@@ -132,15 +132,15 @@ class LargeStrain:
         """
         density = np.empty(len(points))
         number = self.materials.number[points // self.weights.shape[1]]
-        for own, material in enumerate(self.materials.materials):
-            strains = state.log_strain[points[number == own]]
-            found = material.stored_energy(strains)
+        for element, material in enumerate(self.materials.materials):
+            strains = state.log_strain[points[number == element]]
+            energy = material.stored_energy(strains)
             if self.volumes is not None:
                 log_volume = log_volume_of(strains[:, : self.space.dim])
-                found = found - selective_energy(material, self.materials.formulation, log_volume)[0]
+                energy = energy - selective_energy(material, self.materials.formulation, log_volume)[0]
             if self.relaxation is not None:
-                found = found + self._point_excess(own, material, state, points[number == own])
-            density[number == own] = found
+                energy = energy + self._point_excess(element, material, state, points[number == element])
+            density[number == element] = energy
         if self.volumes is None or state.mean_volume is None:
             return density
         mean = np.empty_like(state.mean_volume)
@@ -156,13 +156,13 @@ class LargeStrain:
     def _point_excess(self, number: int, material: FiniteMaterial, state: Deformed, points: Indices) -> Array:
         """Return by how much bodies that relax store more than elastic ones at points (k,), shape (k,) [J/m^3]."""
         relaxation, history = self._relaxation, state.history
-        found = spring_excess(relaxation, number, material, state, points)
+        excess = spring_excess(relaxation, number, material, state, points)
         if self.volumes is None or history is None:
-            return found
+            return excess
         values = history.points[points, -2:]
         dashpots = [dashpot[points, -2:] for dashpot in history.point_dashpots]
         modulus = material.at_rest().dilatational_modulus(self.materials.formulation)
-        return found - selective_excess(relaxation.constants[number], modulus, values, dashpots)
+        return excess - selective_excess(relaxation.constants[number], modulus, values, dashpots)
 
     def _group_excess(self, number: int, state: Deformed, groups: Indices | slice) -> Array | float:
         """Return the same of groups with a mean volume, shape (k,) [J/m^3]."""
@@ -193,9 +193,9 @@ class LargeStrain:
         """
         size = self.nodes.shape[1] * self.space.dim
         matrices = np.empty((len(self.nodes), size, size))
-        parts = state.deformation, state.squared, state.directions, state.stress
+        fields = state.deformation, state.squared, state.directions, state.stress
         moduli = self._moduli(state, positive=positive)
-        stiffness_of_cells(self.gradients, self.weights.ravel(), *parts, moduli, positive, matrices)
+        stiffness_of_cells(self.gradients, self.weights.ravel(), *fields, moduli, positive, matrices)
         if state.pulled is not None and not positive:
             self._add_pulled(state, state.pulled, matrices)
         total = self._pattern.assembled(matrices)
@@ -214,11 +214,11 @@ class LargeStrain:
         """Return a state with its stresses, and in plane stress its thickness."""
         stress = np.empty_like(state.log_strain)
         for number, (material, points, _) in enumerate(self._parts()):
-            own, law = state.log_strain[points], self._law(number, material, state.left, points)
+            strain, law = state.log_strain[points], self._law(number, material, state.left, points)
             if self.materials.formulation == "plane_stress":
-                own[:, 2] = thinned(law, own, self._across(state, points) if law is not material else None)
-                state.log_strain[points, 2] = own[:, 2]
-            stress[points] = law.kirchhoff_stress(own)
+                strain[:, 2] = thinned(law, strain, self._across(state, points) if law is not material else None)
+                state.log_strain[points, 2] = strain[:, 2]
+            stress[points] = law.kirchhoff_stress(strain)
         if state.left is not None:
             state = replace(state, pulled=self._pulled(state, state.left))
         if self.volumes is None:
@@ -236,16 +236,16 @@ class LargeStrain:
         """Return the law of a material at the end of a step."""
         if left is None or self.relaxation is None or not self.relaxation.constants[number].prony:
             return material
-        taken, pressure = float(left.terms.taken[number]), left.points[points, self.relaxation.tensor]
-        return StepLaw(material, taken, pressure)
+        share, pressure = float(left.terms.taken[number]), left.points[points, self.relaxation.tensor]
+        return StepLaw(material, share, pressure)
 
     def _across(self, state: Deformed, points: Indices | slice) -> Pulled | None:
         """Return what the start of a step leaves in the stress across the plane."""
         if state.left is None:
             return None
-        one, other, beside, across = state.left.points[points, :4].T
+        first, other, beside, across = state.left.points[points, :4].T
         (xx, xy), (yx, yy) = state.deformation[points].transpose(1, 2, 0)
-        in_plane = one * (xx**2 + yx**2) + other * (xy**2 + yy**2) + 2.0 * beside * (xx * xy + yx * yy)
+        in_plane = first * (xx**2 + yx**2) + other * (xy**2 + yy**2) + 2.0 * beside * (xx * xy + yx * yy)
         return Pulled(in_plane, across)
 
     def _pulled(self, state: Deformed, left: Left) -> Array:
@@ -262,8 +262,8 @@ class LargeStrain:
             return
         across = self._tangents(state)[:, :, 2]
         stiffness = across[:, 2] - 2.0 / 9.0 * (pulled[:, 0] + pulled[:, 1]) - 8.0 / 9.0 * pulled[:, 3]
-        parts = state.deformation, state.squared, state.directions
-        add_thickness(self.gradients, weights, *parts, across[:, :2].copy(), pulled, stiffness, matrices)
+        fields = state.deformation, state.squared, state.directions
+        add_thickness(self.gradients, weights, *fields, across[:, :2].copy(), pulled, stiffness, matrices)
 
     def _pressure(self, mean: Array, left: Left | None) -> Array:
         """Return what the mean volumes of groups (n_groups,) make the points feel, shape (n_p,) [Pa]."""
@@ -319,8 +319,8 @@ class LargeStrain:
                 second = second + modulus
                 slope = slope + modulus * np.log(mean[groups]) + state.left.group_offsets[groups]
             curvature[groups] = second - slope
-        found: Array = self._volumes.size * curvature / mean**2
-        return found
+        curvature_of_mean: Array = self._volumes.size * curvature / mean**2
+        return curvature_of_mean
 
     def _volume_slopes(self, state: Deformed) -> sparse.csr_matrix:
         """Return the derivative of the mean volumes by the displacement, shape (n_groups, n_dofs) [1/m]."""

@@ -38,5 +38,5 @@ class Deformed:
     @property
     def volume(self) -> Array:
         """Ratio of current to reference volume, of areas in the plane, shape (n_p,) [-]."""
-        found: Array = np.sqrt(self.squared[:, 0] * self.squared[:, 1])
-        return found if self.squared.shape[1] == 2 else found * np.sqrt(self.squared[:, 2])
+        result: Array = np.sqrt(self.squared[:, 0] * self.squared[:, 1])
+        return result if self.squared.shape[1] == 2 else result * np.sqrt(self.squared[:, 2])

@@ -60,29 +60,29 @@ __all__ = [
 
 
 @numba.njit(cache=True, nogil=True)
-def leave(number, weights, decay, start, given, dashpots, left):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def leave(number, weights, decay, start, stress, dashpots, left):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Fill in what a step leaves (n, m) of values (n, m) and their dashpots (t, n, m) at its start.
 
     `number` (n,) is the material, `weights`, `decay` and `start` (n_materials, t) are its terms' shares and recurrence.
     """
-    for p in range(given.shape[0]):
-        own = number[p]
-        for k in range(given.shape[1]):
+    for p in range(stress.shape[0]):
+        law = number[p]
+        for k in range(stress.shape[1]):
             total = 0.0
             for i in range(dashpots.shape[0]):
-                total += weights[own, i] * (decay[own, i] * dashpots[i, p, k] + start[own, i] * given[p, k])
+                total += weights[law, i] * (decay[law, i] * dashpots[i, p, k] + start[law, i] * stress[p, k])
             left[p, k] = total
 
 
 @numba.njit(cache=True, nogil=True)
-def follow(number, decay, end, start, given0, given, dashpots0, dashpots):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def follow(number, decay, end, start, given0, strain, dashpots0, dashpots):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Fill in the dashpots (t, n, m) at the end of a step; see :func:`leave`."""
     for i in range(dashpots.shape[0]):
-        for p in range(given.shape[0]):
-            own = number[p]
-            for k in range(given.shape[1]):
-                kept = decay[own, i] * dashpots0[i, p, k] + start[own, i] * given0[p, k]
-                dashpots[i, p, k] = kept + end[own, i] * given[p, k]
+        for p in range(strain.shape[0]):
+            law = number[p]
+            for k in range(strain.shape[1]):
+                part_before = decay[law, i] * dashpots0[i, p, k] + start[law, i] * given0[p, k]
+                dashpots[i, p, k] = part_before + end[law, i] * strain[p, k]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -112,7 +112,7 @@ def _pack(tensor, across, dim, packed):  # type: ignore[no-untyped-def]
 def push_forward(deformation, log_strain, reference, current):  # type: ignore[no-untyped-def]
     """Fill in y = J^(-2/3) F Y F^T (n, k) from Y (n, >= k); `log_strain` (n, 3) has the strain across last."""
     count, dim = deformation.shape[0], deformation.shape[1]
-    tensor, half, found = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((dim, dim))
+    tensor, half, rotated = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((dim, dim))
     for p in range(count):
         across = _unpack(reference[p], dim, tensor)
         scale = np.exp(-2.0 / 3.0 * (log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]))
@@ -127,8 +127,8 @@ def push_forward(deformation, log_strain, reference, current):  # type: ignore[n
                 total = 0.0
                 for k in range(dim):
                     total += half[i, k] * deformation[p, j, k]
-                found[i, j] = found[j, i] = scale * total
-        _pack(found, scale * across * np.exp(2.0 * log_strain[p, 2]), dim, current[p])
+                rotated[i, j] = rotated[j, i] = scale * total
+        _pack(rotated, scale * across * np.exp(2.0 * log_strain[p, 2]), dim, current[p])
 
 
 @numba.njit(cache=True, nogil=True)
@@ -141,10 +141,10 @@ def shape_tensors(squared, directions, log_strain, stress, reference):  # type: 
         scale = np.exp(2.0 / 3.0 * (log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]))
         tensor[:] = 0.0
         for k in range(dim):
-            own = scale * (stress[p, k] - mean) / squared[p, k]
+            deviatoric = scale * (stress[p, k] - mean) / squared[p, k]
             for i in range(dim):
                 for j in range(dim):
-                    tensor[i, j] += own * directions[p, i, k] * directions[p, j, k]
+                    tensor[i, j] += deviatoric * directions[p, i, k] * directions[p, j, k]
         _pack(tensor, scale * (stress[p, 2] - mean) * np.exp(-2.0 * log_strain[p, 2]), dim, reference[p])
 
 
@@ -155,14 +155,14 @@ def principal_values(current, dim, values):  # type: ignore[no-untyped-def]
     for start in range(0, len(current), LANES):
         count = min(LANES, len(current) - start)
         for lane in range(count):
-            own = current[start + lane]
+            value = current[start + lane]
             if dim == 2:
-                middle, half = 0.5 * (own[0] + own[1]), 0.5 * (own[0] - own[1])
-                radius = np.sqrt(half * half + own[2] * own[2])
-                lanes[0, lane], lanes[1, lane], lanes[2, lane] = middle + radius, middle - radius, own[3]
+                middle, half = 0.5 * (value[0] + value[1]), 0.5 * (value[0] - value[1])
+                radius = np.sqrt(half * half + value[2] * value[2])
+                lanes[0, lane], lanes[1, lane], lanes[2, lane] = middle + radius, middle - radius, value[3]
             else:
-                lanes[0, lane], lanes[1, lane], lanes[2, lane] = own[0], own[1], own[2]
-                lanes[3, lane], lanes[4, lane], lanes[5, lane] = own[3], own[5], own[4]
+                lanes[0, lane], lanes[1, lane], lanes[2, lane] = value[0], value[1], value[2]
+                lanes[3, lane], lanes[4, lane], lanes[5, lane] = value[3], value[5], value[4]
         if dim == 3:
             diagonalise(lanes)
         for lane in range(count):
@@ -188,7 +188,7 @@ def _invert(matrix, inverse):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _shapes(gradients, inverse, found):  # type: ignore[no-untyped-def]
+def _shapes(gradients, inverse, out):  # type: ignore[no-untyped-def]
     """Fill in the gradients (n_nodes, dim) of the shape functions in the current state."""
     corners, dim = gradients.shape
     for a in range(corners):
@@ -196,7 +196,7 @@ def _shapes(gradients, inverse, found):  # type: ignore[no-untyped-def]
             total = 0.0
             for k in range(dim):
                 total += gradients[a, k] * inverse[k, i]
-            found[a, i] = total
+            out[a, i] = total
 
 
 @numba.njit(cache=True, nogil=True)
@@ -253,9 +253,9 @@ def add_stiffness(gradients, weights, deformation, current, matrices):  # type: 
                     for i in range(dim):
                         matrices[c, a * dim + i, b * dim + i] += same
                         for j in range(dim):
-                            own = pulled[a, i] * shapes[b, j] + shapes[a, i] * pulled[b, j]
-                            own -= third * shapes[a, i] * shapes[b, j] + 0.5 * trace * shapes[a, j] * shapes[b, i]
-                            matrices[c, a * dim + i, b * dim + j] += size * own
+                            symmetric = pulled[a, i] * shapes[b, j] + shapes[a, i] * pulled[b, j]
+                            symmetric -= third * shapes[a, i] * shapes[b, j] + 0.5 * trace * shapes[a, j] * shapes[b, i]
+                            matrices[c, a * dim + i, b * dim + j] += size * symmetric
 
 
 @numba.njit(cache=True, nogil=True)
@@ -267,12 +267,12 @@ def _couple(deformation, squared, directions, coupling, current, tensor):  # typ
         tensor[i, i] += across - third
     tensor *= 2.0 / 3.0
     for k in range(2):
-        one = (deformation[0, 0] * directions[0, k] + deformation[0, 1] * directions[1, k]) / np.sqrt(squared[k])
+        first_pull = (deformation[0, 0] * directions[0, k] + deformation[0, 1] * directions[1, k]) / np.sqrt(squared[k])
         other = (deformation[1, 0] * directions[0, k] + deformation[1, 1] * directions[1, k]) / np.sqrt(squared[k])
-        tensor[0, 0] += coupling[k] * one * one
+        tensor[0, 0] += coupling[k] * first_pull * first_pull
         tensor[1, 1] += coupling[k] * other * other
-        tensor[0, 1] += coupling[k] * one * other
-        tensor[1, 0] += coupling[k] * one * other
+        tensor[0, 1] += coupling[k] * first_pull * other
+        tensor[1, 0] += coupling[k] * first_pull * other
 
 
 @numba.njit(cache=True, nogil=True)
@@ -323,8 +323,8 @@ class Terms:
     @property
     def taken(self) -> Array:
         """Share of a strain at the end of a step that dashpots have taken by then, shape (n_materials,) [-]."""
-        found: Array = (self.shares * self.end).sum(axis=1)
-        return found
+        shares: Array = (self.shares * self.end).sum(axis=1)
+        return shares
 
 
 @dataclass(frozen=True)
@@ -378,8 +378,8 @@ class Relaxation:
         """Return the terms for a step [s] that the model was checked for."""
         count = max(len(constant.prony) for constant in self.constants)
         tables = np.zeros((4, len(self.constants), count))
-        for number, own in enumerate(self.constants):
-            follows, size = recurrence(own.prony, step, controlled=True), len(own.prony)
+        for number, constants in enumerate(self.constants):
+            follows, size = recurrence(constants.prony, step, controlled=True), len(constants.prony)
             tables[:, number, :size] = follows.shares, follows.decay, follows.end, follows.start
         return Terms(*tables)
 
@@ -407,7 +407,7 @@ class Relaxation:
     def thinning(self, terms: Terms) -> Array:
         """Return the parts in w at the end of a step of x there and of what is left, shape (n_materials, 2) [-]."""
         pairs = zip(self.constants, terms.taken, strict=True)
-        return np.array([across_of(own.poisson_ratio).of_step(float(taken)) for own, taken in pairs])
+        return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])
 
     def after(self, history: History, left: Left, tensors: Array, log_volume: Array, groups: Array) -> History:
         """Return what is remembered at the end of a step.
@@ -423,15 +423,15 @@ class Relaxation:
         log_volume, groups : (n_p,) and (n_groups,) array
             ln J at the end, local and of mean volumes; of areas in the plane [-].
         """
-        own = np.column_stack(
+        updated = np.column_stack(
             [tensors, self._thinned(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]
         )
         mean = self._thinned(left, self.groups, groups, left.groups)
         dashpots, of_groups = np.empty_like(history.point_dashpots), np.empty_like(history.group_dashpots)
         tables = left.terms.decay, left.terms.end, left.terms.start
-        follow(self.points, *tables, history.points, own, history.point_dashpots, dashpots)
+        follow(self.points, *tables, history.points, updated, history.point_dashpots, dashpots)
         follow(self.groups, *tables, history.groups, mean, history.group_dashpots, of_groups)
-        return History(own, dashpots, mean, of_groups)
+        return History(updated, dashpots, mean, of_groups)
 
     def _thinned(self, left: Left, number: Indices, log_volume: Array, rest: Array) -> Array:
         """Return ln J (n,) beside the strain across that follows from it at small strain, shape (n, 2) [-]."""
@@ -441,9 +441,9 @@ class Relaxation:
         return np.column_stack([log_volume, now * log_volume + earlier * (rest[:, 0] + 2.0 * rest[:, 1])])
 
 
-def _product(one: Array, other: Array) -> Array:
-    found: Array = (one * other).sum(axis=1)
-    return found
+def _product(first: Array, other: Array) -> Array:
+    product: Array = (first * other).sum(axis=1)
+    return product
 
 
 def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes: Volumes | None) -> Relaxation | None:
@@ -462,8 +462,8 @@ def selective_excess(constants: Constants, modulus: float, values: Array, dashpo
     """
     weights = [1.0 - sum(term.share for term in constants.prony), *(term.share for term in constants.prony)]
     along, across = values.T
-    found: Array = 0.5 * constants.bulk_modulus * (along - across) ** 2 - 0.5 * modulus * along**2
+    excess: Array = 0.5 * constants.bulk_modulus * (along - across) ** 2 - 0.5 * modulus * along**2
     for weight, dashpot in zip(weights, [np.zeros_like(values), *dashpots], strict=False):
-        own, thin = (values - dashpot).T
-        found += weight * constants.shear_modulus * (thin**2 - (own - thin) ** 2 / 3.0)
-    return found
+        strain, thin = (values - dashpot).T
+        excess += weight * constants.shear_modulus * (thin**2 - (strain - thin) ** 2 / 3.0)
+    return excess

@@ -113,20 +113,20 @@ def strains_in_plane(gradients, nodes, displacement, deformation, squared, direc
                 yy += y * up
             deformation[p, 0, 0], deformation[p, 0, 1] = 1.0 + xx, xy
             deformation[p, 1, 0], deformation[p, 1, 1] = yx, 1.0 + yy
-            one = xx + 0.5 * (xx * xx + yx * yx)
+            along_x = xx + 0.5 * (xx * xx + yx * yx)
             other = yy + 0.5 * (xy * xy + yy * yy)
             beside = 0.5 * (xy + yx + xx * xy + yx * yy)
             cosine, sine = 1.0, 0.0
             if beside != 0.0:
-                ratio = (other - one) / (2.0 * beside)
+                ratio = (other - along_x) / (2.0 * beside)
                 tangent = np.copysign(1.0, ratio) / (np.abs(ratio) + np.sqrt(ratio * ratio + 1.0))
                 cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
                 sine = tangent * cosine
-                one -= tangent * beside
+                along_x -= tangent * beside
                 other += tangent * beside
             directions[p, 0, 0], directions[p, 0, 1] = cosine, sine
             directions[p, 1, 0], directions[p, 1, 1] = -sine, cosine
-            squared[p, 0], squared[p, 1] = 1.0 + 2.0 * one, 1.0 + 2.0 * other
+            squared[p, 0], squared[p, 1] = 1.0 + 2.0 * along_x, 1.0 + 2.0 * other
             volume = (1.0 + xx) * (1.0 + yy) - xy * yx
             if not volume > least:
                 worst, least = c, volume
@@ -170,8 +170,8 @@ def nodal_forces(gradients, nodes, weights, deformation, squared, directions, st
                 x, y, z = deformation[p, i, 0], deformation[p, i, 1], deformation[p, i, 2]
                 along, up, across = x * xx + y * xy + z * xz, x * xy + y * yy + z * yz, x * xz + y * yz + z * zz
                 for a in range(corners):
-                    own = gradients[c, q, a]
-                    forces[nodes[c, a], i] += along * own[0] + up * own[1] + across * own[2]
+                    gradient = gradients[c, q, a]
+                    forces[nodes[c, a], i] += along * gradient[0] + up * gradient[1] + across * gradient[2]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -257,9 +257,9 @@ def _moduli(stretch, nominal, stress, tangent, positive, normal, moduli):  # typ
             turn = (nominal[i] + nominal[j]) / (stretch[i] + stretch[j])
             if positive:
                 shear, turn = max(shear, 0.0), max(turn, 0.0)
-            one, other = i * dim + j, j * dim + i
-            moduli[one, one] = moduli[other, other] = 0.5 * (shear + turn)
-            moduli[one, other] = moduli[other, one] = 0.5 * (shear - turn)
+            index, other = i * dim + j, j * dim + i
+            moduli[index, index] = moduli[other, other] = 0.5 * (shear + turn)
+            moduli[index, other] = moduli[other, index] = 0.5 * (shear - turn)
     if positive:
         values, vectors = np.linalg.eigh(normal)
         normal[:] = 0.0

@@ -44,19 +44,19 @@ def diagonalise(lanes):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _rotate(lanes, one, other, beside, left, right, first, second):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _rotate(lanes, column, other, beside, left, right, first, second):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Take the component `beside` to zero by a rotation in the plane of the axes `one` and `other`.
 
     `left` and `right` are the components that both have with the third axis, `first` and `second` their directions.
     """
     for lane in range(LANES):
         shear = lanes[beside, lane]
-        apart = lanes[other, lane] - lanes[one, lane]
+        apart = lanes[other, lane] - lanes[column, lane]
         doubled = 2.0 * shear if apart >= 0.0 else -2.0 * shear
         tangent = doubled / (np.abs(apart) + np.sqrt(apart * apart + doubled * doubled) + _NOTHING)
         cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
         sine = tangent * cosine
-        lanes[one, lane] -= tangent * shear
+        lanes[column, lane] -= tangent * shear
         lanes[other, lane] += tangent * shear
         lanes[beside, lane] = 0.0
         near, far = lanes[left, lane], lanes[right, lane]

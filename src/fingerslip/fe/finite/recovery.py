@@ -43,13 +43,13 @@ class FiniteRecovery:
         components = self._along_axes(state, state.stress[points] * shrunk[:, None])
         if state.pulled is not None:
             components -= shrunk[:, None] * _deviator(state.pulled[points], dim)
-        found: Array = self.mean @ components
-        return found
+        result: Array = self.mean @ components
+        return result
 
     def tensors(self, state: Deformed) -> Array:
         """Return the logarithmic strain tensors [-], shape (n, 4 or 6), along the axes of space."""
-        found: Array = self.mean @ self._along_axes(state, state.log_strain[self.points])
-        return found
+        result: Array = self.mean @ self._along_axes(state, state.log_strain[self.points])
+        return result
 
     def _along_axes(self, state: Deformed, principal: Array) -> Array:
         """Return the components (k, 4 or 6) of tensors with given values (k, 3) along the stretched directions."""
@@ -63,15 +63,15 @@ class FiniteRecovery:
 
     def energy_densities(self, state: Deformed) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""
-        found: Array = self.mean @ self.bulk.energy_densities(state, self.points)
-        return found
+        densities: Array = self.mean @ self.bulk.energy_densities(state, self.points)
+        return densities
 
 
 def _deviator(packed: Array, dim: int) -> Array:
     """Return the components of the deviators of packed tensors (n, k), in the order of stress components."""
-    found = packed[:, [0, 1, 3, 2]] if dim == 2 else packed.copy()
-    found[:, :3] -= found[:, :3].mean(axis=1, keepdims=True)
-    return found
+    deviator = packed[:, [0, 1, 3, 2]] if dim == 2 else packed.copy()
+    deviator[:, :3] -= deviator[:, :3].mean(axis=1, keepdims=True)
+    return deviator
 
 
 def finite_cell_recovery(bulk: LargeStrain) -> FiniteRecovery:

@@ -31,8 +31,8 @@ def ended(relaxation: Relaxation, materials: tuple[FiniteMaterial, ...], state: 
     stress = np.zeros_like(state.log_strain)
     for number, material in enumerate(materials):
         if relaxation.constants[number].prony:
-            own = relaxation.points == number
-            stress[own] = shape_stress(material, state.log_strain[own])
+            rows = relaxation.points == number
+            stress[rows] = shape_stress(material, state.log_strain[rows])
     tensors = np.empty((len(stress), relaxation.tensor))
     shape_tensors(state.squared, state.directions, state.log_strain, stress, tensors)
     groups = np.zeros(0) if state.mean_volume is None else np.log(state.mean_volume)
@@ -52,10 +52,10 @@ def spring_excess(
         return excess
     strain, deformation = state.log_strain[points], state.deformation[points]
     whole, elastic = log_volume_of(strain), shape_energy(material, strain)
-    given = state.history.points[points, : relaxation.tensor]
+    source = state.history.points[points, : relaxation.tensor]
     for term, dashpots in zip(constants.prony, state.history.point_dashpots, strict=False):
-        current, stress = np.empty_like(given), np.empty_like(strain)
-        push_forward(deformation, strain, given - dashpots[points, : relaxation.tensor], current)
+        current, stress = np.empty_like(source), np.empty_like(strain)
+        push_forward(deformation, strain, source - dashpots[points, : relaxation.tensor], current)
         principal_values(current, deformation.shape[1], stress)
         guess = np.clip(stress / (2.0 * constants.shear_modulus), -_LINEAR, _LINEAR)
         excess += term.share * (shape_energy(material, spring_strain(material, stress, whole, guess)) - elastic)

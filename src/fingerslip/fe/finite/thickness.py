@@ -42,9 +42,9 @@ class Pulled:
     def stress(self, log_strain: Array) -> tuple[Array, Array]:
         """Return what comes to the stress across and to its derivative [Pa], (n,) each, at strains (n, 3)."""
         scale = np.exp(-2.0 / 3.0 * log_strain.sum(axis=1))
-        own = scale * self.across * np.exp(2.0 * log_strain[:, 2])
-        third = (own + scale * self.in_plane) / 3.0
-        return third - own, -2.0 / 3.0 * (third + own)
+        pull = scale * self.across * np.exp(2.0 * log_strain[:, 2])
+        third = (pull + scale * self.in_plane) / 3.0
+        return third - pull, -2.0 / 3.0 * (third + pull)
 
 
 def thinned(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> Array:

@@ -67,13 +67,13 @@ class Pardiso:
         """Factorise a matrix (n, n)."""
         return self.series().factorise(matrix)
 
-    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
-        return self.series().factorise_around(matrix, kept)
+        return self.series().factorise_around(matrix, interface)
 
-    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
-        return self.series().bytes_around(matrix, kept)
+        return self.series().bytes_around(matrix, interface)
 
 
 SOLVER = Pardiso()
@@ -105,25 +105,25 @@ class PardisoSeries:
         """Factorise a matrix (n, n)."""
         return self._factorised(self._analysed(matrix, _NONE))
 
-    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
         # PARDISO does not check the sign of unknowns without neighbours here.
         if not (matrix.diagonal() > 0.0).all():
             raise FingerslipError(f"{self.name}: {_NOT_DEFINITE}")
-        schur = np.zeros((kept.size, kept.size), self._around)
-        return self._factorised(self._analysed(matrix, kept), schur), schur
+        schur = np.zeros((interface.size, interface.size), self._around)
+        return self._factorised(self._analysed(matrix, interface), schur), schur
 
-    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
-        return self._analysed(matrix, kept).bytes
+        return self._analysed(matrix, interface).bytes
 
-    def _analysed(self, matrix: sparse.csr_matrix, kept: Indices) -> _Analysis:
+    def _analysed(self, matrix: sparse.csr_matrix, interface: Indices) -> _Analysis:
         """Return the analysis of a matrix: the last one, unless the pattern is another or its factors are in use."""
         upper = sparse.triu(matrix, format="csr")
         upper.sort_indices()
-        if self._analysis is None or not self._analysis.takes(upper, kept):
+        if self._analysis is None or not self._analysis.takes(upper, interface):
             self._analysis = None  # there may be no memory for both
-            self._analysis = _Analysis(upper, kept, self._around if kept.size else np.float64)
+            self._analysis = _Analysis(upper, interface, self._around if interface.size else np.float64)
         return self._analysis
 
     def _factorised(self, analysis: _Analysis, schur: Array | None = None) -> PardisoFactor:
@@ -155,10 +155,10 @@ class PardisoFactor:
 
     def backward(self, halfway: Array) -> Array:
         """Return the solution from a forward half (n,) or (n, k), same shape."""
-        found = self._call(_BACKWARD, halfway).astype(np.float64, copy=False)
+        solution = self._call(_BACKWARD, halfway).astype(np.float64, copy=False)
         # What was put in is not to be rounded to the precision of the factors.
-        found[self._analysis.kept] = halfway[self._analysis.kept]
-        return found
+        solution[self._analysis.kept] = halfway[self._analysis.kept]
+        return solution
 
     def transposed_backward(self, right_hand_side: Array) -> Array:
         """Return L^-1 b for a right-hand side (n,) or (n, k): the factors are each other's transposes."""
@@ -168,8 +168,11 @@ class PardisoFactor:
 class _Analysis:
     """The pattern of a matrix, analysed for factors of all unknowns or of all but `kept`: for one factor at a time."""
 
-    def __init__(self, upper: sparse.csr_matrix, kept: Indices, precision: type[np.floating[Any]]) -> None:
-        self.call, self.kept = _schur_call(upper, kept, precision) if kept.size else _Call(upper, precision), kept
+    def __init__(self, upper: sparse.csr_matrix, interface: Indices, precision: type[np.floating[Any]]) -> None:
+        self.call, self.kept = (
+            _schur_call(upper, interface, precision) if interface.size else _Call(upper, precision),
+            interface,
+        )
         self.user: Callable[[], PardisoFactor | None] = lambda: None
         none = np.zeros(self.call.size)
         weakref.finalize(self, self.call.release, _RELEASE)
@@ -177,15 +180,15 @@ class _Analysis:
         sizes = self.call.settings
         self.bytes = 1024 * int(max(sizes[_PEAK], sizes[_PERMANENT] + sizes[_FACTORS]))
 
-    def takes(self, upper: sparse.csr_matrix, kept: Indices) -> bool:
+    def takes(self, upper: sparse.csr_matrix, interface: Indices) -> bool:
         """Take the values of another upper triangle; tell whether that was possible."""
-        return self.user() is None and np.array_equal(kept, self.kept) and self.call.takes(upper)
+        return self.user() is None and np.array_equal(interface, self.kept) and self.call.takes(upper)
 
 
-def _schur_call(upper: sparse.csr_matrix, kept: Indices, precision: type[np.floating[Any]]) -> _Call:
+def _schur_call(upper: sparse.csr_matrix, interface: Indices, precision: type[np.floating[Any]]) -> _Call:
     call = _Call(upper, precision)
     call.order = np.zeros(call.size, dtype=np.int32)
-    call.order[kept] = 1
+    call.order[interface] = 1
     call.settings[_SCHUR] = _RETURN_SCHUR_KEEP_FACTORS
     # With a Schur complement, substitutions use several threads only so (measured).
     call.settings[_PARALLEL] = _TWO_LEVELS
@@ -209,9 +212,9 @@ class _Call:
         self._values = np.array(upper.data, dtype=precision)
         self._rows = np.ascontiguousarray(upper.indptr + 1, dtype=np.int32)
         self._columns = np.ascontiguousarray(upper.indices + 1, dtype=np.int32)
-        one, zero, kind, size = (ctypes.byref(ctypes.c_int32(value)) for value in (1, 0, _SPD, self.size))
+        unity, zero, kind, size = (ctypes.byref(ctypes.c_int32(value)) for value in (1, 0, _SPD, self.size))
         # Converting an argument takes a microsecond: what stays the same is converted once.
-        self._start = (self._handle.ctypes.data, one, one, kind)
+        self._start = (self._handle.ctypes.data, unity, unity, kind)
         self._matrix = (size, *(array.ctypes.data for array in (self._values, self._rows, self._columns)))
         self._rest = (self.settings.ctypes.data, zero)
 
@@ -230,13 +233,13 @@ class _Call:
             self._released = phase == _RELEASE
             self(phase, np.zeros(self.size))
 
-    def __call__(self, phase: int, given: Array, found: NDArray[Any] | None = None) -> NDArray[Any]:
-        given = np.asfortranarray(given, dtype=self._values.dtype)
-        found = np.empty_like(given, order="F") if found is None else found
+    def __call__(self, phase: int, right: Array, out: NDArray[Any] | None = None) -> NDArray[Any]:
+        right = np.asfortranarray(right, dtype=self._values.dtype)
+        out = np.empty_like(right, order="F") if out is None else out
         # MKL takes no columns for too little memory.
-        if not given.size:
-            return found
-        error, sides = ctypes.c_int32(0), 1 if given.ndim == 1 else given.shape[1]
+        if not right.size:
+            return out
+        error, sides = ctypes.c_int32(0), 1 if right.ndim == 1 else right.shape[1]
         self._function(
             *self._start,
             ctypes.byref(ctypes.c_int32(phase)),
@@ -244,14 +247,14 @@ class _Call:
             self.order.ctypes.data,
             ctypes.byref(ctypes.c_int32(sides)),
             *self._rest,
-            given.ctypes.data,
-            found.ctypes.data,
+            right.ctypes.data,
+            out.ctypes.data,
             ctypes.byref(error),
         )
         if error.value:
             reason = "memory ran out" if error.value == _OUT_OF_MEMORY else _NOT_DEFINITE
             raise FingerslipError(f"MKL PARDISO: error {error.value} in phase {phase}; {reason}")
-        return found
+        return out
 
 
 @functools.cache

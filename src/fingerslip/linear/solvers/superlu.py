@@ -48,15 +48,15 @@ class SuperLU:
         """Factorise a matrix (n, n)."""
         return SuperLUFactor(matrix)
 
-    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[SuperLUSchurFactor, Array]:
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[SuperLUSchurFactor, Array]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
-        schur = _schur(matrix, kept)
-        return SuperLUSchurFactor(matrix, kept), schur
+        schur = _schur(matrix, interface)
+        return SuperLUSchurFactor(matrix, interface), schur
 
-    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return about what memory factors around unknowns `kept` (m,) take [bytes], by counting their entries."""
-        order = _last(matrix, kept)
-        entries = [_entries(matrix, order), _entries(matrix, order[: order.size - kept.size])]
+        order = _last(matrix, interface)
+        entries = [_entries(matrix, order), _entries(matrix, order[: order.size - interface.size])]
         return 2 * max((_BYTES_PER_ENTRY + _BYTES_OF_COPY) * entries[0], _BYTES_PER_ENTRY * entries[1])
 
 
@@ -91,9 +91,9 @@ class SuperLUSchurFactor:
     substitutions = 2
     is_single = False
 
-    def __init__(self, matrix: sparse.csr_matrix, kept: Indices) -> None:
-        self._kept, self._others = kept, np.setdiff1d(np.arange(matrix.shape[0]), kept)
-        self._coupling = sparse.csr_matrix(matrix[kept][:, self._others])
+    def __init__(self, matrix: sparse.csr_matrix, interface: Indices) -> None:
+        self._kept, self._others = interface, np.setdiff1d(np.arange(matrix.shape[0]), interface)
+        self._coupling = sparse.csr_matrix(matrix[interface][:, self._others])
         self._factor = SuperLUFactor(sparse.csr_matrix(matrix[self._others][:, self._others]))
 
     def forward(self, right_hand_side: Array) -> Array:
@@ -105,8 +105,8 @@ class SuperLUSchurFactor:
     def backward(self, halfway: Array) -> Array:
         """Return the solution from a forward half that holds the solution at the kept unknowns; (n,) or (n, k)."""
         solution = np.array(halfway)
-        given = halfway[self._others] - self._coupling.T @ halfway[self._kept]
-        solution[self._others] = self._factor.backward(given)
+        right = halfway[self._others] - self._coupling.T @ halfway[self._kept]
+        solution[self._others] = self._factor.backward(right)
         return solution
 
 
@@ -115,13 +115,13 @@ def _entries(matrix: sparse.csr_matrix, order: Indices) -> int:
     return int(_count_entries(ordered.indptr, ordered.indices))
 
 
-def _schur(matrix: sparse.csr_matrix, kept: Indices) -> Array:
+def _schur(matrix: sparse.csr_matrix, interface: Indices) -> Array:
     """Return the Schur complement of a symmetric positive definite matrix on some unknowns, shape (m, m).
 
     With these unknowns eliminated last, it is the product of the last blocks of both factors.
     """
-    size, count = matrix.shape[0], kept.size
-    order = _last(matrix, kept)
+    size, count = matrix.shape[0], interface.size
+    order = _last(matrix, interface)
     factors = _factors(matrix, order, "NATURAL")
     # SuperLU may still change the order, and of separate bodies also which unknowns come last.
     last = factors.perm_c[size - count :] - (size - count)
@@ -135,10 +135,10 @@ def _schur(matrix: sparse.csr_matrix, kept: Indices) -> Array:
     return 0.5 * (schur + schur.T)
 
 
-def _last(matrix: sparse.csr_matrix, kept: Indices) -> Indices:
+def _last(matrix: sparse.csr_matrix, interface: Indices) -> Indices:
     """Return an order of elimination that ends with `kept`."""
-    others = np.setdiff1d(np.arange(matrix.shape[0]), kept)
-    return np.concatenate([others[nested_dissection(matrix[others][:, others])], kept])
+    others = np.setdiff1d(np.arange(matrix.shape[0]), interface)
+    return np.concatenate([others[nested_dissection(matrix[others][:, others])], interface])
 
 
 @numba.njit(cache=True)

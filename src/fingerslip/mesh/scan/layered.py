@@ -167,7 +167,7 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
     try:
         # fTetWild leaves a file in the working directory.
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-            found, cells = pytetwild.tetrahedralize(  # type: ignore[attr-defined]
+            points_meshed, cells = pytetwild.tetrahedralize(  # type: ignore[attr-defined]
                 points,
                 triangles.astype(np.int32),
                 edge_length_abs=sizes.bulk_size,
@@ -184,8 +184,8 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
         raise MeshError(
             bodies.skin.name, f"fTetWild says '{error}'", "needs surfaces that it can mesh", repair
         ) from error
-    cells = positive_tetrahedra(found, np.asarray(cells, dtype=np.int64))
-    return skfem.MeshTet1(found.T.copy(), cells.T.copy())
+    cells = positive_tetrahedra(points_meshed, np.asarray(cells, dtype=np.int64))
+    return skfem.MeshTet1(points_meshed.T.copy(), cells.T.copy())
 
 
 def _soup(bodies: _Bodies) -> tuple[Floats, Integers]:
@@ -224,9 +224,9 @@ def _size_field(points: Floats, bodies: _Bodies, sizes: LayerSizes) -> tuple[Flo
 def _wanted_sizes(nodes: Floats, spacing: float, bodies: _Bodies, sizes: LayerSizes) -> Floats:
     """Return the wanted edge length, the contact size at all nodes whose cells may reach the pad."""
     skin = bodies.skin
-    kept = skin.triangles[skin.corners[:, :, 0].max(axis=1) > bodies.cut]
-    lowest = skin.points[kept, 1].min(axis=1)
-    touching = dataclasses.replace(skin, triangles=kept[lowest <= lowest.min() + sizes.contact_reach])
+    triangles = skin.triangles[skin.corners[:, :, 0].max(axis=1) > bodies.cut]
+    lowest = skin.points[triangles, 1].min(axis=1)
+    touching = dataclasses.replace(skin, triangles=triangles[lowest <= lowest.min() + sizes.contact_reach])
     beyond = np.maximum(distances(touching, nodes) - spacing, 0.0)
     wanted: Floats = np.minimum(sizes.contact_size + _GROWTH * beyond, sizes.bulk_size)
     return wanted
@@ -239,10 +239,10 @@ def _layers(whole: skfem.MeshTet1, bodies: _Bodies) -> Integers:
     inside = np.flatnonzero(contains(bodies.skin, centre))
     distal = centre[inside, 0] > bodies.cut
     layer[inside[~distal]] = _PROXIMAL
-    kept = inside[distal]
-    layer[kept] = np.where(contains(bodies.tissue, centre[kept]), _TISSUE, _SKIN)
+    cells = inside[distal]
+    layer[cells] = np.where(contains(bodies.tissue, centre[cells]), _TISSUE, _SKIN)
     if bodies.phalanx is not None:
-        layer[kept[contains(bodies.phalanx, centre[kept])]] = _PHALANX
+        layer[cells[contains(bodies.phalanx, centre[cells])]] = _PHALANX
     return _without_crumbs(layer, whole.f2t[:, whole.f2t[1] >= 0])
 
 
@@ -265,9 +265,9 @@ def _without_crumbs(layer: Integers, neighbours: Integers) -> Integers:
 def _given_away(layer: Integers, crumbs: Booleans, neighbours: Integers) -> Integers:
     """Give each cell of the crumbs to the layer with which it has most facets outside of them."""
     votes = np.zeros((len(layer), _LAYERS))
-    for own, other in (neighbours, neighbours[::-1]):
-        counted = crumbs[own] & ~crumbs[other]
-        np.add.at(votes, (own[counted], layer[other[counted]]), 1.0)
+    for first, other in (neighbours, neighbours[::-1]):
+        counted = crumbs[first] & ~crumbs[other]
+        np.add.at(votes, (first[counted], layer[other[counted]]), 1.0)
     chosen = crumbs & votes.any(axis=1)
     return np.where(chosen, votes.argmax(axis=1), layer)
 
@@ -278,8 +278,8 @@ def _pieces(count: int, neighbours: Integers) -> Integers:
     from scipy.sparse.csgraph import connected_components
 
     graph = coo_matrix((np.ones(neighbours.shape[1]), tuple(neighbours)), shape=(count, count))
-    found: Integers = connected_components(graph, directed=False)[1]
-    return found
+    labels: Integers = connected_components(graph, directed=False)[1]
+    return labels
 
 
 def _named(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: LayerSizes) -> skfem.MeshTet1:
@@ -300,11 +300,11 @@ def _filled(groups: dict[str, Integers]) -> dict[str, NDArray[np.int32]]:
     return {name: members.astype(np.int32) for name, members in groups.items() if len(members)}
 
 
-def _largest_piece(kept: Booleans, sides: Integers) -> Booleans:
+def _largest_piece(selected: Booleans, sides: Integers) -> Booleans:
     """Drop cells that hang on the body by an edge or a point alone."""
-    inner = (sides[1] >= 0) & kept[sides].all(axis=0)
-    piece = _pieces(len(kept), sides[:, inner])
-    largest: Booleans = kept & (piece == np.bincount(piece[kept]).argmax())
+    inner = (sides[1] >= 0) & selected[sides].all(axis=0)
+    piece = _pieces(len(selected), sides[:, inner])
+    largest: Booleans = selected & (piece == np.bincount(piece[selected]).argmax())
     return largest
 
 

@@ -74,8 +74,8 @@ def distances(surface: Surface, points: Floats) -> Floats:
     # The arithmetic of VTK keeps points in single precision, which suits lengths near one.
     scale = 1.0 / max(float(np.ptp(surface.points, axis=0).max()), np.finfo(float).tiny)
     measured = pyvista.PolyData(points * scale).compute_implicit_distance(_polydata(surface, scale))
-    found: Floats = np.abs(np.asarray(measured["implicit_distance"], dtype=float)) / scale
-    return found
+    lengths: Floats = np.abs(np.asarray(measured["implicit_distance"], dtype=float)) / scale
+    return lengths
 
 
 def offset_inwards(surface: Surface, thickness: float) -> Surface:
@@ -113,8 +113,8 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
         raise MeshError(surface.name, problem, "needs tissue below the skin", "write a smaller skin_thickness")
     inner = pyvista.ImageData(dimensions=grid.dimensions, spacing=grid.spacing, origin=grid.origin)
     inner["level"] = level
-    found = _surface(inner.contour([0.0], "level"), f"{surface.name} offset")
-    return decimate_surface(found, min(thickness, _FINE * float(np.ptp(found.points, axis=0).max())))
+    surface_inside = _surface(inner.contour([0.0], "level"), f"{surface.name} offset")
+    return decimate_surface(surface_inside, min(thickness, _FINE * float(np.ptp(surface_inside.points, axis=0).max())))
 
 
 def _grid(surface: Surface, spacing: float) -> pyvista.ImageData:
@@ -150,13 +150,13 @@ def _polydata(surface: Surface, scale: float = 1.0) -> pyvista.PolyData:
     import pyvista
 
     faces: Any = surface.triangles
-    made: pyvista.PolyData = pyvista.PolyData.from_regular_faces(surface.points * scale, faces)
-    return made
+    data: pyvista.PolyData = pyvista.PolyData.from_regular_faces(surface.points * scale, faces)
+    return data
 
 
 def _surface(data: pyvista.PolyData, name: str) -> Surface:
     """Return the triangles, turned outwards as a whole."""
     triangles = np.asarray(data.regular_faces, dtype=np.int64)
-    made = Surface(np.asarray(data.points, dtype=float), triangles, name)
-    check_area(made)
-    return made if made.volume >= 0 else Surface(made.points, triangles[:, ::-1], name)
+    surface = Surface(np.asarray(data.points, dtype=float), triangles, name)
+    check_area(surface)
+    return surface if surface.volume >= 0 else Surface(surface.points, triangles[:, ::-1], name)

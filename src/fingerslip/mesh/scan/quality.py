@@ -95,11 +95,11 @@ def deviation(mesh: skfem.MeshTet1, boundary: str, surface: Surface) -> Deviatio
     facets = mesh.facets[:, mesh.boundaries[boundary]].T
     used, numbered = np.unique(facets, return_inverse=True)
     points = mesh.p.T[used]
-    made = Surface(points, numbered.reshape(-1, 3), boundary)
-    from_mesh = distances(surface, np.vstack([points, made.corners.mean(axis=1)]))
+    boundary_surface = Surface(points, numbered.reshape(-1, 3), boundary)
+    from_mesh = distances(surface, np.vstack([points, boundary_surface.corners.mean(axis=1)]))
     bounding = surface.points[np.unique(outermost(surface).triangles)]
     scanned = bounding[bounding[:, 0] > points[:, 0].min() + from_mesh.max()]
-    both = np.concatenate([from_mesh, distances(made, scanned)])
+    both = np.concatenate([from_mesh, distances(boundary_surface, scanned)])
     return Deviation(boundary, float(both.mean()), float(both.max()))
 
 

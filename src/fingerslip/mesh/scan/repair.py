@@ -72,8 +72,8 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     check_area(surface)
     # Pieces are told apart by their points, so these are joined first; then those of the debris go.
     points, triangles = joined(surface.points, surface.triangles)
-    kept, dropped = _without_debris(dataclasses.replace(surface, points=points, triangles=triangles))
-    points, triangles = joined(points, kept)
+    selected, dropped = _without_debris(dataclasses.replace(surface, points=points, triangles=triangles))
+    points, triangles = joined(points, selected)
     cleaned = dataclasses.replace(surface, points=points, triangles=triangles)
     turned = _turned(cleaned)
     oriented = dataclasses.replace(cleaned, triangles=np.where(turned[:, None], triangles[:, ::-1], triangles))
@@ -109,8 +109,8 @@ def _without_debris(surface: Surface) -> tuple[Integers, int]:
     piece = connected_components(graph, directed=False)[1][triangles[:, 0]]
     area = np.bincount(piece, weights=surface.areas)
     present = np.unique(piece)
-    kept = present[area[present] >= _DEBRIS * area.sum()]
-    return triangles[np.isin(piece, kept)], len(present) - len(kept)
+    large = present[area[present] >= _DEBRIS * area.sum()]
+    return triangles[np.isin(piece, large)], len(present) - len(large)
 
 
 def _turned(surface: Surface) -> NDArray[np.bool_]:
@@ -140,11 +140,11 @@ def _neighbours(surface: Surface) -> tuple[Integers, NDArray[np.bool_]]:
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
     low, high = np.sort(edges, axis=1).T
-    keys, place, number = np.unique(low * len(surface.points) + high, return_inverse=True, return_counts=True)
-    order = np.argsort(place.ravel(), kind="stable")
-    first = np.searchsorted(place.ravel()[order], np.arange(len(keys)))[number == 2]
-    one, other = order[first], order[first + 1]
-    return np.column_stack([owner[one], owner[other]]), edges[one, 0] == edges[other, 0]
+    keys, first_index, number = np.unique(low * len(surface.points) + high, return_inverse=True, return_counts=True)
+    order = np.argsort(first_index.ravel(), kind="stable")
+    first = np.searchsorted(first_index.ravel()[order], np.arange(len(keys)))[number == 2]
+    first_row, other = order[first], order[first + 1]
+    return np.column_stack([owner[first_row], owner[other]]), edges[first_row, 0] == edges[other, 0]
 
 
 def _consistent(
@@ -177,8 +177,8 @@ def _with_lids(surface: Surface, loops: list[Integers]) -> Surface:
     middles = [_middle(surface.points[loop], normals[loop]) for loop in loops]
     first = len(surface.points)
     lids = [
-        np.column_stack([loop, np.roll(loop, -1), np.full(len(loop), first + place)])
-        for place, loop in enumerate(loops)
+        np.column_stack([loop, np.roll(loop, -1), np.full(len(loop), first + number)])
+        for number, loop in enumerate(loops)
     ]
     points = np.vstack([surface.points, middles])
     return dataclasses.replace(surface, points=points, triangles=np.vstack([surface.triangles, *lids]))

@@ -162,8 +162,8 @@ def joined(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
     triangles = same.ravel()[triangles]
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
-    kept, numbered = np.unique(triangles, return_inverse=True)
-    return points[first][kept], numbered.reshape(-1, 3).astype(np.int64)
+    unique, numbered = np.unique(triangles, return_inverse=True)
+    return points[first][unique], numbered.reshape(-1, 3).astype(np.int64)
 
 
 def boundary_loops(surface: Surface) -> tuple[Integers, ...]:
@@ -246,10 +246,10 @@ def outermost(surface: Surface) -> Surface:
     step = 0.01 * across / np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)[:, None] ** 0.5
     centre = surface.corners.mean(axis=1)
     bounds = np.zeros(len(centre), dtype=bool)
-    for place in (centre, *(0.1 * centre + 0.9 * corner for corner in (a, b, c))):
+    for point in (centre, *(0.1 * centre + 0.9 * corner for corner in (a, b, c))):
         asked = np.flatnonzero(~bounds)
         # Through the triangle the winding number grows by one.
-        bounds[asked] = np.abs(winding_numbers(surface.corners, (place + step)[asked])) < 0.5
+        bounds[asked] = np.abs(winding_numbers(surface.corners, (point + step)[asked])) < 0.5
     return dataclasses.replace(surface, triangles=surface.triangles[bounds])
 
 
@@ -278,8 +278,8 @@ def _open_edges(triangles: Integers) -> Integers:
     count = int(triangles.max()) + 1
     sign = np.where(edges[:, 0] < edges[:, 1], 1, -1)
     low, high = np.sort(edges, axis=1).T
-    keys, first, place = np.unique(low * count + high, return_index=True, return_inverse=True)
-    balance = np.bincount(place.ravel(), weights=sign, minlength=len(keys)).astype(int)
+    keys, first, edge_number = np.unique(low * count + high, return_index=True, return_inverse=True)
+    balance = np.bincount(edge_number.ravel(), weights=sign, minlength=len(keys)).astype(int)
     directed = np.sort(edges[first], axis=1)
     directed[balance < 0] = directed[balance < 0][:, ::-1]
     return np.repeat(directed, np.abs(balance), axis=0)

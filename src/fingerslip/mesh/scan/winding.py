@@ -28,11 +28,11 @@ def winding_numbers(corners: Floats, points: Floats) -> Floats:
 @numba.njit(cache=True)
 def _winding_numbers(corners: Floats, points: Floats) -> Floats:
     numbers = np.empty(len(points))
-    for place in range(len(points)):
+    for row in range(len(points)):
         total = 0.0
         for triangle in range(len(corners)):
-            total += _half_solid_angle(corners[triangle], points[place])
-        numbers[place] = total / (2.0 * math.pi)
+            total += _half_solid_angle(corners[triangle], points[row])
+        numbers[row] = total / (2.0 * math.pi)
     return numbers
 
 

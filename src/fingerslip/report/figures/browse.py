@@ -59,12 +59,12 @@ class HistoryPlot:
         import matplotlib.pyplot as plt
 
         figure = plt.figure(figsize=_SIZE)
-        parts = _draw(figure, self.history)
+        artists = _draw(figure, self.history)
         figure.subplots_adjust(left=0.11, right=0.97, top=0.96, bottom=0.2, hspace=0.35)
         times = self.history["time"].values
         bar = figure.add_axes((0.15, 0.05, 0.7, 0.03))
         slider = Slider(bar, "time [s]", float(times[0]), float(times[-1]), valinit=float(times[0]))
-        slider.on_changed(lambda time: parts.show(int(np.abs(times - time).argmin())))
+        slider.on_changed(lambda time: artists.show(int(np.abs(times - time).argmin())))
         plt.show()
         return slider
 

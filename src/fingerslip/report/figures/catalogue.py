@@ -27,10 +27,10 @@ from fingerslip.report.figures.study import event_times_figure, latency_figure
 __all__ = ["RUN_DRAWERS", "STUDY_DRAWERS", "draw_of_run", "draw_of_study"]
 
 
-def _deformed(own: RunSubject) -> Figure:
-    if is_solid(own.history):
-        return solid_views_figure(own.history, own.events, own.options, own.times or None)
-    return deformed_frames_figure(own.history, own.events, own.options.scalar, own.times or None)
+def _deformed(subject: RunSubject) -> Figure:
+    if is_solid(subject.history):
+        return solid_views_figure(subject.history, subject.events, subject.options, subject.times or None)
+    return deformed_frames_figure(subject.history, subject.events, subject.options.scalar, subject.times or None)
 
 
 #: How the figures of a study are drawn, by their names in :data:`~fingerslip.report.figures.kinds.OF_STUDIES`.

@@ -61,8 +61,8 @@ def slip_frames_figure(
     """
     patch = contact_patch(history)
     moments = _with_events(history, events) if times is None else np.asarray(times, dtype=float)
-    shown = titled("Stick and slip of the contact, seen from below", title)
-    figure, panels = figure_grid(len(moments), 3, _panel(history, patch, 2.6), shown, _LABELS)
+    heading = titled("Stick and slip of the contact, seen from below", title)
+    figure, panels = figure_grid(len(moments), 3, _panel(history, patch, 2.6), heading, _LABELS)
     for axes, moment, before in zip(panels, moments, [None, *moments[:-1]], strict=True):
         states = triangle_states(history, patch, nearest_record(history, moment))
         _fill(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
@@ -81,13 +81,13 @@ def surface_strain_figure(
     rates = surface_strain_rates(strains)
     moments = _moments(history, events, _STRAIN_FRAMES)
     named = _STRAIN_NAMES[component]
-    shown = titled(f"Green-Lagrange {named}, and its rate, seen from below", title)
+    heading = titled(f"Green-Lagrange {named}, and its rate, seen from below", title)
     size = _panel(history, patch, 2.5)
-    figure, panels = figure_grid(2 * len(moments), len(moments), size, shown, _LABELS)
+    figure, panels = figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
     for row, (field, label) in enumerate(((strains, f"{named} [%]"), (rates, "its rate [%/s]"))):
-        own = panels[row * len(moments) : (row + 1) * len(moments)]
-        colours = _draw_fields(own, (history, patch), 100.0 * field, moments)
-        figure.colorbar(colours, ax=list(own), label=label, shrink=0.9, extend="both")
+        row_panels = panels[row * len(moments) : (row + 1) * len(moments)]
+        colours = _draw_fields(row_panels, (history, patch), 100.0 * field, moments)
+        figure.colorbar(colours, ax=list(row_panels), label=label, shrink=0.9, extend="both")
     return figure
 
 
@@ -194,8 +194,8 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0)
     low, high = np.min([first for first, _ in frames], axis=0), np.max([last for _, last in frames], axis=0)
     size = _WIDTH, min(_WIDTH * (high[1] - low[1]) / (high[0] - low[0]), 3.0) + 0.4
     labels = tuple(f"{'xyz'[int(np.abs(axis).argmax())]} [mm]" for axis in axes_of_plate)
-    shown = "When each part of the contact slips for good, seen from below"
-    figure, panels = figure_grid(len(histories), min(_COLUMNS, len(histories)), size, shown, (labels[0], labels[1]))
+    heading = "When each part of the contact slips for good, seen from below"
+    figure, panels = figure_grid(len(histories), min(_COLUMNS, len(histories)), size, heading, (labels[0], labels[1]))
     for axes, (title, times) in zip(panels, onsets.items(), strict=True):
         _draw_onsets(axes, 1e3 * points[title][patches[title].triangles], times, colours)
         _draw_arrow(axes, patches[title].axes[0] @ axes_of_plate.T, low, high)
@@ -261,9 +261,9 @@ def _draw_arrow(axes: Axes, direction: Floats, low: Floats, high: Floats) -> Non
 @styled
 def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     """Draw the stick ratio against the tangential force over the normal force."""
-    shown = titled("Stick ratio against tangential force", title)
+    heading = titled("Stick ratio against tangential force", title)
     labels = ("tangential force / normal force", "sticking share of the contact area")
-    figure, (axes,) = figure_grid(1, 1, (5.2, 3.4), shown, labels)
+    figure, (axes,) = figure_grid(1, 1, (5.2, 3.4), heading, labels)
     for name, history in histories.items():
         window = slide_window(history)
         series = patch_series(history)

@@ -80,14 +80,14 @@ def deformed_frames_figure(
         raise ResultError(
             "the result has no deformed section: it needs two dimensions and record: {snapshots_every: 50 ms}"
         )
-    shown = snapshots_at(history, _moments(history, events) if times is None else dict.fromkeys(times, ""))
+    numbers = snapshots_at(history, _moments(history, events) if times is None else dict.fromkeys(times, ""))
     label = SCALARS[scalar][0]
     heading = titled(f"Deformed section, {label.partition(' [')[0]}", title)
-    columns = columns_for(len(shown))
+    columns = columns_for(len(numbers))
     size = _panel_size(history, 3.4 if columns > 1 else 6.0)
-    figure, panels = figure_grid(len(shown), columns, size, heading, ("x [mm]", "y [mm]"))
+    figure, panels = figure_grid(len(numbers), columns, size, heading, ("x [mm]", "y [mm]"))
     limits = field_limits(history, SceneOptions(scalar=scalar))
-    for axes, (number, name) in zip(panels, shown.items(), strict=True):
+    for axes, (number, name) in zip(panels, numbers.items(), strict=True):
         draw_section(axes, history, number, scalar, limits)
         name_panel(axes, name, columns)
     _add_keys(figure, panels, history, scalar, limits)
@@ -105,8 +105,8 @@ def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int,
         time = float(history["snapshot_time"][number])
         apart = round(1e3 * (time - moment))
         away = f"{abs(apart)} ms {'before' if apart < 0 else 'after'} " if apart else ""
-        parts = (titles.get(number, f"{time:.3f} s"), words and away + words)
-        titles[number] = ", ".join(filter(None, parts))
+        words_of_title = (titles.get(number, f"{time:.3f} s"), words and away + words)
+        titles[number] = ", ".join(filter(None, words_of_title))
     return titles
 
 
@@ -135,9 +135,9 @@ def _cell_colours(
 ) -> Floats:
     if scalar == "region":
         names = region_names(history)
-        own = region_colours(names)
-        known = np.array([to_rgba(own[name]) for name in names])
-        return np.asarray(known[history["cell_region"].values])
+        colour_of_region = region_colours(names)
+        colours = np.array([to_rgba(colour_of_region[name]) for name in names])
+        return np.asarray(colours[history["cell_region"].values])
     values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
     if scalar in _OF_NODES:
         values = np.linalg.norm(values, axis=1)[cells].mean(axis=1)
@@ -151,9 +151,9 @@ def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> 
     order = np.argsort(history["contact_position"].values[:, 0])
     joined = np.stack([order[:-1], order[1:]], axis=1)
     both = states[joined]
-    shown = joined[(both != OPEN).all(axis=1)]
-    colours = [STATE_COLOURS[int(state)] for state in states[shown].max(axis=1)] if shown.size else []
-    lines = list(points[nodes[shown]])
+    facets = joined[(both != OPEN).all(axis=1)]
+    colours = [STATE_COLOURS[int(state)] for state in states[facets].max(axis=1)] if facets.size else []
+    lines = list(points[nodes[facets]])
     axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=_SKIN_WIDTH + 1.2, zorder=4))
     axes.add_collection(LineCollection(lines, colors=colours, linewidths=_SKIN_WIDTH, antialiaseds=False, zorder=5))
 
@@ -197,8 +197,10 @@ def _add_keys(
 ) -> None:
     keys: dict[str, Artist] = {STATE_NAMES[state]: Patch(color=STATE_COLOURS[state]) for state in (STICK, SLIP)}
     if scalar == "region":
-        own = region_colours(region_names(history))
-        keys |= {name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in own.items()}
+        colour_of_region = region_colours(region_names(history))
+        keys |= {
+            name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in colour_of_region.items()
+        }
     else:
         colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
         figure.colorbar(colours, ax=list(panels), label=SCALARS[scalar][0], extend="max", shrink=0.8, pad=0.01)
@@ -219,22 +221,22 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
 
     Units: returns [mN].
     """
-    shown = shown_times(tuple(histories.values()))
+    time_axes = shown_times(tuple(histories.values()))
     drawn = {"normal force [mN]": _forces}
     if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
         drawn["displacement of the body [mm]"] = _displacements
-    labels, title = (shown[0].label, ""), "Normal force and motion while nothing slides"
+    labels, title = (time_axes[0].label, ""), "Normal force and motion while nothing slides"
     figure, panels = figure_grid(len(drawn), 1, (6.6, 2.6), title, labels, share="x")
     for axes, (label, values_of) in zip(panels, drawn.items(), strict=True):
         axes.set_prop_cycle(color=_COLOURS)
-        for (name, history), time in zip(histories.items(), shown, strict=True):
+        for (name, history), time in zip(histories.items(), time_axes, strict=True):
             for part, values in values_of(history).items():
                 axes.plot(time.values, values, label=", ".join(filter(None, (name, part))))
         axes.set_ylabel(label)
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         if len(axes.lines) > 1:
             axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
-    max(shown, key=lambda time: float(np.nanmax(time.values))).fit(panels[0])
+    max(time_axes, key=lambda time: float(np.nanmax(time.values))).fit(panels[0])
     return figure
 
 

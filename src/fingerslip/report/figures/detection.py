@@ -64,12 +64,16 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
     keys: dict[str, Artist] = {}
     for number, name in enumerate(rows[0][1]):
         colour, marker = ((BLUE, "o"), (ORANGE, "s"), (GREY, "^"), (GREEN, "D"))[number % 4]
-        shown = [(row, one[name]) for row, (_, one) in enumerate(rows) if one[name].value is not None]
-        centre = np.array([one.value for _, one in shown], dtype=float)
-        ends = np.array([(one.low, one.high) for _, one in shown], dtype=float).T
-        place = np.array([row for row, _ in shown]) + 0.12 * (number % 4)
-        axes.hlines(place, *ends, color=colour, linewidth=1.2)
-        (keys[name.replace("_", " ")],) = axes.plot(centre, place, marker, color=colour, markersize=4, linestyle="none")
+        rows_shown = [
+            (row, estimates[name]) for row, (_, estimates) in enumerate(rows) if estimates[name].value is not None
+        ]
+        centre = np.array([estimates.value for _, estimates in rows_shown], dtype=float)
+        ends = np.array([(estimates.low, estimates.high) for _, estimates in rows_shown], dtype=float).T
+        positions = np.array([row for row, _ in rows_shown]) + 0.12 * (number % 4)
+        axes.hlines(positions, *ends, color=colour, linewidth=1.2)
+        (keys[name.replace("_", " ")],) = axes.plot(
+            centre, positions, marker, color=colour, markersize=4, linestyle="none"
+        )
         axes.axvline(centre[0], color=colour, linewidth=0.7, linestyle=":")
     axes.set_yticks(range(len(rows)), [name for name, _ in rows])
     axes.margins(y=0.02)
@@ -114,15 +118,18 @@ def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], tit
 
 def _parts(places: Sequence[float], values: Sequence[Interval]) -> tuple[Floats, Floats, Floats]:
     """Return places and values (n,) and the ends of their intervals (2, n), without what has no value."""
-    rows = [(place, one.value, one.low, one.high) for place, one in zip(places, values, strict=True)]
-    place, centre, *ends = np.array([row for row in rows if row[1] is not None], dtype=float).reshape(-1, 4).T
-    return place, centre, np.array(ends)
+    rows = [
+        (position, estimate.value, estimate.low, estimate.high)
+        for position, estimate in zip(places, values, strict=True)
+    ]
+    position, centre, *ends = np.array([row for row in rows if row[1] is not None], dtype=float).reshape(-1, 4).T
+    return position, centre, np.array(ends)
 
 
 def _with_intervals(
     axes: Axes, places: Sequence[float], values: Sequence[Interval], style: str, colour: str
 ) -> list[Line2D]:
     """Draw values with bars for their intervals; return the line."""
-    place, centre, ends = _parts(places, values)
-    axes.vlines(place, *ends, color=colour, linewidth=1.2)
-    return axes.plot(place, centre, style, color=colour)
+    position, centre, ends = _parts(places, values)
+    axes.vlines(position, *ends, color=colour, linewidth=1.2)
+    return axes.plot(position, centre, style, color=colour)

@@ -77,10 +77,10 @@ def film_frames(
     check_options(history, options)
     times = history["snapshot_time"].values
     moments = np.linspace(times[0], times[-1], max(round(film.seconds * film.frame_rate), 1))
-    shown = np.abs(times[:, None] - moments).argmin(axis=0)
-    pictures = _pictures(history, np.unique(shown), options, film)
+    numbers = np.abs(times[:, None] - moments).argmin(axis=0)
+    pictures = _pictures(history, np.unique(numbers), options, film)
     number, frame = -1, np.zeros((0, 0, 3), dtype=np.uint8)
-    for wanted in shown:
+    for wanted in numbers:
         if wanted != number:
             picture = next(pictures)
             number, frame = int(wanted), _drawn((history, events), int(wanted), picture, (options, film))
@@ -99,9 +99,9 @@ def _pictures(history: xr.Dataset, numbers: NDArray[Any], options: SceneOptions,
 
 @styled
 def _drawn(
-    run: tuple[xr.Dataset, Events], number: int, picture: Frame | None, made: tuple[SceneOptions, Film]
+    run: tuple[xr.Dataset, Events], number: int, picture: Frame | None, scene: tuple[SceneOptions, Film]
 ) -> Frame:
-    (history, events), (options, film) = run, made
+    (history, events), (options, film) = run, scene
     width, height = (side / _DOTS_PER_INCH for side in film.size)
     figure = Figure(figsize=(width, height), dpi=_DOTS_PER_INCH, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
@@ -115,10 +115,10 @@ def _drawn(
 
 
 def _draw_body(
-    figure: Figure, place: SubplotSpec, shown: tuple[xr.Dataset, int], look: tuple[Frame | None, SceneOptions]
+    figure: Figure, cell: SubplotSpec, snapshot: tuple[xr.Dataset, int], look: tuple[Frame | None, SceneOptions]
 ) -> None:
-    (history, number), (picture, options) = shown, look
-    axes, limits = figure.add_subplot(place), field_limits(history, options)
+    (history, number), (picture, options) = snapshot, look
+    axes, limits = figure.add_subplot(cell), field_limits(history, options)
     if picture is None:
         draw_section(axes, history, number, options.scalar, limits)
         axes.set_xlabel("x [mm]")
@@ -131,9 +131,9 @@ def _draw_body(
         figure.colorbar(colours, ax=axes, label=SCALARS[options.scalar][0], location="bottom", extend="max", shrink=0.8)
 
 
-def _draw_signals(place: SubplotSpec, history: xr.Dataset, events: Events, time: float) -> None:
+def _draw_signals(cell: SubplotSpec, history: xr.Dataset, events: Events, time: float) -> None:
     rows = 1 if is_solid(history) else 2
-    panels: list[Axes] = list(place.subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
+    panels: list[Axes] = list(cell.subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:
         draw_states(panels[0], history, ShownTime(history["time"].values))
         panels[0].set_ylabel("position along plate [mm]")
@@ -151,7 +151,7 @@ def _draw_signals(place: SubplotSpec, history: xr.Dataset, events: Events, time:
 def _until(events: Events, time: float) -> Any:
     """Return the events from accumulated slip that have happened by a time."""
     later: dict[str, Any] = {
-        name: None for name in EVENTS if (own := events.slip.time(name)) is not None and own > time
+        name: None for name in EVENTS if (element := events.slip.time(name)) is not None and element > time
     }
     return dataclasses.replace(events.slip, **later)
 
@@ -164,18 +164,20 @@ def _name(axes: Axes, history: xr.Dataset, events: Events, time: float) -> None:
     end = float(history["time"].values[-1])
     reached = -1.0
     for name, words in EVENTS.items():
-        own = events.slip.time(name)
-        if own is None or name == "noticed":
+        element = events.slip.time(name)
+        if element is None or name == "noticed":
             continue
-        at = max(own / end, reached)
+        at = max(element / end, reached)
         reached = at + 0.06
-        look: dict[str, Any] = {"color": EVENT_COLOURS[name], "alpha": float(own <= time)}
+        look: dict[str, Any] = {"color": EVENT_COLOURS[name], "alpha": float(element <= time)}
         axes.text(at, 1.02, words, transform=axes.transAxes, rotation=30, rotation_mode="anchor", **look)
 
 
 def _now(history: xr.Dataset, events: Events, time: float) -> str:
     """Say what is going on: the phase, and the last event."""
-    happened = [words for name, words in EVENTS.items() if (own := events.slip.time(name)) is not None and own <= time]
+    happened = [
+        words for name, words in EVENTS.items() if (element := events.slip.time(name)) is not None and element <= time
+    ]
     window = slide_window(history)
     phase = ""
     if window is not None:
@@ -205,8 +207,8 @@ def frames_figure(history: xr.Dataset, frames: Mapping[float, Frame], title: str
     Arrays: frames (height, width) [s].
     """
     times = list(frames)[:_PANELS]
-    shown = titled("What the camera sees, and the body at that time", title)
-    figure, panels = figure_grid(2 * len(times), len(times), _PANEL, shown, ("", ""), share="none")
+    heading = titled("What the camera sees, and the body at that time", title)
+    figure, panels = figure_grid(2 * len(times), len(times), _PANEL, heading, ("", ""), share="none")
     numbers = [nearest_snapshot(history, max(time, 0.0)) for time in times]
     options = SceneOptions(scalar="region", cut="z" if is_solid(history) else "none", camera="side", written=False)
     bodies = cropped(stills(history, numbers, options, _SIZE))
@@ -241,9 +243,9 @@ def onsets(tracks: xr.Dataset, start: float) -> tuple[Floats, Floats]:
     first = int(np.searchsorted(times, start - 1e-9))
     before = np.nanmean(position[max(first - _REFERENCE, 0) : first + 1], axis=0)
     away = np.linalg.norm(position[first:] - before, axis=2) > MOVED
-    found = np.where(away.any(axis=0), times[first + away.argmax(axis=0)] - start, np.nan)
+    onset_times = np.where(away.any(axis=0), times[first + away.argmax(axis=0)] - start, np.nan)
     centre = before[int(np.argmin(tracks["ring"].values))]
-    return found, np.linalg.norm(before - centre, axis=1)
+    return onset_times, np.linalg.norm(before - centre, axis=1)
 
 
 @styled
@@ -253,8 +255,8 @@ def slip_order_figure(tracks: xr.Dataset, start: float, touching: NDArray[np.boo
     Arrays: tracks [px]; start [s]; touching (n,).
     """
     labels = ("time since the slide began [s]", "")
-    shown = titled("Order of slip, seen through the plate", title)
-    figure, (moved, where) = figure_grid(2, 2, (4.2, 3.1), shown, labels, share="none")
+    heading = titled("Order of slip, seen through the plate", title)
+    figure, (moved, where) = figure_grid(2, 2, (4.2, 3.1), heading, labels, share="none")
     when, distance = onsets(tracks, start)
     chosen = np.flatnonzero(touching)
     if not chosen.size:

@@ -48,9 +48,9 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
 
     Units: returns [N].
     """
-    shown, forces = shown_time(history), contact_forces(history)
-    figure, panels = _time_panels("Forces and slipping area", title, shown)
-    times = shown.values
+    time_axis, forces = shown_time(history), contact_forces(history)
+    figure, panels = _time_panels("Forces and slipping area", title, time_axis)
+    times = time_axis.values
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
     panels[0].plot(times, scale * forces.normal, color=BLUE, label="normal force")
     panels[0].plot(times, scale * forces.friction, color=VERMILLION, label="tangential force")
@@ -59,7 +59,7 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
         mark_run(axes, history, events.slip if events else None)
-    _finish(panels, shown)
+    _finish(panels, time_axis)
     name_run(panels[:1], history, events.slip if events else None)
     return figure
 
@@ -68,14 +68,14 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
 def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw tangential over normal force and the slipping area fraction, a panel for each run."""
     title = "Tangential over normal force and slipping area"
-    shown = shown_times(tuple(histories.values()))
-    figure, panels = run_panels(tuple(histories), title, (shown[0].label, "ratio, fraction"))
-    for axes, (name, history), time in zip(panels, histories.items(), shown, strict=True):
+    time_axes = shown_times(tuple(histories.values()))
+    figure, panels = run_panels(tuple(histories), title, (time_axes[0].label, "ratio, fraction"))
+    for axes, (name, history), time in zip(panels, histories.items(), time_axes, strict=True):
         draw_ratios(axes, history, time.values)
         if time.logarithmic:
             time.fit(axes)
-        own = events.get(name)
-        mark_run(axes, history, own.slip if own else None)
+        events_of_run = events.get(name)
+        mark_run(axes, history, events_of_run.slip if events_of_run else None)
     limit_to_slides(panels[0], histories, events)
     handles, names = panels[0].get_legend_handles_labels()
     add_legend(figure, {**dict(zip(names, handles, strict=True)), **run_keys(histories, events)})
@@ -85,9 +85,9 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
 @styled
 def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work."""
-    shown = shown_time(history)
-    figure, panels = _time_panels("Energy balance", title, shown)
-    times, work = shown.values, float(np.abs(history["external_work"].values).max())
+    time_axis = shown_time(history)
+    figure, panels = _time_panels("Energy balance", title, time_axis)
+    times, work = time_axis.values, float(np.abs(history["external_work"].values).max())
     scale, unit = _scale(work, "J")
     for name, (label, colour) in _LARGE_ENERGIES.items():
         panels[0].plot(times, scale * history[name].values, color=colour, label=label)
@@ -98,20 +98,20 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
         panels[1].semilogy(times, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
     panels[0].set_ylabel(f"energy [{unit}]")
     panels[1].set_ylabel("share of the largest work")
-    _finish(panels, shown)
+    _finish(panels, time_axis)
     return figure
 
 
-def _time_panels(title: str, more: str, shown: ShownTime) -> tuple[Figure, list[Axes]]:
+def _time_panels(title: str, more: str, time_axis: ShownTime) -> tuple[Figure, list[Axes]]:
     """Make two panels over time, one below the other."""
-    return figure_grid(2, 1, (6.8, 2.2), titled(title, more), (shown.label, ""), share="x")
+    return figure_grid(2, 1, (6.8, 2.2), titled(title, more), (time_axis.label, ""), share="x")
 
 
-def _finish(panels: Sequence[Axes], shown: ShownTime) -> None:
+def _finish(panels: Sequence[Axes], time_axis: ShownTime) -> None:
     """Give each panel its legend at its right, and all of the time."""
     for axes in panels:
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
-        shown.fit(axes)
+        time_axis.fit(axes)
 
 
 def draw_ratios(axes: Axes, history: xr.Dataset, times: np.ndarray) -> None:

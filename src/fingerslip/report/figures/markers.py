@@ -49,8 +49,8 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     unit, scale = _SHOWN[str(tracks["position"].attrs["units"])]
     axes_names = [str(name) for name in tracks["axis"].values]
     labels = ("time [s]", f"displacement [{unit}]")
-    shown = titled("Markers over time", title)
-    figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), shown, labels, share="x")
+    heading = titled("Markers over time", title)
+    figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
     rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
     colours = ring_colours(int(rings.max(initial=0)) + 1)
     keys: dict[str, Artist] = {}
@@ -83,8 +83,8 @@ def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
     """
     now = fields.isel(time=int(np.abs(fields["time"].values - time).argmin()))
     unit, scale = _SHOWN[str(fields["position"].attrs["units"])]
-    shown = titled(f"Fields from markers at {float(now['time']):.3g} s", title)
-    figure, panels = figure_grid(6, 3, (3.3, 3.1), shown, (f"x at rest [{unit}]", f"y at rest [{unit}]"))
+    heading = titled(f"Fields from markers at {float(now['time']):.3g} s", title)
+    figure, panels = figure_grid(6, 3, (3.3, 3.1), heading, (f"x at rest [{unit}]", f"y at rest [{unit}]"))
     arrows = {"displacement": unit, "velocity": f"{unit}/s", "rigid_residual": unit}
     for axes, (name, of) in zip(panels, arrows.items(), strict=False):
         axes.set_title(name.replace("_", " "))
@@ -121,10 +121,10 @@ def _spacing(plane: Floats) -> float:
     """Return the median distance of markers from their nearest neighbours, in the units of the positions."""
     from scipy.spatial import KDTree
 
-    known = plane[~np.isnan(plane).any(axis=1)]
-    if len(known) < 2:
+    visible = plane[~np.isnan(plane).any(axis=1)]
+    if len(visible) < 2:
         return 1.0
-    return float(np.median(KDTree(known).query(known, k=2)[0][:, 1]))
+    return float(np.median(KDTree(visible).query(visible, k=2)[0][:, 1]))
 
 
 def _draw_centroid(axes: Axes, centroid: Floats) -> None:
@@ -141,14 +141,14 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
         say(axes, "no triangle of markers")
         return
     largest = float(np.nanmax(np.abs(values))) or 1.0
-    given: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest, "rasterized": True}
+    options: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest, "rasterized": True}
     plane = scale * now["rest"].values
     mesh = Triangulation(plane[:, 0], plane[:, 1], corners)
     mesh.set_mask(lost)
     if by_marker:
-        drawn = axes.tripcolor(mesh, np.nan_to_num(values), shading="gouraud", **given)
+        drawn = axes.tripcolor(mesh, np.nan_to_num(values), shading="gouraud", **options)
     else:
-        drawn = axes.tripcolor(mesh, facecolors=np.nan_to_num(values), **given)
+        drawn = axes.tripcolor(mesh, facecolors=np.nan_to_num(values), **options)
     colorbar(drawn, ax=axes, shrink=0.75)
 
 
@@ -218,12 +218,12 @@ def jump_figure(tracks: xr.Dataset) -> Figure:
     """Draw how often markers moved by how much more than their neighbours between two frames."""
     labels = ("displacement between frames beyond the neighbours' [px]", "marker-frames")
     figure, (axes,) = figure_grid(1, 1, (6.4, 2.6), "Jumps", labels)
-    found = jumps(tracks)
-    found = found[np.isfinite(found)]
-    if not found.size:
+    sizes = jumps(tracks)
+    sizes = sizes[np.isfinite(sizes)]
+    if not sizes.size:
         say(axes, "no two frames with neighbours")
         return figure
-    edges = np.linspace(0.0, max(float(found.max()), 0.1) * 1.02, 61)
-    axes.hist(found, bins=list(edges), color=BLUE)
+    edges = np.linspace(0.0, max(float(sizes.max()), 0.1) * 1.02, 61)
+    axes.hist(sizes, bins=list(edges), color=BLUE)
     axes.set_yscale("log")
     return figure

@@ -72,7 +72,7 @@ def limit_to_slides(
     end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
     if end is not None:
         start = min(window.start for window in windows)
-        times = [time for own in marked for name in MAIN_EVENTS if (time := own.time(name)) is not None]
+        times = [time for axes_of_run in marked for name in MAIN_EVENTS if (time := axes_of_run.time(name)) is not None]
         end = max(end, *(time + before * (time - start) for time in times)) if times else end
         axes.set_xlim(max(0.0, start - before * (end - start)), end)
 
@@ -91,8 +91,8 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents | None, name
     figure = axes.get_figure(root=True)
     gap = _LABEL_GAP * _columns(axes) / figure.get_figwidth() if figure else 0.0
     reached = -np.inf
-    shown = {name: time for name, time in times.items() if left <= time <= right}
-    for name, time in sorted(shown.items(), key=lambda item: item[1]):
+    visible = {name: time for name, time in times.items() if left <= time <= right}
+    for name, time in sorted(visible.items(), key=lambda item: item[1]):
         position = max((time - left) / (right - left), reached)
         reached = position + gap
         axes.text(

@@ -39,13 +39,15 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
     figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), titled("Acceleration at the receptors", title), labels)
-    signals, own = receptor_signals(history), events.acceleration if events else None
+    signals, events_read = receptor_signals(history), events.acceleration if events else None
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
-        mark_run(axes, history, own)
+        mark_run(axes, history, events_read)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
-    limit_to_slides(panels[0], {title: history}, {title: events} if events else {}, marked=[own] if own else [])
-    name_run(panels[:1], history, own)
+    limit_to_slides(
+        panels[0], {title: history}, {title: events} if events else {}, marked=[events_read] if events_read else []
+    )
+    name_run(panels[:1], history, events_read)
     _fit_after_transition(panels[0], signals, acceleration_peaks(history))
     add_legend(figure, _area_keys())
     return figure
@@ -59,11 +61,16 @@ def acceleration_overview_figure(
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
     figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
-    read = {name: own.acceleration for name in histories if (own := events.get(name)) is not None}
+    read = {name: events_of_run.acceleration for name in histories if (events_of_run := events.get(name)) is not None}
     for axes, (name, history) in zip(panels, histories.items(), strict=True):
         _draw_peak_signal(axes, history, settings)
         mark_run(axes, history, read.get(name))
-    limit_to_slides(panels[0], histories, events, marked=[own for own in read.values() if own is not None])
+    limit_to_slides(
+        panels[0],
+        histories,
+        events,
+        marked=[events_of_run for events_of_run in read.values() if events_of_run is not None],
+    )
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
@@ -79,18 +86,18 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events | None = No
 
     Units: returns [J/m^3].
     """
-    shown = shown_time(history)
-    labels, kinds = (shown.label, "strain energy density [J/m³]"), _recorded_kinds(history)
+    time_axis = shown_time(history)
+    labels, kinds = (time_axis.label, "strain energy density [J/m³]"), _recorded_kinds(history)
     heading = titled("Strain energy density", title)
     figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
-    signals, own = receptor_signals(history), events.slip if events else None
+    signals, events_read = receptor_signals(history), events.slip if events else None
     for axes, kind in zip(panels, kinds, strict=True):
-        _draw_areas(axes, signals, "strain_energy_density", kind, shown.values)
+        _draw_areas(axes, signals, "strain_energy_density", kind, time_axis.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
-        mark_run(axes, history, own)
+        mark_run(axes, history, events_read)
         axes.set_ylim(bottom=0.0)
-        shown.fit(axes)
-    name_run(panels[:2], history, own)
+        time_axis.fit(axes)
+    name_run(panels[:2], history, events_read)
     add_legend(figure, _area_keys())
     return figure
 
@@ -170,7 +177,7 @@ def spike_figure(
         Panels of one width over time [s]; rows of a raster are ordered as the history orders its sites.
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
-    own, rates = events.slip if events else None, spikes.rates(window)
+    events_read, rates = events.slip if events else None, spikes.rates(window)
     heading = titled("Spikes of afferents", title)
     figure, panels = figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
     for axes, kind in zip(panels, kinds, strict=False):
@@ -184,8 +191,8 @@ def spike_figure(
     panels[-1].set_yticks([], minor=True)
     panels[-1].set_ylim(bottom=0.0)
     for axes in panels:
-        mark_run(axes, history, own)
-    name_run(panels[:1], history, own)
+        mark_run(axes, history, events_read)
+    name_run(panels[:1], history, events_read)
     return figure
 
 

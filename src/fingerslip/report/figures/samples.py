@@ -33,18 +33,18 @@ _WIDTH, _ROW, _AROUND = 5.2, 0.34, 0.7  # inch
 
 
 @styled
-def indices_figure(found: Sequence[Sensitivity]) -> Figure:
+def indices_figure(sensitivities: Sequence[Sensitivity]) -> Figure:
     """Draw what moves an output, a panel for each group of runs, the value that matters most on top."""
-    first = found[0]
+    first = sensitivities[0]
     paths = [index.path for index in reversed(first.indices)]
     unit = f" [{first.unit}]" if first.unit else ""
     axis = "Sobol index [-]" if first.method == "sobol" else f"elementary effect{unit}"
-    columns = min(len(found), 2)
+    columns = min(len(sensitivities), 2)
     size = (_WIDTH / columns + 1.2, _ROW * len(paths) + _AROUND)
-    figure, panels = figure_grid(len(found), columns, size, f"What moves {first.label}", (axis, ""))
-    for axes, one in zip(panels, found, strict=True):
-        _draw(axes, one, paths)
-        axes.set_title(group_text(one.group))
+    figure, panels = figure_grid(len(sensitivities), columns, size, f"What moves {first.label}", (axis, ""))
+    for axes, sensitivity in zip(panels, sensitivities, strict=True):
+        _draw(axes, sensitivity, paths)
+        axes.set_title(group_text(sensitivity.group))
     labels = short_labels(paths)
     panels[0].set_yticks(range(len(paths)), [labels[path] for path in paths])
     panels[0].set_ylim(-0.6, len(paths) - 0.4)
@@ -53,9 +53,9 @@ def indices_figure(found: Sequence[Sensitivity]) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, one: Sensitivity, paths: Sequence[str]) -> None:
-    rows, known = np.arange(len(paths)), {index.path: index for index in one.indices}
-    indices = [known[path] for path in paths]
+def _draw(axes: Axes, sensitivity: Sensitivity, paths: Sequence[str]) -> None:
+    rows, index_of_path = np.arange(len(paths)), {index.path: index for index in sensitivity.indices}
+    indices = [index_of_path[path] for path in paths]
     bars = (
         (0.2, [index.size for index in indices], [index.size_error for index in indices], BLUE),
         (-0.2, [index.other for index in indices], [index.other_error for index in indices], SKY),

@@ -52,9 +52,9 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     rings = tracks["ring"].values
     colours = ring_colours(int(rings.max(initial=0)) + 1)
     for axes, kind in zip(panels, kinds, strict=True):
-        own = tracks["kind"].values == kind
-        axes.scatter(rest[own, 0], across[own], s=16, c=[colours[ring] for ring in rings[own]])
-        axes.set_title(f"{own.sum()} {_TITLES[kind]}")
+        rows = tracks["kind"].values == kind
+        axes.scatter(rest[rows, 0], across[rows], s=16, c=[colours[ring] for ring in rings[rows]])
+        axes.set_title(f"{rows.sum()} {_TITLES[kind]}")
         axes.set_aspect("equal", adjustable="datalim")
         if kind == "internal":
             # As the internal camera sees them: x to the right, z downwards.
@@ -83,10 +83,10 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
     labels = ("travel of the plate [mm]", "displacement along the slide [mm]")
     figure, panels = figure_grid(len(kinds), 2, (4.2, 3.0), titled("Markers in the slide", title), labels, share="x")
     for axes, kind in zip(panels, kinds, strict=True):
-        own = np.flatnonzero(tracks["kind"].values == kind)
-        _draw_rings(axes, travel, along[:, own], tracks["ring"].values[own], tracks["position"].values[0, own, 0])
+        rows = np.flatnonzero(tracks["kind"].values == kind)
+        _draw_rings(axes, travel, along[:, rows], tracks["ring"].values[rows], tracks["position"].values[0, rows, 0])
         axes.plot(travel, travel, ":", color="0.5", linewidth=0.8)
-        axes.set_ylim(*_limits(along[:, own]))
+        axes.set_ylim(*_limits(along[:, rows]))
         axes.set_title(f"{kind} markers")
     add_legend(figure, _ring_keys(tracks["ring"].values))
     return figure
@@ -140,7 +140,7 @@ def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
         _draw_markers(axes, whole, depth)
         axes.set_ylabel("z [mm]")
         axes.set_title(f"{len(marker_places(whole.markers).ring)} {name}")
-    keys: dict[str, Artist] = {name: Patch(facecolor=own, edgecolor=_EDGE) for name, own in _COLOURS.items()}
+    keys: dict[str, Artist] = {name: Patch(facecolor=colour, edgecolor=_EDGE) for name, colour in _COLOURS.items()}
     # From inside, x to the right and z downwards, as the internal camera sees them.
     panels[1].invert_yaxis()
     add_legend(figure, keys)

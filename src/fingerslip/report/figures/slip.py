@@ -79,9 +79,9 @@ def shown_time(history: xr.Dataset) -> ShownTime:
 
 def shown_times(histories: Sequence[xr.Dataset]) -> tuple[ShownTime, ...]:
     """Return the times of histories that share an axis: logarithmic where those of all are, from holds or from none."""
-    shown = tuple(map(shown_time, histories))
-    if all(one.logarithmic for one in shown) and len({one.held for one in shown}) == 1:
-        return shown
+    time_axes = tuple(map(shown_time, histories))
+    if all(time_axis.logarithmic for time_axis in time_axes) and len({time_axis.held for time_axis in time_axes}) == 1:
+        return time_axes
     return tuple(ShownTime(history["time"].values) for history in histories)
 
 
@@ -101,13 +101,13 @@ _NODES_SHOWN = 9
 @styled
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
-    shown = shown_times(tuple(histories.values()))
-    labels = (shown[0].label, "position along the plate [mm]")
+    time_axes = shown_times(tuple(histories.values()))
+    labels = (time_axes[0].label, "position along the plate [mm]")
     figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
-    for axes, (name, history), time in zip(panels, histories.items(), shown, strict=True):
+    for axes, (name, history), time in zip(panels, histories.items(), time_axes, strict=True):
         draw_states(axes, history, time)
-        own = events.get(name)
-        mark_run(axes, history, own.slip if own else None)
+        events_of_run = events.get(name)
+        mark_run(axes, history, events_of_run.slip if events_of_run else None)
     limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
     add_legend(figure, {**patches, **run_keys(histories, events)})
@@ -179,8 +179,8 @@ def _shown_nodes(history: xr.Dataset, window: SlideWindow) -> NDArray[np.intp]:
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
     along = history["contact_position"].values[touching] @ slide_tangent(history)
     chosen = np.linspace(0, touching.size - 1, min(_NODES_SHOWN, touching.size)).round().astype(int)
-    shown: NDArray[np.intp] = touching[np.argsort(along)][chosen]
-    return shown
+    nodes: NDArray[np.intp] = touching[np.argsort(along)][chosen]
+    return nodes
 
 
 def _displacements(

@@ -51,8 +51,8 @@ def cut_frames_figure(
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = options or SceneOptions(cut="z", camera="side", receptors=False, written=False)
     numbers = _snapshots(history, events)
-    shown = titled("Stress on a cut along the finger", title)
-    figure, panels = figure_grid(len(numbers), 3, _PANEL, shown, ("", ""), share="none")
+    heading = titled("Stress on a cut along the finger", title)
+    figure, panels = figure_grid(len(numbers), 3, _PANEL, heading, ("", ""), share="none")
     pictures = cropped(stills(history, numbers, options, _SIZE))
     for axes, number, picture in zip(panels, numbers, pictures, strict=True):
         axes.imshow(picture)
@@ -117,20 +117,22 @@ def solid_views_figure(
     Units: times [s].
     """
     options = options or SceneOptions(cut="z", written=False)
-    shown = snapshots_at(history, view_times(history, events) if times is None else dict.fromkeys(times, ""))
-    pictures = cropped(stills(history, list(shown), options, _SIZE_SOLID_VIEWS))
-    columns, ratio = columns_for(len(shown)), pictures[0].shape[0] / pictures[0].shape[1]
+    numbers = snapshots_at(history, view_times(history, events) if times is None else dict.fromkeys(times, ""))
+    pictures = cropped(stills(history, list(numbers), options, _SIZE_SOLID_VIEWS))
+    columns, ratio = columns_for(len(numbers)), pictures[0].shape[0] / pictures[0].shape[1]
     heading = titled(f"Deformed body, {SCALARS[options.scalar][0].partition(' [')[0]}", title)
     width = 3.2 if columns > 1 else 6.0
-    figure, panels = figure_grid(len(shown), columns, (width, width * ratio + 0.35), heading, ("", ""), share="none")
-    for axes, picture, name in zip(panels, pictures, shown.values(), strict=True):
+    figure, panels = figure_grid(len(numbers), columns, (width, width * ratio + 0.35), heading, ("", ""), share="none")
+    for axes, picture, name in zip(panels, pictures, numbers.values(), strict=True):
         axes.imshow(picture)
         axes.set_axis_off()
         name_panel(axes, name, columns)
     keys: dict[str, Artist] = {}
     if options.scalar == "region":
-        own = region_colours(region_names(history))
-        keys = {name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in own.items()}
+        colour_of_region = region_colours(region_names(history))
+        keys = {
+            name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in colour_of_region.items()
+        }
     else:
         colours = ScalarMappable(Normalize(*field_limits(history, options)), FIELD_MAP)
         figure.colorbar(colours, ax=panels, label=SCALARS[options.scalar][0], extend="max", shrink=0.8, pad=0.01)
@@ -161,8 +163,8 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
     """
     rows = sites_of_kinds(history, reference_kinds(history))
     labels = ("time [s]", "displacement along the slide [mm]")
-    shown = titled("Reference nodes along the slide", title)
-    figure, panels = figure_grid(len(rows), _COLUMNS, (2.2, 1.35), shown, labels)
+    heading = titled("Reference nodes along the slide", title)
+    figure, panels = figure_grid(len(rows), _COLUMNS, (2.2, 1.35), heading, labels)
     tangent = slide_tangent(history)
     moved = 1e3 * history["displacement"].values @ tangent
     pushed = np.array(history["acceleration"].values @ tangent)
@@ -213,5 +215,5 @@ def _in_jerk(history: xr.Dataset) -> NDArray[np.bool_]:
     """Tell which records lie in the jerk at the start of the slide, whose accelerations are far larger than others."""
     window, times = slide_window(history), history["time"].values
     start = window.start if window else np.inf
-    found: NDArray[np.bool_] = (times >= start) & (times <= start + _JERK)
-    return found if not found.all() else np.zeros_like(found)
+    mask: NDArray[np.bool_] = (times >= start) & (times <= start + _JERK)
+    return mask if not mask.all() else np.zeros_like(mask)

@@ -121,8 +121,8 @@ class _Axis:
     def __init__(self, runs: Sequence[RunResult], path: str) -> None:
         self._path = path
         self._values = list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
-        parts = [_number_and_unit(value) for value in self._values]
-        self.numeric = all(parts) and len({unit for _, unit in filter(None, parts)}) == 1
+        quantities = [_number_and_unit(value) for value in self._values]
+        self.numeric = all(quantities) and len({unit for _, unit in filter(None, quantities)}) == 1
 
     def position(self, run: RunResult) -> float:
         """Return where a run stands on the axis."""
@@ -141,9 +141,9 @@ class _Axis:
 
     @staticmethod
     def _number(value: object) -> float:
-        parts = _number_and_unit(value)
-        assert parts is not None  # the axis is numeric
-        return parts[0]
+        quantity = _number_and_unit(value)
+        assert quantity is not None  # the axis is numeric
+        return quantity[0]
 
 
 def _draw_times(axes: Axes, members: Sequence[RunResult], axis: _Axis, since: Mapping[str, float]) -> None:
@@ -189,11 +189,11 @@ def _published(
     ]
 
 
-def _draw_published(axes: Axes, found: Sequence[tuple[float, float, str]]) -> bool:
+def _draw_published(axes: Axes, intervals: Sequence[tuple[float, float, str]]) -> bool:
     """Draw published values; tell whether there are any."""
-    for position, value, colour in found:
+    for position, value, colour in intervals:
         axes.plot([position], [value], **_PUBLISHED, color=colour, markersize=8, zorder=6)
-    return bool(found)
+    return bool(intervals)
 
 
 def _of(reference: PublishedSet | None, quantities: Sequence[str]) -> tuple[PublishedValue, ...]:
@@ -267,7 +267,7 @@ def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Fig
     settings = [
         setting
         for setting in SETTINGS
-        if setting.order is not None and any(setting.name in one.sources for one in events.values())
+        if setting.order is not None and any(setting.name in convergence.sources for convergence in events.values())
     ]
     labels = ("", "change of the event [ms]")
     figure, panels = figure_grid(len(settings), 3, (3.1, 3.0), f"Convergence of the slip events, {title}", labels)
@@ -282,27 +282,27 @@ def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Fig
 
 def _draw_setting(axes: Axes, setting: str, events: Mapping[str, Convergence]) -> None:
     axes.axhline(0.0, color=BLACK, linewidth=0.6)
-    for index, (event, one) in enumerate(events.items()):
-        series, found = one.sources.get(setting), one.refinements.get(setting)
-        if series is None or found is None or found.uncertainty is None or one.value is None:
+    for index, (event, convergence) in enumerate(events.items()):
+        series, refinement = convergence.sources.get(setting), convergence.refinements.get(setting)
+        if series is None or refinement is None or refinement.uncertainty is None or convergence.value is None:
             continue
-        _draw_series(axes, series, found, one.value, EVENT_COLOURS[event])
+        _draw_series(axes, series, refinement, convergence.value, EVENT_COLOURS[event])
         # Bars of different events at one size would hide each other.
         bar_at = 1.0 + 0.04 * (index + 1)
-        axes.errorbar([bar_at], [0.0], yerr=[1e3 * found.uncertainty], color=EVENT_COLOURS[event], capsize=3)
+        axes.errorbar([bar_at], [0.0], yerr=[1e3 * refinement.uncertainty], color=EVENT_COLOURS[event], capsize=3)
     axes.set_xlim(left=-0.05)
 
 
-def _draw_series(axes: Axes, series: Series, found: Refinement, value: float, colour: str) -> None:
+def _draw_series(axes: Axes, series: Series, refinement: Refinement, value: float, colour: str) -> None:
     sizes = np.array(series.sizes)
     changes = 1e3 * (np.array(series.values, dtype=float) - value)
     rising = np.argsort(sizes)
-    if found.limit is None or found.order is None:
+    if refinement.limit is None or refinement.order is None:
         axes.plot(sizes[rising], changes[rising], marker="o", color=colour, linestyle=(0, (1, 1.5)))
         return
     axes.plot(sizes[rising], changes[rising], marker="o", color=colour, linestyle="")
     # The curve of the observed order from the coarsest value down to the limit.
-    limit, coarsest = 1e3 * (found.limit - value), rising[-1]
+    limit, coarsest = 1e3 * (refinement.limit - value), rising[-1]
     along = np.linspace(0.0, 1.0, 100)
-    axes.plot(along * sizes[coarsest], limit + (changes[coarsest] - limit) * along**found.order, color=colour)
+    axes.plot(along * sizes[coarsest], limit + (changes[coarsest] - limit) * along**refinement.order, color=colour)
     axes.plot([0.0], [limit], marker="D", markerfacecolor="none", color=colour, linestyle="")

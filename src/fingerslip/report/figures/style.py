@@ -283,7 +283,7 @@ def _legend_columns(widths: Sequence[float], available: float) -> int:
     """Return the largest number of columns of a legend, filled column by column, whose widest keys fit."""
     for columns in range(len(widths), 1, -1):
         # As matplotlib shares keys out.
-        if sum(float(own.max()) for own in np.array_split(widths, columns)) <= available:
+        if sum(float(column_widths.max()) for column_widths in np.array_split(widths, columns)) <= available:
             return columns
     return 1
 

@@ -75,9 +75,9 @@ def _left_out(runs: Sequence[RunResult], values: Sequence[PublishedValue]) -> st
 
 
 def _differences(run: RunResult, missed: Mapping[str, object]) -> str:
-    known = run.all_values
+    values = run.all_values
     return ", ".join(
-        f"{path} is {known.get(path, 'not known')}, published for {needed}" for path, needed in missed.items()
+        f"{path} is {values.get(path, 'not known')}, published for {needed}" for path, needed in missed.items()
     )
 
 
@@ -140,9 +140,9 @@ def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, sa
     (('a', '1', '3'),)
     """
     paths = [path for path in dict.fromkeys((*first, *second)) if first.get(path) != second.get(path)]
-    shown = [path for path in paths if group_of(path) != _ASIDE]
-    rows = tuple((path, *(own.get(path, Missing.NOT_DEFINED) for own in (first, second))) for path in shown)
-    said = (note, "" if paths else same, _aside([path for path in paths if path not in shown]))
+    paths_shown = [path for path in paths if group_of(path) != _ASIDE]
+    rows = tuple((path, *(run.get(path, Missing.NOT_DEFINED) for run in (first, second))) for path in paths_shown)
+    said = (note, "" if paths else same, _aside([path for path in paths if path not in paths_shown]))
     return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, " ".join(filter(None, said)))
 
 

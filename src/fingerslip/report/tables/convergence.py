@@ -61,31 +61,40 @@ def _reason(key: str) -> Missing:
     return Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
 
 
-def _row(one: Convergence, reason: Missing) -> tuple[Cell, ...]:
-    if one.value is None:
-        return (one.quantity, one.unit, *([reason] * (3 + len(SETTINGS))))
-    found = one.refinements
-    settings = [_setting(found.get(setting.name), reason) for setting in SETTINGS]
-    unchanged = bool(found) and all(refinement.behaviour == "unchanged" for refinement in found.values())
-    uncertainty = _UNCHANGED if unchanged else reason if one.uncertainty is None else _number(one.uncertainty)
-    return (one.quantity, one.unit, _number(one.value), uncertainty, *settings, _verdict(one))
+def _row(convergence: Convergence, reason: Missing) -> tuple[Cell, ...]:
+    if convergence.value is None:
+        return (convergence.quantity, convergence.unit, *([reason] * (3 + len(SETTINGS))))
+    refinements = convergence.refinements
+    settings = [_setting(refinements.get(setting.name), reason) for setting in SETTINGS]
+    unchanged = bool(refinements) and all(refinement.behaviour == "unchanged" for refinement in refinements.values())
+    uncertainty = (
+        _UNCHANGED if unchanged else reason if convergence.uncertainty is None else _number(convergence.uncertainty)
+    )
+    return (
+        convergence.quantity,
+        convergence.unit,
+        _number(convergence.value),
+        uncertainty,
+        *settings,
+        _verdict(convergence),
+    )
 
 
-def _verdict(one: Convergence) -> str:
-    return f"not with {', '.join(one.unsettled)}" if one.unsettled else "yes"
+def _verdict(convergence: Convergence) -> str:
+    return f"not with {', '.join(convergence.unsettled)}" if convergence.unsettled else "yes"
 
 
-def _setting(found: Refinement | None, reason: Missing) -> Cell:
-    if found is None:
+def _setting(refinement: Refinement | None, reason: Missing) -> Cell:
+    if refinement is None:
         return Missing.NOT_STUDIED
-    if found.uncertainty is None:
+    if refinement.uncertainty is None:
         return reason
-    if found.behaviour == "unchanged":
+    if refinement.behaviour == "unchanged":
         return _UNCHANGED
-    number = _number(found.uncertainty)
-    if found.behaviour == "monotone" and found.order is not None:
-        return f"{number} ({found.order:.1f})"
-    word = _WORDS.get(found.behaviour) if found.order is not None or found.limit is None else None
+    number = _number(refinement.uncertainty)
+    if refinement.behaviour == "monotone" and refinement.order is not None:
+        return f"{number} ({refinement.order:.1f})"
+    word = _WORDS.get(refinement.behaviour) if refinement.order is not None or refinement.limit is None else None
     return f"{number} ({word})" if word else number
 
 

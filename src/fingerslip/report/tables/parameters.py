@@ -64,7 +64,7 @@ def group_of(path: str) -> str:
     ('Materials and damping', 'Specimen', 'Contact and friction')
     """
     return next(
-        (group for group, parts in GROUPS.items() if any(f"{path}.".startswith(f"{part}.") for part in parts)),
+        (group for group, keys in GROUPS.items() if any(f"{path}.".startswith(f"{part}.") for part in keys)),
         list(GROUPS)[-1],
     )
 
@@ -155,19 +155,19 @@ def conditions_table(values: Sequence[ShownValue], histories: Mapping[str, xr.Da
 def _words(value: ShownValue) -> tuple[str, str] | None:
     """Return the pattern of a condition and its words; None for a value that the table leaves out."""
     for pattern, words in _CONDITIONS:
-        found = re.fullmatch(pattern, value.path)
-        if found:
-            return pattern, words.format(*(part.replace("_", " ") for part in found.groups()))
-    given = value.source.startswith(_GIVEN) and not value.path.startswith("record.")
-    return (_CONDITIONS[-1][0], value.path) if given else None
+        match = re.fullmatch(pattern, value.path)
+        if match:
+            return pattern, words.format(*(part.replace("_", " ") for part in match.groups()))
+    is_given = value.source.startswith(_GIVEN) and not value.path.startswith("record.")
+    return (_CONDITIONS[-1][0], value.path) if is_given else None
 
 
 def _sizes(histories: Mapping[str, xr.Dataset]) -> list[tuple[str, str, str, str]]:
     """Return how large the meshes are."""
     rows = []
     for name, words in {"n_nodes": "mesh: nodes", "n_contact_candidates": "mesh: nodes that may touch"}.items():
-        found = sorted({int(history.attrs[name]) for history in histories.values() if name in history.attrs})
-        if found:
-            text = f"{found[0]}" if len(found) == 1 else f"{found[0]} to {found[-1]}"
+        sizes = sorted({int(history.attrs[name]) for history in histories.values() if name in history.attrs})
+        if sizes:
+            text = f"{sizes[0]}" if len(sizes) == 1 else f"{sizes[0]} to {sizes[-1]}"
             rows.append((words, text, "as computed", ""))
     return rows

@@ -126,8 +126,8 @@ def _cell_measures(run: RunResult, measure: Measure) -> Cell:
     value = run.numbers[measure.key]
     if value is None:
         return _reason(run, measure)
-    shown, uncertainty = _displayed(value, measure), run.uncertainty.get(measure.key)
-    return shown if uncertainty is None else Measured(shown, _displayed(uncertainty, measure))
+    displayed, uncertainty = _displayed(value, measure), run.uncertainty.get(measure.key)
+    return displayed if uncertainty is None else Measured(displayed, _displayed(uncertainty, measure))
 
 
 def _displayed(value: float, measure: Measure) -> float:

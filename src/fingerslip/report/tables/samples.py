@@ -63,22 +63,26 @@ def published_table(runs: Sequence[RunResult], references: Sequence[PublishedSet
         Column("published lies"),
         Column("found in"),
     )
-    found = published_intervals(runs, references)
+    intervals = published_intervals(runs, references)
     shared = (
-        [item for item in found[0].value.conditions.items() if all(_holds(one.value, item) for one in found)]
-        if found
+        [
+            item
+            for item in intervals[0].value.conditions.items()
+            if all(_holds(interval.value, item) for interval in intervals)
+        ]
+        if intervals
         else []
     )
     rows = tuple(
         (
-            f"{event_label(one.value.quantity)} ({READINGS[one.reading]})",
-            group_text(dict(item for item in one.value.conditions.items() if item not in shared)) or "all",
-            _span_text(one.value.span, one.value.value),
-            *interval_cells(one.interval),
-            one.where or Missing.NOT_DEFINED,
-            f"{0 if one.interval is None else len(one.interval.values)} of {one.samples}",
+            f"{event_label(interval.value.quantity)} ({READINGS[interval.reading]})",
+            group_text(dict(item for item in interval.value.conditions.items() if item not in shared)) or "all",
+            _span_text(interval.value.span, interval.value.value),
+            *interval_cells(interval.interval),
+            interval.where or Missing.NOT_DEFINED,
+            f"{0 if interval.interval is None else len(interval.interval.values)} of {interval.samples}",
         )
-        for one in found
+        for interval in intervals
     )
     return Table("Published times in the intervals of the samples", columns, rows, _WHERE)
 
@@ -157,7 +161,7 @@ def sensitivity_rows(fits: Sequence[Fit]) -> Table:
 
 def refused_table(refused: Sequence[RefusedRun]) -> Table:
     """Show the samples that were not computed, and why."""
-    rows = tuple((one.name, one.reason) for one in refused)
+    rows = tuple((sample.name, sample.reason) for sample in refused)
     return Table("Samples whose values do not fit together", (Column("run"), Column("reason")), rows)
 
 
@@ -192,51 +196,62 @@ _MORRIS = (
 )
 
 
-def indices_table(one: Sensitivity) -> Table:
+def indices_table(sensitivity: Sensitivity) -> Table:
     """Show what moves an output, the value that matters most first."""
-    labels = short_labels([index.path for index in one.indices])
-    named = group_text(one.group)
-    title = f"What moves {one.label}{f', {named}' if named else ''}"
-    if one.method == "morris":
+    labels = short_labels([index.path for index in sensitivity.indices])
+    named = group_text(sensitivity.group)
+    title = f"What moves {sensitivity.label}{f', {named}' if named else ''}"
+    if sensitivity.method == "morris":
         columns = (
             Column("value"),
-            *(Column(name, one.unit, significant=3) for name in ("mean size", "± size", "mean", "standard deviation")),
+            *(
+                Column(name, sensitivity.unit, significant=3)
+                for name in ("mean size", "± size", "mean", "standard deviation")
+            ),
         )
-        rows = tuple((labels[own.path], own.size, own.size_error, own.mean, own.other) for own in one.indices)
-        return Table(title, columns, rows, f"{_of_runs(one)} {_MORRIS}")
+        rows = tuple(
+            (labels[element.path], element.size, element.size_error, element.mean, element.other)
+            for element in sensitivity.indices
+        )
+        return Table(title, columns, rows, f"{_of_runs(sensitivity)} {_MORRIS}")
     columns = (
         Column("value"),
         *(Column(name, digits=3) for name in ("total index", "± total", "first index", "± first")),
     )
-    rows = tuple((labels[own.path], own.size, own.size_error, own.other, own.other_error) for own in one.indices)
-    return Table(title, columns, rows, f"{_of_runs(one)} {_SOBOL}")
+    rows = tuple(
+        (labels[element.path], element.size, element.size_error, element.other, element.other_error)
+        for element in sensitivity.indices
+    )
+    return Table(title, columns, rows, f"{_of_runs(sensitivity)} {_SOBOL}")
 
 
-def _of_runs(one: Sensitivity) -> str:
-    unit = f" {one.unit}" if one.unit else ""
-    said = f"{one.runs} runs, mean {one.mean:.3g}{unit}, standard deviation {one.deviation:.3g}{unit}"
-    if one.surrogate is not None:
-        return f"{said}; indices of a surrogate of {_fitted_to(one.surrogate)}: {_goodness(one.surrogate, unit)}."
-    left = f", {one.left_out} left out because the event did not happen in all of their runs" if one.left_out else ""
-    return f"{said}; {one.blocks} blocks{left}."
+def _of_runs(sensitivity: Sensitivity) -> str:
+    unit = f" {sensitivity.unit}" if sensitivity.unit else ""
+    spread = f"mean {sensitivity.mean:.3g}{unit}, standard deviation {sensitivity.deviation:.3g}{unit}"
+    runs = f"{sensitivity.runs} runs, {spread}"
+    surrogate = sensitivity.surrogate
+    if surrogate is not None:
+        return f"{runs}; indices of a surrogate of {_fitted_to(surrogate)}: {_goodness(surrogate, unit)}."
+    left = sensitivity.left_out
+    words = f", {left} left out because the event did not happen in all of their runs" if left else ""
+    return f"{runs}; {sensitivity.blocks} blocks{words}."
 
 
-def _goodness(found: Validation, unit: str) -> str:
+def _goodness(fit: Validation, unit: str) -> str:
     return (
-        f"for runs that it has not seen, its error is {found.error:.3g}{unit} (root mean square), at most "
-        f"{found.largest:.3g}{unit}, Q² {found.explained:.3f}, and {100 * found.covered:.0f} % lie in its 95 % interval"
+        f"for runs that it has not seen, its error is {fit.error:.3g}{unit} (root mean square), at most "
+        f"{fit.largest:.3g}{unit}, Q² {fit.explained:.3f}, and {100 * fit.covered:.0f} % lie in its 95 % interval"
     )
 
 
-def _fitted_to(found: Validation) -> str:
+def _fitted_to(fit: Validation) -> str:
     """Say how many runs a surrogate was fitted to, of how many, and why the others were left out."""
     why = [
-        *([f"{found.repeated} with the inputs of another"] if found.repeated else []),
-        *([f"{found.missing} without this output"] if found.missing else []),
+        *([f"{fit.repeated} with the inputs of another"] if fit.repeated else []),
+        *([f"{fit.missing} without this output"] if fit.missing else []),
     ]
-    if not why:
-        return f"{found.runs} runs"
-    return f"{found.runs} of {found.runs + found.repeated + found.missing} runs (left out: {', '.join(why)})"
+    total = fit.runs + fit.repeated + fit.missing
+    return f"{fit.runs} of {total} runs (left out: {', '.join(why)})" if why else f"{fit.runs} runs"
 
 
 def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: Mapping[str, Any]) -> Table:
@@ -249,13 +264,13 @@ def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: 
     )
     rows = tuple(
         (
-            *(one.output.replace("_", " "), one.unit, found.value, found.low, found.high),
-            *(one.validation.error, one.validation.largest, one.validation.explained),
+            *(surrogate.output.replace("_", " "), surrogate.unit, prediction.value, prediction.low, prediction.high),
+            *(surrogate.validation.error, surrogate.validation.largest, surrogate.validation.explained),
         )
-        for one, found in predicted
+        for surrogate, prediction in predicted
     )
     at = ", ".join(f"{label} {values[path]}" for path, label in short_labels(list(values)).items())
-    fitted = {one.output.replace("_", " "): _fitted_to(one.validation) for one, _ in predicted}
+    fitted = {surrogate.output.replace("_", " "): _fitted_to(surrogate.validation) for surrogate, _ in predicted}
     same = len(set(fitted.values())) == 1
     of = next(iter(fitted.values())) if same else "; ".join(f"{name}: {runs}" for name, runs in fitted.items())
     note = (

@@ -33,7 +33,7 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
     """
     columns = _columns(runs, refused)
     rows = tuple(tuple(column.of_run(run) for column in columns) for run in runs)
-    without = tuple(tuple(column.of_refused(one) for column in columns) for one in refused)
+    without = tuple(tuple(column.of_refused(sample) for column in columns) for sample in refused)
     return Table("Slip events and measures", tuple(Column(column.name) for column in columns), (*rows, *without))
 
 
@@ -54,7 +54,7 @@ class _Known:
 
 def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_Known]:
     sampled = tuple(dict.fromkeys(path for run in runs for path in run.sampled))
-    paths, known = (*swept_paths(runs), *sampled), dict.fromkeys(key for run in runs for key in run.uncertainty)
+    paths, keys = (*swept_paths(runs), *sampled), dict.fromkeys(key for run in runs for key in run.uncertainty)
     columns = [
         _Known("run", "", lambda run: run.name, lambda one: one.name),
         *(_swept_column(path, (*runs, *refused)) for path in paths),
@@ -62,16 +62,16 @@ def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_
         _Known("readings_recorded", "", _recorded),
         *(_measure_column(measure) for measure in measures.MEASURES),
         *(_derived_column(name, runs) for name in dict.fromkeys(name for run in runs for name in run.derived)),
-        *(_uncertainty_column(key) for key in known),
+        *(_uncertainty_column(key) for key in keys),
     ]
     return [*columns, _Known("refused", "", lambda _: "", lambda one: one.reason)] if sampled else columns
 
 
 def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _Known:
     """Return the column of a swept path: numbers in one SI unit, or words where not all are quantities of one kind."""
-    found = [_quantity(_swept(run, path)) for run in runs]
-    units = {known[1] for known in found if known}
-    if not (all(found) and len(units) == 1):
+    quantities = [_quantity(_swept(run, path)) for run in runs]
+    units = {quantity[1] for quantity in quantities if quantity}
+    if not (all(quantities) and len(units) == 1):
         return _Known(path, "", *(2 * [lambda run: swept_text(_swept(run, path))]))
     (unit,) = units
     return _Known(f"{path}_{unit_suffix(unit)}", unit, *(2 * [lambda run: _si_value(_swept(run, path))]))
@@ -86,8 +86,8 @@ def _quantity(value: object) -> tuple[float, str] | None:
 
 
 def _si_value(value: object) -> float | None:
-    known = _quantity(value)
-    return known[0] if known else None
+    quantity = _quantity(value)
+    return quantity[0] if quantity else None
 
 
 def _time_column(reading: str, time: str) -> _Known:

@@ -132,8 +132,8 @@ class Table:
     @property
     def legend(self) -> str:
         """What the texts of missing values mean, as far as the table has them."""
-        found = {cell for row in self.rows for cell in row if isinstance(cell, Missing)}
-        return "; ".join(f"{reason.shown}: {reason.meaning}" for reason in Missing if reason in found)
+        missing = {cell for row in self.rows for cell in row if isinstance(cell, Missing)}
+        return "; ".join(f"{reason.shown}: {reason.meaning}" for reason in Missing if reason in missing)
 
     @property
     def remarks(self) -> str:
@@ -218,6 +218,6 @@ def typeset(unit: str) -> str:
     >>> typeset("m/s^2"), typeset("um")
     ('m/s²', 'µm')
     """
-    for plain, shown in _TYPESET:
-        unit = unit.replace(plain, shown)
+    for plain, symbol in _TYPESET:
+        unit = unit.replace(plain, symbol)
     return unit

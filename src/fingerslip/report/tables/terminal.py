@@ -25,39 +25,39 @@ _PART = re.compile(r".+?(?:(?<=\w)[_/-](?=\w)|(?<=\w)\.(?=[a-z])|$)")
 def to_rich(table: Table, width: int = 80) -> rich.console.Group:
     """Turn a table into one for the terminal, with its remarks below it."""
     widths = _widths(table, width)
-    shown = _listed(table, width) if widths is None else [_gridded(table, widths)]
+    rows_shown = _listed(table, width) if widths is None else [_gridded(table, widths)]
     # A caption of the table itself would be as narrow as the table.
     remarks = rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic")
-    return rich.console.Group(*shown, remarks)
+    return rich.console.Group(*rows_shown, remarks)
 
 
 def _gridded(table: Table, widths: Sequence[int]) -> rich.table.Table:
-    shown = rich.table.Table(
+    grid = rich.table.Table(
         title=escape(table.title), title_justify="left", box=rich.box.SIMPLE_HEAD, padding=0, pad_edge=False
     )
     for index, column in enumerate(table.columns):
         justify: Literal["left", "right"] = "right" if is_numeric(table, index) else "left"
         heading = _wrapped(column.heading.replace(" [", "\n["), widths[index])[0]
-        shown.add_column(escape("\n".join(heading)), justify=justify, width=widths[index], overflow="fold")
+        grid.add_column(escape("\n".join(heading)), justify=justify, width=widths[index], overflow="fold")
     for index, cells in enumerate(texts(table)):
-        wrapped = (_wrapped(cell, own)[0] for cell, own in zip(cells, widths, strict=True))
-        shown.add_row(*(escape("\n".join(one)) for one in wrapped), style="bold" if index in table.marked else None)
-    return shown
+        wrapped = (_wrapped(cell, width)[0] for cell, width in zip(cells, widths, strict=True))
+        grid.add_row(*(escape("\n".join(lines)) for lines in wrapped), style="bold" if index in table.marked else None)
+    return grid
 
 
 def _listed(table: Table, width: int) -> list[rich.console.RenderableType]:
     """Write every row as a list of its cells, under the title."""
     # Where headings leave less room, they are narrowed rather than the cells.
     beside = max(_beside(table, width), _WHOLE)
-    shown: list[rich.console.RenderableType] = [rich.text.Text(f"{table.title}\n", style="italic")]
+    items: list[rich.console.RenderableType] = [rich.text.Text(f"{table.title}\n", style="italic")]
     for index, cells in enumerate(texts(table)):
         row = rich.table.Table.grid(padding=(0, 1))
         row.add_column(overflow="fold", style="dim")
         row.add_column(overflow="fold", style="bold" if index in table.marked else "")
         for column, cell in zip(table.columns, cells, strict=True):
             row.add_row(escape(column.heading), escape("\n".join(_wrapped(cell, beside)[0])))
-        shown += [row, rich.text.Text()]
-    return shown
+        items += [row, rich.text.Text()]
+    return items
 
 
 def _widths(table: Table, width: int) -> list[int] | None:
@@ -67,7 +67,7 @@ def _widths(table: Table, width: int) -> list[int] | None:
         _measured(column.heading, cells, is_numeric(table, index))
         for index, (column, cells) in enumerate(zip(table.columns, columns, strict=True))
     ]
-    floors, *stages = (list(one) for one in zip(*measured, strict=True))
+    floors, *stages = (list(entry) for entry in zip(*measured, strict=True))
     # Between any two columns, and at both ends, there is one space.
     room = width - len(floors) - 1
     if sum(floors) > room:
@@ -84,7 +84,7 @@ def _is_readable(table: Table, widths: Sequence[int], width: int) -> bool:
     beside = _beside(table, width)
     grid, listed = 0, 0
     for cells in (headings, *texts(table)):
-        wrapped = [_wrapped(cell, own) for cell, own in zip(cells, widths, strict=True)]
+        wrapped = [_wrapped(cell, element) for cell, element in zip(cells, widths, strict=True)]
         grid += max((len(lines) for lines, _ in wrapped), default=0) + 2 * sum(broken for _, broken in wrapped)
         listed += sum(len(_wrapped(cell, beside)[0]) for cell in cells) + 1
     # Headings stand once above the grid, and beside every cell of a list.
@@ -109,18 +109,18 @@ def _wrapped(text: str, width: int) -> tuple[list[str], int]:
         if cell_len(line) <= width:
             lines.append(line)
             continue
-        own = [""]
+        element = [""]
         for word in line.split():
-            parts = [word] if cell_len(word) <= width else _PART.findall(word)
-            for number, part in enumerate(parts):
-                joined = own[-1] + (" " if own[-1] and not number else "") + part
+            chunks = [word] if cell_len(word) <= width else _PART.findall(word)
+            for number, part in enumerate(chunks):
+                joined = element[-1] + (" " if element[-1] and not number else "") + part
                 if cell_len(joined) <= width:
-                    own[-1] = joined
+                    element[-1] = joined
                     continue
                 chopped = chop_cells(part, width)
                 broken += len(chopped) > 1
-                own += chopped
-        lines += own[1:] if not own[0] else own
+                element += chopped
+        lines += element[1:] if not element[0] else element
     return lines, broken
 
 
@@ -129,22 +129,22 @@ def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, i
     lines = (*heading.replace(" [", "\n[").split("\n"), *cells)
     words = [word for line in lines for word in line.split()]
     # A word that need not be whole may be broken where its parts meet.
-    parts = [part for word in words for part in _PART.findall(word)]
+    chunks = [part for word in words for part in _PART.findall(word)]
     # A number is never broken.
-    kept = max(map(cell_len, cells), default=0) if numeric else 1
+    smallest = max(map(cell_len, cells), default=0) if numeric else 1
     return (
-        max(kept, min(max(map(cell_len, parts), default=1), _WHOLE)),
-        max(kept, *map(cell_len, words), 1),
-        max(kept, *map(cell_len, lines)),
+        max(smallest, min(max(map(cell_len, chunks), default=1), _WHOLE)),
+        max(smallest, *map(cell_len, words), 1),
+        max(smallest, *map(cell_len, lines)),
     )
 
 
 def _filled(widths: Sequence[int], wanted: Sequence[int], room: int) -> list[int]:
     """Widen columns as far as they want and there is room, which those that lack most share evenly."""
-    found, left = list(widths), room - sum(widths)
-    by_lack = sorted(range(len(found)), key=lambda index: wanted[index] - found[index])
-    for rest, index in zip(range(len(found), 0, -1), by_lack, strict=True):
-        more = min(max(wanted[index] - found[index], 0), left // rest)
-        found[index] += more
+    filled, left = list(widths), room - sum(widths)
+    by_lack = sorted(range(len(filled)), key=lambda index: wanted[index] - filled[index])
+    for rest, index in zip(range(len(filled), 0, -1), by_lack, strict=True):
+        more = min(max(wanted[index] - filled[index], 0), left // rest)
+        filled[index] += more
         left -= more
-    return found
+    return filled

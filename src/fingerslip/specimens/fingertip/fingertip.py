@@ -107,10 +107,10 @@ class Fingertip(FingertipNumbers):
 
 
 def _check_groups(groups: Sequence[str], dim: int) -> None:
-    known = (*RECEPTOR_KINDS, *_IN_SPACE)
-    unknown = next((group for group in groups if group not in known), None)
+    available = (*RECEPTOR_KINDS, *_IN_SPACE)
+    unknown = next((group for group in groups if group not in available), None)
     if unknown is not None:
-        raise InputError("record", f"a fingertip has no '{unknown}'", f"needs some of {', '.join(known)}")
+        raise InputError("record", f"a fingertip has no '{unknown}'", f"needs some of {', '.join(available)}")
     flat = next((group for group in _IN_SPACE if group in groups and dim == 2), None)
     if flat is not None:
         raise InputError(f"record.{flat}", "without a fingertip in space", "needs mesh.element T4 or T10")

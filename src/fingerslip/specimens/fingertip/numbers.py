@@ -326,19 +326,19 @@ def skin_room(outline: SagittalOutline | TransverseOutline, phalanx: Phalanx) ->
 
 
 def _sagittal_limits(outline: SagittalOutline, phalanx: Phalanx) -> dict[str, float]:
-    own = phalanx.sagittal
+    element = phalanx.sagittal
     return {
-        "phalanx.sagittal.palmar_level": outline.half_height + own.palmar_level,
-        "phalanx.sagittal.dorsal_level": outline.half_height - own.dorsal_level,
-        "phalanx.sagittal.distal_end": outline.tip_length - own.distal_end,
+        "phalanx.sagittal.palmar_level": outline.half_height + element.palmar_level,
+        "phalanx.sagittal.dorsal_level": outline.half_height - element.dorsal_level,
+        "phalanx.sagittal.distal_end": outline.tip_length - element.distal_end,
     }
 
 
 def _transverse_limits(outline: TransverseOutline, phalanx: Phalanx) -> dict[str, float]:
-    own = phalanx.transverse
+    element = phalanx.transverse
     return {
-        "phalanx.transverse.half_height": outline.half_height - own.half_height,
-        "phalanx.transverse.half_width": outline.half_width - own.half_width,
+        "phalanx.transverse.half_height": outline.half_height - element.half_height,
+        "phalanx.transverse.half_width": outline.half_width - element.half_width,
     }
 
 
@@ -467,9 +467,9 @@ class FingertipNumbers:
 
 def _check_materials(fingertip: FingertipNumbers) -> None:
     has_nail = fingertip.solid is not None and fingertip.solid.nail is not None
-    needed, given = (*REGIONS, "nail") if has_nail else REGIONS, fingertip.materials
-    if set(given) != set(needed):
-        raise InputError("materials", f"has {', '.join(given) or 'nothing'}", f"needs {', '.join(needed)}")
+    needed, materials = (*REGIONS, "nail") if has_nail else REGIONS, fingertip.materials
+    if set(materials) != set(needed):
+        raise InputError("materials", f"has {', '.join(materials) or 'nothing'}", f"needs {', '.join(needed)}")
 
 
 def _check_solid(fingertip: FingertipNumbers, solid: SolidShape) -> None:

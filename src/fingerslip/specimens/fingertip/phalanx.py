@@ -180,16 +180,16 @@ def _rounded_offset(curve: Curve, offset: float, radius: float) -> Floats:
     arc_length = curve.arc_length[:-1] if curve.closed else curve.arc_length
     centres = at_depth(curve, arc_length, offset + radius)
     distance, _ = cKDTree(curve.points).query(centres)
-    kept = np.flatnonzero(distance > (offset + radius) * (1 - 1e-9))
-    if len(kept) == 0:
+    rows = np.flatnonzero(distance > (offset + radius) * (1 - 1e-9))
+    if len(rows) == 0:
         return np.empty((0, 2))
-    points, after = at_depth(curve, arc_length[kept], offset), np.roll(kept, -1)
+    points, after = at_depth(curve, arc_length[rows], offset), np.roll(rows, -1)
     pieces = []
-    for number in range(len(kept)):
+    for number in range(len(rows)):
         pieces.append(points[number : number + 1])
-        if (after[number] - kept[number]) % len(arc_length) > 1:
-            centre = (centres[kept[number]] + centres[after[number]]) / 2
-            pieces.append(_arc(centre, points[number], points[(number + 1) % len(kept)]))
+        if (after[number] - rows[number]) % len(arc_length) > 1:
+            centre = (centres[rows[number]] + centres[after[number]]) / 2
+            pieces.append(_arc(centre, points[number], points[(number + 1) % len(rows)]))
     return np.vstack([*pieces, points[:1]])
 
 
@@ -348,11 +348,16 @@ def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
 
     phalanx, widths = fingertip.phalanx, solid_shape(fingertip).phalanx
     places = [-fingertip.sagittal.pad_length, widths.waist_position, 0.0, phalanx.sagittal.distal_end]
-    known = [widths.base_half_width, widths.waist_half_width, phalanx.transverse.half_width, widths.end_half_width]
+    widths_given = [
+        widths.base_half_width,
+        widths.waist_half_width,
+        phalanx.transverse.half_width,
+        widths.end_half_width,
+    ]
     if widths.end_half_width <= phalanx.corner_radius:
         fault, allowed = f"got {millimetres(widths.end_half_width)}", f"needs > {millimetres(phalanx.corner_radius)}"
         raise InputError("solid.phalanx.end_half_width", fault, f"{allowed} (phalanx.corner_radius)")
-    half_width: Floats = PchipInterpolator(places, known)(x)
+    half_width: Floats = PchipInterpolator(places, widths_given)(x)
     return half_width
 
 
@@ -419,7 +424,7 @@ def _check_tissue_phalanx_surface(fingertip: FingertipNumbers, surface: Floats) 
     needed = 0.1 * fingertip.layers.skin_thickness
     thinnest = int(thickness.argmin())
     if thickness[thinnest] < needed:
-        place = coordinates(points[thinnest], 3)
+        position = coordinates(points[thinnest], 3)
         allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
-        fault = f"{millimetres(thickness[thinnest], 3)} of tissue at {place}"
+        fault = f"{millimetres(thickness[thinnest], 3)} of tissue at {position}"
         raise InputError("phalanx", fault, allowed, "make the skin thinner or the phalanx smaller")

@@ -98,7 +98,7 @@ def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     flat = np.array([site.position for site in sites])
     places = posed(fingertip, np.column_stack([flat, np.zeros(len(sites))]))
     return tuple(
-        dataclasses.replace(site, position=_position(place)) for site, place in zip(sites, places, strict=True)
+        dataclasses.replace(site, position=_position(point)) for site, point in zip(sites, places, strict=True)
     )
 
 
@@ -134,8 +134,8 @@ def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tup
         for line in _LINES:
             places = posed(fingertip, _line(fingertip, line, spacing, depth))
             sites += [
-                Site(f"{layer}-{line}{number}", f"{layer} surface", _position(place), region)
-                for number, place in enumerate(places, start=1)
+                Site(f"{layer}-{line}{number}", f"{layer} surface", _position(point), region)
+                for number, point in enumerate(places, start=1)
             ]
     return tuple(sites)
 
@@ -149,8 +149,8 @@ def _line(fingertip: FingertipNumbers, line: str, spacing: float, depth: float) 
     return np.column_stack([along, up, still] if line == "h" else [still, up, along])
 
 
-def _position(place: Floats) -> tuple[float, ...]:
-    return tuple(float(value) for value in place)
+def _position(point: Floats) -> tuple[float, ...]:
+    return tuple(float(value) for value in point)
 
 
 _KIND = "external marker"
@@ -168,8 +168,8 @@ def skin_markers(fingertip: FingertipNumbers, spacing: float = 1.5e-3, layers: i
     places = posed(fingertip, _lowest(fingertip, *layout.position.T))
     first = np.searchsorted(layout.ring, layout.ring)
     return tuple(
-        Site(f"external-marker-{ring}-{number:02d}", _KIND, tuple(map(float, place)), "epidermis")
-        for ring, number, place in zip(layout.ring, np.arange(layout.count) - first + 1, places, strict=True)
+        Site(f"external-marker-{ring}-{number:02d}", _KIND, tuple(map(float, point)), "epidermis")
+        for ring, number, point in zip(layout.ring, np.arange(layout.count) - first + 1, places, strict=True)
     )
 
 

@@ -48,12 +48,12 @@ def relief_depth(fingertip: FingertipNumbers, points: Floats) -> Floats:
     return depth
 
 
-def _palmar_arc_length(fingertip: FingertipNumbers, place: Floats) -> Floats:
+def _palmar_arc_length(fingertip: FingertipNumbers, point: Floats) -> Floats:
     """Return the arc lengths of the palmar half of a section at positions along its horizontal axis [m]."""
     curve = outline_curve(fingertip)
     widest = curve.points[:, 0].argmax()
     palmar = slice(int(curve.points[:widest, 0].argmin()), int(widest) + 1)
-    return np.interp(place, curve.points[palmar, 0], curve.arc_length[palmar])
+    return np.interp(point, curve.points[palmar, 0], curve.arc_length[palmar])
 
 
 _PROJECTIONS = 20

@@ -40,7 +40,7 @@ class StudyConvergence:
     @property
     def tables(self) -> tuple[Table, ...]:
         """A table for each run."""
-        return tuple(convergence_table(found.quantities, found.run) for found in self.runs)
+        return tuple(convergence_table(convergence.quantities, convergence.run) for convergence in self.runs)
 
     @property
     def markdown(self) -> str:
@@ -102,17 +102,17 @@ def converge(
     ResultError
         Where results cannot be written or read.
     """
-    shown = progress or SilentProgress()
+    reporter = progress or SilentProgress()
     plan = plan_study(path, results_dir)
     _check_only(only, plan)
-    run_studies([path], results_dir=results_dir, workers=workers, progress=shown)
+    run_studies([path], results_dir=results_dir, workers=workers, progress=reporter)
     refined = _refined_runs(plan, [run for run in plan.runs if not only or run.name in only])
-    _compute(_level_plan(plan, refined), workers, shown)
-    found = {one.run.name: _run_convergence(plan, one) for one in refined}
-    known = {**read_convergences(plan.folder, plan.identities), **found}
-    write_convergences(plan.folder, known)
-    result = StudyConvergence(plan.folder, tuple(found.values()))
-    _write_pictures(result, tuple(known.values()))
+    _compute(_level_plan(plan, refined), workers, reporter)
+    new = {refined_run.run.name: _run_convergence(plan, refined_run) for refined_run in refined}
+    convergences = {**read_convergences(plan.folder, plan.identities), **new}
+    write_convergences(plan.folder, convergences)
+    result = StudyConvergence(plan.folder, tuple(new.values()))
+    _write_pictures(result, tuple(convergences.values()))
     write_up(plan)
     return result
 
@@ -142,7 +142,7 @@ def _refined_runs(plan: Plan, runs: Sequence[Run]) -> tuple[_Refined, ...]:
 
 
 def _level_plan(plan: Plan, refined: Sequence[_Refined]) -> Plan:
-    runs = tuple(run for one in refined for run in one.levels.values())
+    runs = tuple(run for refined_run in refined for run in refined_run.levels.values())
     return Plan(plan.source, plan.study, plan.folder / FOLDER, runs, {run.name: identity(run) for run in runs})
 
 
@@ -166,7 +166,7 @@ def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
     _check_meshes(refined.run, base, others)
     numbers = {level: quantities(result) for level, result in others.items()}
     sizes = {level: _size(level, base, result) for level, result in others.items()}
-    found = {}
+    quantities_refined = {}
     for key, quantity in quantities(base).items():
         sources = {
             setting: Series(
@@ -176,8 +176,8 @@ def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
             )
             for setting, levels in _by_setting(others).items()
         }
-        found[key] = Convergence(quantity.label, quantity.unit, quantity.value, sources)
-    return RunConvergence(name, plan.identities[name], found)
+        quantities_refined[key] = Convergence(quantity.label, quantity.unit, quantity.value, sources)
+    return RunConvergence(name, plan.identities[name], quantities_refined)
 
 
 def _size_in_use(setting: str, run: Run) -> float:
@@ -218,8 +218,8 @@ def _write_pictures(result: StudyConvergence, runs: Sequence[RunConvergence]) ->
     from fingerslip.report.figures.study import convergence_figure
     from fingerslip.report.figures.style import save_figure
 
-    table = series_table({found.run: found.quantities for found in runs})
+    table = series_table({convergence.run: convergence.quantities for convergence in runs})
     write_text(result.folder / FOLDER / "convergence.csv", to_csv(table))
     with new_folder(result.figures) as figures:
-        for found in runs:
-            save_figure(convergence_figure(found.quantities, found.run), figures / f"{found.run}.png")
+        for convergence in runs:
+            save_figure(convergence_figure(convergence.quantities, convergence.run), figures / f"{convergence.run}.png")

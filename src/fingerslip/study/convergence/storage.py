@@ -54,8 +54,10 @@ def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, 
     except DamagedError as error:
         _warn(f"{error}; without it no uncertainties are known")
         return {}
-    current = {name: found for name, found in stored.items() if found["identity"] == identities.get(name)}
-    return {name: _run_from(name, found) for name, found in current.items()}
+    current = {
+        name: convergence for name, convergence in stored.items() if convergence["identity"] == identities.get(name)
+    }
+    return {name: _run_from(name, convergence) for name, convergence in current.items()}
 
 
 @functools.cache
@@ -76,21 +78,21 @@ def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str,
     }
 
 
-def _run_mapping(found: RunConvergence) -> dict[str, Any]:
+def _run_mapping(convergence: RunConvergence) -> dict[str, Any]:
     return {
-        "identity": found.identity,
-        "quantities": {key: _quantity_mapping(quantity) for key, quantity in found.quantities.items()},
+        "identity": convergence.identity,
+        "quantities": {key: _quantity_mapping(quantity) for key, quantity in convergence.quantities.items()},
     }
 
 
-def _quantity_mapping(one: Convergence) -> dict[str, Any]:
-    refinements = one.refinements
+def _quantity_mapping(convergence: Convergence) -> dict[str, Any]:
+    refinements = convergence.refinements
     return {
-        "name": one.quantity,
-        "unit": one.unit,
-        "value": one.value,
-        "uncertainty": one.uncertainty,
-        "converges": not one.unsettled,
+        "name": convergence.quantity,
+        "unit": convergence.unit,
+        "value": convergence.value,
+        "uncertainty": convergence.uncertainty,
+        "converges": not convergence.unsettled,
         "sources": {
             setting: {
                 "sizes": list(series.sizes),
@@ -100,7 +102,7 @@ def _quantity_mapping(one: Convergence) -> dict[str, Any]:
                 "limit": refinements[setting].limit,
                 "uncertainty": refinements[setting].uncertainty,
             }
-            for setting, series in one.sources.items()
+            for setting, series in convergence.sources.items()
         },
     }
 
@@ -108,14 +110,14 @@ def _quantity_mapping(one: Convergence) -> dict[str, Any]:
 def _run_from(name: str, stored: Mapping[str, Any]) -> RunConvergence:
     quantities = {
         key: Convergence(
-            one["name"],
-            one["unit"],
-            one["value"],
+            quantity["name"],
+            quantity["unit"],
+            quantity["value"],
             {
-                setting: Series(setting, tuple(found["sizes"]), tuple(found["values"]))
-                for setting, found in one["sources"].items()
+                setting: Series(setting, tuple(source["sizes"]), tuple(source["values"]))
+                for setting, source in quantity["sources"].items()
             },
         )
-        for key, one in stored["quantities"].items()
+        for key, quantity in stored["quantities"].items()
     }
     return RunConvergence(name, stored["identity"], quantities)

@@ -97,14 +97,17 @@ def derive(name: str, text: str, result: RunResult) -> Quantity:
     Nor has it a value where there is none, as of a square root of a negative number; its unit is known all the same.
     """
     tree, names = _parsed(text)
-    found = {key: _looked_up(path, result, f"derived.{name}") for key, path in names.items()}
+    quantities = {key: _looked_up(path, result, f"derived.{name}") for key, path in names.items()}
     try:
-        known = {key: _number_in(math.nan if own is None else own, unit) for key, (own, unit) in found.items()}
+        numbers = {
+            key: _number_in(math.nan if element is None else element, unit)
+            for key, (element, unit) in quantities.items()
+        }
         with np.errstate(all="ignore"):
-            number, unit = si_number(_value(tree.body, known))
+            number, unit = si_number(_value(tree.body, numbers))
     except (ValueError, TypeError, ArithmeticError) as error:
         raise InputError(f"derived.{name}", f"'{text}': {error}", "needs units that fit together") from None
-    exists = all(own is not None for own, _ in found.values()) and math.isfinite(number)
+    exists = all(element is not None for element, _ in quantities.values()) and math.isfinite(number)
     return Quantity(name, unit, number if exists else None)
 
 
@@ -171,7 +174,7 @@ def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
         case ast.UnaryOp(op=op, operand=operand):
             return _OPERATORS[type(op)](_value(operand, names))
         case ast.Call(func=ast.Name(id=function), args=args):
-            return FUNCTIONS[function](*(_value(one, names) for one in args))
+            return FUNCTIONS[function](*(_value(argument, names) for argument in args))
     raise InputError("", f"holds {type(node).__name__}", _ALLOWED)
 
 
@@ -191,21 +194,21 @@ def _power(base: Any, exponent: np.float64) -> Any:
 
 def _looked_up(name: str, result: RunResult, where: str) -> tuple[float | None, str]:
     """Return the value of a name [SI] and its unit; None for what did not happen."""
-    found = output_of(result, name)
-    if found is not None:
-        return found.value, found.unit
+    quantity = output_of(result, name)
+    if quantity is not None:
+        return quantity.value, quantity.unit
     return _parameter(name, result.all_values, where)
 
 
 def _parameter(name: str, values: Mapping[str, Any], where: str) -> tuple[float, str]:
     ending = f"_{name}".replace(".", "_")
-    found = [name] if name in values else [path for path in values if f"_{path}".replace(".", "_").endswith(ending)]
-    found = [path for path in found if _number(values[path]) is not None]
-    if len(found) != 1:
-        said = f"'{name}' stands for {', '.join(found)}" if found else f"'{name}' is not known"
+    paths = [name] if name in values else [path for path in values if f"_{path}".replace(".", "_").endswith(ending)]
+    paths = [path for path in paths if _number(values[path]) is not None]
+    if len(paths) != 1:
+        said = f"'{name}' stands for {', '.join(paths)}" if paths else f"'{name}' is not known"
         allowed = "needs events, measures without their unit, or numbers of the study"
         raise InputError(where, said, allowed, "fingerslip show STUDY lists all paths; write the whole path")
-    number = _number(values[found[0]])
+    number = _number(values[paths[0]])
     assert number is not None
     return number
 

@@ -62,7 +62,8 @@ def _with_lines(error: InputError, path: Path) -> InputError:
         return error
     ordered = in_order(error.all, lines, front)
     return Mistakes(
-        one.moved(lambda where: where, lines.get(known_part(one.where.removeprefix(front), lines))) for one in ordered
+        mistake.moved(lambda where: where, lines.get(known_part(mistake.where.removeprefix(front), lines)))
+        for mistake in ordered
     ).error()
 
 
@@ -116,12 +117,12 @@ def _base_of(path: Path, name: object) -> Path:
     return path.with_name(name)
 
 
-def _merged(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    found = dict(base)
-    for key, value in own.items():
+def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in changes.items():
         inner = None if key == "sweep" else base.get(key)
-        found[key] = _merged(inner, value) if isinstance(inner, Mapping) and isinstance(value, Mapping) else value
-    return found
+        merged[key] = _merged(inner, value) if isinstance(inner, Mapping) and isinstance(value, Mapping) else value
+    return merged
 
 
 T = TypeVar("T")
@@ -170,10 +171,10 @@ def _given(choice: object) -> dict[str, Any]:
 
 def _check(choice: object, what: str) -> None:
     """Refuse a choice of which not exactly one field is given."""
-    given = _given(choice)
-    if len(given) != 1:
-        known = ", ".join(field.name for field in dataclasses.fields(choice))  # type: ignore[arg-type]
-        raise InputError("", f"has {' and '.join(given) or f'no {what}'}", f"needs one of {known}")
+    values = _given(choice)
+    if len(values) != 1:
+        names = ", ".join(field.name for field in dataclasses.fields(choice))  # type: ignore[arg-type]
+        raise InputError("", f"has {' and '.join(values) or f'no {what}'}", f"needs one of {names}")
 
 
 def _summary(kind: type) -> str:

@@ -51,11 +51,11 @@ def _name(swept: Mapping[str, Any], digits: Callable[[str], str]) -> str:
 
 def _labels(paths: Sequence[str]) -> dict[str, str]:
     """Return the shortest endings of the paths that tell them apart; 'x.enabled' is called 'x'."""
-    parts = {path: path.removesuffix(".enabled").split(".") for path in paths}
-    last = Counter(keys[-1] for keys in parts.values())
+    keys_of_path = {path: path.removesuffix(".enabled").split(".") for path in paths}
+    last = Counter(keys[-1] for keys in keys_of_path.values())
     return {
         path: _UNSAFE_IN_LABELS.sub("-", keys[-1] if last[keys[-1]] == 1 else "-".join(keys))
-        for path, keys in parts.items()
+        for path, keys in keys_of_path.items()
     }
 
 

@@ -22,8 +22,8 @@ def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
     if not scatter:
         raise InputError("", "is empty", "needs a standard deviation by dotted path", "all repeats are alike")
     for path, deviation in scatter.items():
-        known = _quantity(deviation)
-        if known is None or not 0.0 < known[0] < math.inf:
+        quantity = _quantity(deviation)
+        if quantity is None or not 0.0 < quantity[0] < math.inf:
             fault, allowed = f"got {shortened(repr(deviation))}", "needs a standard deviation above 0"
             raise InputError(path, fault, allowed, "write a number, or a quantity such as '0.1 mm'")
     return scatter
@@ -71,15 +71,17 @@ def scattered(settings: RepeatSettings, number: int, values: Mapping[str, Any]) 
 
 
 def _drawn(path: str, value: Any, deviation: Any, draw: float) -> Any:
-    known, spread = _quantity(value), _quantity(deviation)
+    quantity, spread = _quantity(value), _quantity(deviation)
     where = f"repeats.scatter.{path}"
-    if known is None:
+    if quantity is None:
         fault = "is not known" if value is None else f"leads to {shortened(repr(value))}"
         raise InputError(where, fault, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
-    if spread is None or spread[1] != known[1]:
-        raise InputError(where, f"got {shortened(repr(deviation))}", f"needs a unit of [{known[1] or 'a pure number'}]")
-    text = f"{known[0] + draw * spread[0]:.{_DIGITS}g}"
-    return f"{text} {known[1]}" if known[1] else float(text)
+    if spread is None or spread[1] != quantity[1]:
+        raise InputError(
+            where, f"got {shortened(repr(deviation))}", f"needs a unit of [{quantity[1] or 'a pure number'}]"
+        )
+    text = f"{quantity[0] + draw * spread[0]:.{_DIGITS}g}"
+    return f"{text} {quantity[1]}" if quantity[1] else float(text)
 
 
 def _quantity(value: object) -> tuple[float, str] | None:

@@ -53,9 +53,9 @@ def _check_apart(path: str, others: Iterable[str], group: str = "") -> None:
 
 def _number_and_unit(path: str, value: object) -> tuple[float, str]:
     """Return the number of an end of a range and its unit, which is empty for a plain number."""
-    parts = split_quantity(value) if isinstance(value, str) else None
-    if parts is not None:
-        return parts
+    quantity = split_quantity(value) if isinstance(value, str) else None
+    if quantity is not None:
+        return quantity
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
     raise InputError(path, f"got {shortened(repr(value))}", "needs numbers or quantities", "sweep what has no order")
@@ -198,34 +198,34 @@ def sample_mistakes(
         return []
     wrong_fields = {mistake.where.partition(".")[0] for mistake in known_mistakes} - known_paths.keys()
     groups = {
-        group: {path: own for path, own in found.items() if path.partition(".")[0] not in wrong_fields}
-        for group, found in (
+        group: {path: ends for path, ends in group_paths.items() if path.partition(".")[0] not in wrong_fields}
+        for group, group_paths in (
             (_GROUP, study[SAMPLE]["ranges"]),
             (_CHOICES, study[SAMPLE].get("choices") or {}),
             (_EQUAL, study[SAMPLE].get("equal") or {}),
         )
     }
-    unknown = [one for group, paths in groups.items() for one in unknown_paths(list(paths), known_paths, group)]
+    unknown = [entry for group, paths in groups.items() for entry in unknown_paths(list(paths), known_paths, group)]
     misnamed = {mistake.where for mistake in unknown}
-    followed = {path: own for path, own in groups[_EQUAL].items() if f"{_EQUAL}.{path}" not in misnamed}
-    known = {mistake.where for mistake in known_mistakes}
+    followed = {path: ends for path, ends in groups[_EQUAL].items() if f"{_EQUAL}.{path}" not in misnamed}
+    places = {mistake.where for mistake in known_mistakes}
     values = [
         _at_value(mistake, f"{group}.{path}.{number}", path)
         for group in (_GROUP, _CHOICES)
-        for path, own in groups[group].items()
+        for path, ends in groups[group].items()
         if f"{group}.{path}" not in misnamed
-        for number, value in enumerate(own)
+        for number, value in enumerate(ends)
         for mistake in mistakes_of(with_values(study, dict.fromkeys(_same(path, followed), value)))
-        if mistake.where not in known
+        if mistake.where not in places
     ]
     return [*unknown, *values]
 
 
 def _same(path: str, equal: Mapping[str, str]) -> tuple[str, ...]:
     """Return the paths of all values that are equal to a sampled one, that one first."""
-    return (path, *(other for other, own in equal.items() if own == path))
+    return (path, *(other for other, source in equal.items() if source == path))
 
 
 def _at_value(mistake: InputError, where: str, path: str) -> InputError:
-    found = mistake.found if mistake.where == path else f"makes {mistake.where} wrong: {mistake.found}"
-    return InputError(where, found, mistake.allowed, mistake.repair)
+    fault = mistake.found if mistake.where == path else f"makes {mistake.where} wrong: {mistake.found}"
+    return InputError(where, fault, mistake.allowed, mistake.repair)

@@ -37,8 +37,8 @@ def study_schema() -> _Schema:
         words = schema["properties"][key].get("description", "")
         for part, definition in _definitions(presets).items():
             definitions.setdefault(part, definition)
-        given = {"anyOf": [{"$ref": f"#/$defs/{presets.kind.__name__}"}, {"type": "null"}], "default": None}
-        schema["properties"][key] = given | {"description": words}
+        reference = {"anyOf": [{"$ref": f"#/$defs/{presets.kind.__name__}"}, {"type": "null"}], "default": None}
+        schema["properties"][key] = reference | {"description": words}
     for law in LAWS:
         # What a preset gives may be left out of its materials, but not the name of another law than the usual one.
         definitions[law.__name__]["required"] = [] if law is Elastic else ["law"]
@@ -53,33 +53,33 @@ def study_schema() -> _Schema:
 
 def _definitions(presets: Presets[Any]) -> dict[str, _Schema]:
     """Return the definitions of a specimen and of its parts, by their names."""
-    own = json_schema(presets.kind)
+    element = json_schema(presets.kind)
     preset = {"enum": list(presets.names), "description": "The preset from which all values are that are not given."}
-    own["properties"] = {"preset": preset} | own["properties"]
-    parts: dict[str, _Schema] = own.pop("$defs", {}) | {presets.kind.__name__: own}
+    element["properties"] = {"preset": preset} | element["properties"]
+    definitions: dict[str, _Schema] = element.pop("$defs", {}) | {presets.kind.__name__: element}
     for name in presets.names:
         for value in presets.table(name):
-            _tell_source(parts, own, name, value)
+            _tell_source(definitions, element, name, value)
     # A study file gives a preset and what differs from it, so nothing in it is required.
     return {
         part: {key: value for key, value in definition.items() if key != "required"}
-        for part, definition in parts.items()
+        for part, definition in definitions.items()
     }
 
 
-def _tell_source(parts: Mapping[str, _Schema], own: _Schema, preset: str, value: PresetValue) -> None:
+def _tell_source(definitions: Mapping[str, _Schema], definition: _Schema, preset: str, value: PresetValue) -> None:
     """Add the value that a preset gives, and its source, to the words of its key."""
     *groups, leaf = value.path.split(".")
     for group in groups:
-        own = _referred(parts, own.get("properties", {}).get(group, {}))
-    if leaf in own.get("properties", {}):
-        key = own["properties"][leaf]
+        definition = _referred(definitions, definition.get("properties", {}).get(group, {}))
+    if leaf in definition.get("properties", {}):
+        key = definition["properties"][leaf]
         key["description"] = f"{key.get('description', '')} {preset}: {value.value} ({value.source}).".strip()
 
 
-def _referred(parts: Mapping[str, _Schema], schema: _Schema) -> _Schema:
+def _referred(definitions: Mapping[str, _Schema], schema: _Schema) -> _Schema:
     """Return the definition that a key refers to, which may be one of several; an empty one without a reference."""
-    for one in (schema, *schema.get("anyOf", ())):
-        if "$ref" in one:
-            return parts[one["$ref"].rpartition("/")[2]]
+    for option in (schema, *schema.get("anyOf", ())):
+        if "$ref" in option:
+            return definitions[option["$ref"].rpartition("/")[2]]
     return {}

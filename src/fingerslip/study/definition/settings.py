@@ -193,8 +193,8 @@ class BodySettings(RigidBodyBase):
     @property
     def body(self) -> RigidBody:
         """The body of the model."""
-        own = {field.name: getattr(self, field.name) for field in dataclasses.fields(RigidBodyBase)}
-        return RigidBody(**own, programme=tuple(entry.phase for entry in self.programme))
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(RigidBodyBase)}
+        return RigidBody(**values, programme=tuple(entry.phase for entry in self.programme))
 
 
 @parameters
@@ -258,8 +258,8 @@ _MESH_SOURCES: tuple[type[MeshSource], ...] = (MeshFile, SurfaceMesh, *specimen_
 
 
 def _mesh_kind(value: object) -> str:
-    given = type(value) in _MESH_SOURCES
-    source = type(value) if given else choose_source(_MESH_SOURCES, value if isinstance(value, Mapping) else {})
+    is_source = type(value) in _MESH_SOURCES
+    source = type(value) if is_source else choose_source(_MESH_SOURCES, value if isinstance(value, Mapping) else {})
     return source.__name__
 
 
@@ -390,8 +390,8 @@ class TimeSettings:
     def stepping(self) -> TimeStepping | QuasiStatic | Adaptive:
         """The time stepping of the model."""
         if self.step == "auto":
-            given = {name: getattr(self, name) for name in _OF_AUTO if getattr(self, name) is not None}
-            return Adaptive(**given, scheme=self.scheme, alpha=self.alpha, end=self.end)
+            options = {name: getattr(self, name) for name in _OF_AUTO if getattr(self, name) is not None}
+            return Adaptive(**options, scheme=self.scheme, alpha=self.alpha, end=self.end)
         if self.scheme == "quasi_static":
             return QuasiStatic(self.step, self.end)
         return TimeStepping(self.step, self.alpha, self.end)

@@ -79,15 +79,15 @@ _KINDS = " or ".join(SPECIMENS)
 
 def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
     """Return the mistakes in the relations between fields of a study."""
-    mistakes, known = Mistakes(), dict(fields)
+    mistakes, values = Mistakes(), dict(fields)
     if SPECIMENS.keys() <= fields.keys():
         with mistakes.collected():
-            known["specimen"] = given_specimen(fields)
+            values["specimen"] = given_specimen(fields)
     for check in _CHECKS:
         names = inspect.signature(check).parameters
-        if names.keys() <= known.keys():
+        if names.keys() <= values.keys():
             with mistakes.collected():
-                check(**{name: known[name] for name in names})
+                check(**{name: values[name] for name in names})
     return mistakes.found
 
 
@@ -360,7 +360,7 @@ def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
     sample = mapping.get("sample") or {}
     swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
-    sampled = (one for key in ("ranges", "choices", "equal") for one in sample.get(key) or {})
+    sampled = (entry for key in ("ranges", "choices", "equal") for entry in sample.get(key) or {})
     changing = (*swept, *sampled)
     return tuple(map(str, (*written, *changing)))
 
@@ -389,10 +389,10 @@ def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     if specimen is None or not isinstance(mesh, Mapping):
         return mapping
     for source in (specimen.default_mesh, *(kind() for kind in specimen.mesh_sources)):
-        own = {field.name: getattr(source, field.name) for field in dataclasses.fields(source)}  # type: ignore[arg-type]
-        given = {name: own[name] for name in marks(type(source)) if own[name] is not None} | dict(mesh)
-        if mesh.keys() <= own.keys() and _fits(type(source), mesh):
-            return {**mapping, "mesh": given}
+        values = {field.name: getattr(source, field.name) for field in dataclasses.fields(source)}  # type: ignore[arg-type]
+        marked = {name: values[name] for name in marks(type(source)) if values[name] is not None} | dict(mesh)
+        if mesh.keys() <= values.keys() and _fits(type(source), mesh):
+            return {**mapping, "mesh": marked}
     return mapping
 
 
@@ -440,7 +440,7 @@ def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
         if sections.get(kind) is not None:
             sections[kind] = {"preset": "", **as_mapping(presets.changed(sections[kind]))}
             sections[kind]["materials"] = {
-                name: {PRESET: "", **own} for name, own in sections[kind]["materials"].items()
+                name: {PRESET: "", **values} for name, values in sections[kind]["materials"].items()
             }
     for name, entry in sections.get("materials", {}).items():
         if PRESET in entry:

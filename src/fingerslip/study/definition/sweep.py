@@ -49,16 +49,16 @@ class Run:
             if isinstance(entry, Mapping):
                 mapping["materials"][name] = {PRESET: entry[PRESET], **as_mapping(material_of(entry))}
         named = f"{mapping['title']}: {self.name}" if self.swept else mapping["title"]
-        kept = {key: value for key, value in mapping.items() if key not in ("title", *NOT_OF_A_RUN)}
-        result: dict[str, Any] = _without_empty({"title": named, **kept})
+        run_values = {key: value for key, value in mapping.items() if key not in ("title", *NOT_OF_A_RUN)}
+        result: dict[str, Any] = _without_empty({"title": named, **run_values})
         return result
 
-    def _specimen_values(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    def _specimen_values(self, written: Mapping[str, Any]) -> dict[str, Any]:
         """Return all values of the specimen; a material that starts from one that ships keeps its name."""
         values: dict[str, Any] = as_mapping(self.specimen)
-        for name, own in (given.get("materials") or {}).items():
-            if PRESET in own:
-                values["materials"][name] = {PRESET: own[PRESET], **values["materials"][name]}
+        for name, element in (written.get("materials") or {}).items():
+            if PRESET in element:
+                values["materials"][name] = {PRESET: element[PRESET], **values["materials"][name]}
         return values
 
 
@@ -98,38 +98,38 @@ def expand_checked(study: Study, source: Path) -> Expansion:
     if study.sample is None:
         named = [_Named(name, values) for values, name in zip(swept, run_names(swept), strict=True)]
         mapping = study_mapping(study)
-        return Expansion(tuple(_run(mapping, one.swept, source, one) for one in named))
+        return Expansion(tuple(_run(mapping, named_run.swept, source, named_run) for named_run in named))
     return _with_samples(study, study.sample, swept, source)
 
 
 def _with_samples(study: Study, settings: SampleSettings, swept: list[dict[str, Any]], source: Path) -> Expansion:
     samples = tuple(enumerate(drawn(settings), start=1))
     digits = len(str(settings.total))
-    parts = [(values, number, sampled) for values in swept for number, sampled in samples]
-    names = run_names([{**values, SAMPLE: f"{number:0{digits}}"} for values, number, _ in parts])
+    pairs = [(values, number, sampled) for values in swept for number, sampled in samples]
+    names = run_names([{**values, SAMPLE: f"{number:0{digits}}"} for values, number, _ in pairs])
     return _possible(
         study,
         source,
         [
             (_Named(name, {**values, SAMPLE: number}, sampled), {**values, **settings.values(sampled)})
-            for (values, number, sampled), name in zip(parts, names, strict=True)
+            for (values, number, sampled), name in zip(pairs, names, strict=True)
         ],
     )
 
 
 def _with_repeats(study: Study, settings: RepeatSettings, swept: list[dict[str, Any]], source: Path) -> Expansion:
     numbers, digits = range(1, settings.count + 1), len(str(settings.count))
-    parts = [(values, number) for values in swept for number in numbers]
-    names = iter(run_names([{**values, REPEAT: f"{number:0{digits}}"} for values, number in parts]))
+    pairs = [(values, number) for values in swept for number in numbers]
+    names = iter(run_names([{**values, REPEAT: f"{number:0{digits}}"} for values, number in pairs]))
     named, mapping = [], study_mapping(study)
     for values in swept:
-        known = flatten(_run(mapping, values, source, _Named("", values)).resolved())
+        values_of_run = flatten(_run(mapping, values, source, _Named("", values)).resolved())
         for number in numbers:
             try:
-                own = scattered(settings, number, known)
+                values_drawn = scattered(settings, number, values_of_run)
             except InputError as error:
                 raise error.moved(lambda where: f"{source}: {where}") from None
-            named.append((_Named(next(names), {**values, REPEAT: number}, own), {**values, **own}))
+            named.append((_Named(next(names), {**values, REPEAT: number}, values_drawn), {**values, **values_drawn}))
     return _possible(study, source, named)
 
 
@@ -138,21 +138,21 @@ def _possible(study: Study, source: Path, named: Sequence[tuple[_Named, Mapping[
     runs: list[Run] = []
     refused: list[RefusedRun] = []
     mapping = study_mapping(study)
-    for one, changed in named:
+    for name, changed in named:
         try:
-            runs.append(_run(mapping, changed, source, one))
+            runs.append(_run(mapping, changed, source, name))
         except InputError as error:
-            refused.append(RefusedRun(one.name, one.swept, one.sampled, str(error)))
+            refused.append(RefusedRun(name.name, name.swept, name.sampled, str(error)))
             if len(refused) == len(named):
                 raise
     return Expansion(tuple(runs), tuple(refused))
 
 
 def _run(mapping: Mapping[str, Any], changed: Mapping[str, Any], source: Path, named: _Named) -> Run:
-    one = parse_study(with_values(mapping, changed), source)
+    study = parse_study(with_values(mapping, changed), source)
     values = ", ".join(f"{path} = {value}" for path, value in named.swept.items())
     where = f"{source} ({values})" if named.swept else str(source)
-    return Run(named.name, where, dict(named.swept), one, one.specimen(str(source)), dict(named.sampled))
+    return Run(named.name, where, dict(named.swept), study, study.specimen(str(source)), dict(named.sampled))
 
 
 def _without_empty(value: Any) -> Any:

@@ -35,16 +35,16 @@ def _check_values(path: str, values: Sequence[Any], sweep: Mapping[str, Any]) ->
     repeated = [value for number, value in enumerate(values) if plain[number] in plain[:number]]
     if repeated:
         raise InputError(path, f"has {repeated[0]!r} twice", "needs every value once")
-    own = swept_together(path)
-    for number, value in enumerate(values if len(own) > 1 else ()):
-        if not isinstance(value, list | tuple) or len(value) != len(own):
-            fault, needed = f"got {value!r}", f"needs a list of {len(own)} values, one for each path"
+    paths = swept_together(path)
+    for number, value in enumerate(values if len(paths) > 1 else ()):
+        if not isinstance(value, list | tuple) or len(value) != len(paths):
+            fault, needed = f"got {value!r}", f"needs a list of {len(paths)} values, one for each path"
             raise InputError(joined(path, str(number)), fault, needed)
-    others = [other for key in sweep for other in swept_together(key) if key != path or len(own) > 1]
-    for one in own:
-        inside = next((other for other in others if one != other and is_below(one, other)), None)
-        if inside is not None or others.count(one) > (len(own) > 1):
-            repeated_in = inside or one
+    others = [other for key in sweep for other in swept_together(key) if key != path or len(paths) > 1]
+    for path_of_value in paths:
+        inside = next((other for other in others if path_of_value != other and is_below(path_of_value, other)), None)
+        if inside is not None or others.count(path_of_value) > (len(paths) > 1):
+            repeated_in = inside or path_of_value
             raise InputError(path, f"is a part of the swept '{repeated_in}'", "needs paths apart from each other")
 
 
@@ -86,8 +86,8 @@ def _rows(key: str, values: Sequence[Any]) -> list[dict[str, Any]]:
 
 def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of a study as plain data with other values, without a sweep, samples and repeats."""
-    kept = {name: value for name, value in mapping.items() if name not in ("sample", "repeats")}
-    changed = copy.deepcopy({**kept, "sweep": {}})
+    run_values = {name: value for name, value in mapping.items() if name not in ("sample", "repeats")}
+    changed = copy.deepcopy({**run_values, "sweep": {}})
     for path, value in swept.items():
         assign(changed, path, copy.deepcopy(value))
     return changed
@@ -127,26 +127,26 @@ def _mistakes_of_runs(
     mistakes_of: _Check,
 ) -> Iterable[InputError]:
     """Return the mistakes that runs have and the study has not."""
-    known = {_content(mistake) for mistake in known_mistakes}
-    found: dict[tuple[str, ...], InputError] = {}
+    contents = {_content(mistake) for mistake in known_mistakes}
+    mistakes: dict[tuple[str, ...], InputError] = {}
     for swept in combinations(sweep):
         for mistake in mistakes_of(with_values(study, swept)):
-            if _content(mistake) not in known:
+            if _content(mistake) not in contents:
                 placed = _placed(mistake, swept, sweep)
-                found.setdefault((placed.where, *_content(mistake)), placed)
-    return found.values()
+                mistakes.setdefault((placed.where, *_content(mistake)), placed)
+    return mistakes.values()
 
 
 def unknown_paths(paths: Sequence[str], known_paths: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
     """Return a mistake for each of `paths`, which stand in `group` of a study, that leads to no value of the study."""
-    known = [path for own in known_paths.values() for path in own]
-    return [_unknown(path, known, group) for path in paths if path not in known]
+    paths_known = [path for paths_of_field in known_paths.values() for path in paths_of_field]
+    return [_unknown(path, paths_known, group) for path in paths if path not in paths_known]
 
 
-def _unknown(path: str, known: Sequence[str], group: str) -> InputError:
+def _unknown(path: str, paths: Sequence[str], group: str) -> InputError:
     parent = path.rpartition(".")[0]
-    beside = sorted({other.rpartition(".")[2] for other in known if parent and other.rpartition(".")[0] == parent})
-    near = nearest(path, known)
+    beside = sorted({other.rpartition(".")[2] for other in paths if parent and other.rpartition(".")[0] == parent})
+    near = nearest(path, paths)
     # A name that is like none of its group is better answered by the names of the group.
     if near in {None, parent} and beside:
         return InputError(f"{group}.{path}", "is not known", f"{parent} may have {', '.join(beside)}")

@@ -44,28 +44,28 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
 def check_plans(plans: Sequence[Plan]) -> Table:
     """Check studies that are planned already; see :func:`check_studies`."""
     checked_plans = [_checked(plan) for plan in plans]
-    rows = [row for own, _, _ in checked_plans for row in own]
-    parts = [part for _, own, _ in checked_plans for part in groups(own)]
-    warnings = list(dict.fromkeys(warning for _, _, own in checked_plans for warning in own))
+    rows = [row for entry, _, _ in checked_plans for row in entry]
+    jobs_together = [part for _, entry, _ in checked_plans for part in groups(entry)]
+    warnings = list(dict.fromkeys(warning for _, _, entry in checked_plans for warning in entry))
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
-    note = "".join((_note(rows, parts), *(f" WARNING: {warning}." for warning in warnings)))
+    note = "".join((_note(rows, jobs_together), *(f" WARNING: {warning}." for warning in warnings)))
     return Table(title, _COLUMNS, tuple(rows), note)
 
 
-def _note(rows: Sequence[_Row], parts: Sequence[Sequence[Job]]) -> str:
+def _note(rows: Sequence[_Row], job_groups: Sequence[Sequence[Job]]) -> str:
     seconds = sum(row[-1] for row in rows if row[2] == "to do")
     controlled = any(isinstance(row[-2], str) for row in rows)
     about = "at least" if any(isinstance(row[-2], str) and row[2] == "to do" for row in rows) else "about"
     runs = f"{len(rows)} run{'s' * (len(rows) != 1)}"
     note = f"{runs}, {about} {max(seconds / 60, 0.1):.1f} min of computing in one process."
-    return note + _of_groups(parts) + _CONTROLLED * controlled
+    return note + _of_groups(job_groups) + _CONTROLLED * controlled
 
 
-def _of_groups(parts: Sequence[Sequence[Job]]) -> str:
+def _of_groups(job_groups: Sequence[Sequence[Job]]) -> str:
     """Say what the groups of runs that are computed together need; nothing where nothing is to do."""
-    if not parts:
+    if not job_groups:
         return ""
-    largest, shared = max(map(_bytes, parts)) / 1e9, [len(part) for part in parts if len(part) > 1]
+    largest, shared = max(map(_bytes, job_groups)) / 1e9, [len(part) for part in job_groups if len(part) > 1]
     memory = f" Each process takes about {largest:.1f} GB."
     if not shared:
         return memory
@@ -76,10 +76,12 @@ def _of_groups(parts: Sequence[Sequence[Job]]) -> str:
 def _bytes(jobs: Sequence[Job]) -> float:
     """Estimate the memory of a process that computes jobs together [bytes]."""
     model = jobs[0].model
-    known = checked(model)
-    candidates = sum(len(candidate.nodes) for candidate in known.candidates)
-    records = sum(record_bytes(job.model, known.space.n_dofs // known.space.dim, candidates) for job in jobs)
-    return process_bytes(known.space.n_dofs, records, known.space.dim)
+    checked_model = checked(model)
+    candidates = sum(len(candidate.nodes) for candidate in checked_model.candidates)
+    records = sum(
+        record_bytes(job.model, checked_model.space.n_dofs // checked_model.space.dim, candidates) for job in jobs
+    )
+    return process_bytes(checked_model.space.n_dofs, records, checked_model.space.dim)
 
 
 def _checked(plan: Plan) -> tuple[list[_Row], list[Job], list[str]]:
@@ -101,8 +103,8 @@ def _size(model: Model) -> tuple[int, int, int | str, float]:
     """Return the unknowns, records behind the start, steps (in words where the error decides) and seconds of a run."""
     unknowns, records = build_space(model.mesh).n_dofs, step_times(model).size - 1
     steps = records * _steps_to_a_record(model.time)
-    known = f"at least {steps:,}" if isinstance(model.time, Adaptive) else steps
-    return unknowns, records, known, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+    count = f"at least {steps:,}" if isinstance(model.time, Adaptive) else steps
+    return unknowns, records, count, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
 
 
 def _steps_to_a_record(time: Timing) -> int:

@@ -41,7 +41,7 @@ def _specimen(target: str) -> tuple[str, Any]:
     """Return the kind of the specimen of a preset or a study, and the specimen."""
     if Path(target).suffix not in (".yaml", ".yml"):
         presets = presets_of(target)
-        return next(kind for kind, own in SPECIMENS.items() if own is presets), presets.read(target)
+        return next(kind for kind, element in SPECIMENS.items() if element is presets), presets.read(target)
     run = plan_study(target).runs[0]
     kind = run.study.specimen_kind
     if kind is None:

@@ -53,10 +53,10 @@ def kinds_text() -> str:
 
 def film_size(text: str) -> tuple[int, int]:
     """Return width and height [pixels] of a text such as '1280x720'."""
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(part.isdigit() for part in parts):
+    words = text.lower().split("x")
+    if len(words) != 2 or not all(part.isdigit() for part in words):
         raise InputError("figure: --size", f"got '{text}'", "needs a width and a height in pixels", "write 1280x720")
-    return int(parts[0]), int(parts[1])
+    return int(words[0]), int(words[1])
 
 
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:

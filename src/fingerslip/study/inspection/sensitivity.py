@@ -31,17 +31,17 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     from fingerslip.report.figures.samples import indices_figure
     from fingerslip.report.figures.style import figure_bytes
 
-    found = sensitivities(study, output, method)
-    tables, name = tuple(map(indices_table, found)), f"sensitivity-{output}-{_kind(found[0])}"
+    results = sensitivities(study, output, method)
+    tables, name = tuple(map(indices_table, results)), f"sensitivity-{output}-{_kind(results[0])}"
     for number, table in enumerate(tables, start=1):
         ending = f"-{number}" if len(tables) > 1 else ""
         write_text(folder / f"{name}{ending}.csv", to_csv(table))
-    write_bytes(folder / f"{name}.png", figure_bytes(indices_figure(found)))
+    write_bytes(folder / f"{name}.png", figure_bytes(indices_figure(results)))
     return tables
 
 
-def _kind(one: Sensitivity) -> str:
-    return one.method if one.surrogate is None else "surrogate"
+def _kind(sensitivity: Sensitivity) -> str:
+    return sensitivity.method if sensitivity.surrogate is None else "surrogate"
 
 
 def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> tuple[Sensitivity, ...]:
@@ -54,24 +54,24 @@ def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> t
 def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:
     label = required_output(study.runs[0], output).label if study.runs else output
     tables = [sensitivity_table(fit) for fit in fits_of(study)]
-    found = tuple(table for table in tables if table.title.startswith(f"What moves {label}"))
-    if not found:
+    chosen = tuple(table for table in tables if table.title.startswith(f"What moves {label}"))
+    if not chosen:
         raise InputError("of", f"no regression of '{output}'", "needs a slip time of a study with samples")
-    return found
+    return chosen
 
 
-def predicted(folder: Path, given: Sequence[str], outputs: Sequence[str]) -> Table:
+def predicted(folder: Path, assignments: Sequence[str], outputs: Sequence[str]) -> Table:
     """Predict what a run between those of a study would come to."""
     study = open_study(folder).result
-    values = dict(map(_pair, given))
+    values = dict(map(_pair, assignments))
     if not study.runs:
         raise InputError("study", "has no finished runs", "needs ten or more")
     fitted = [fit_surrogate(study.runs, output) for output in outputs]
-    known = {one.path for one in fitted[0].inputs}
+    paths = {surrogate.path for surrogate in fitted[0].inputs}
     for path in values:
-        if path not in known:
-            raise InputError(path, "does not differ between the runs", f"needs {', '.join(sorted(known))}")
-    return prediction_table([(one, one.predict(values)) for one in fitted], values)
+        if path not in paths:
+            raise InputError(path, "does not differ between the runs", f"needs {', '.join(sorted(paths))}")
+    return prediction_table([(surrogate, surrogate.predict(values)) for surrogate in fitted], values)
 
 
 def _pair(text: str) -> tuple[str, object]:

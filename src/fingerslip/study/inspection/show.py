@@ -159,8 +159,8 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
         *(Column(name, significant=5) for name in _SIDES),
         Column("B - A", significant=3),
     )
-    known = any(run.uncertainty for run in runs)
-    note = "After ±: numerical uncertainty; bold: the difference exceeds that of both runs." if known else ""
+    has_uncertainty = any(run.uncertainty for run in runs)
+    note = "After ±: numerical uncertainty; bold: the difference exceeds that of both runs." if has_uncertainty else ""
     return Table("Slip events and measures", columns, rows, note, marked)
 
 

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 __all__ = ["time_of_run"]
 
 
-def time_of_run(history: xr.Dataset, given: str, where: str) -> float:
+def time_of_run(history: xr.Dataset, text: str, where: str) -> float:
     """Return a time of a run [s]."""
-    time, end = parse_quantity(given, "s", where=where), float(history["time"].values[-1])
+    time, end = parse_quantity(text, "s", where=where), float(history["time"].values[-1])
     if not 0.0 <= time <= end:
-        raise InputError(where, f"got {given}", f"needs a time of the run, 0 to {end:.4g} s")
+        raise InputError(where, f"got {text}", f"needs a time of the run, 0 to {end:.4g} s")
     return time

@@ -20,14 +20,16 @@ __all__ = ["choose_bases"]
 def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
     """Decide where a study says ``basis: automatic``: for a reduced basis where the runs that share it save time."""
     first = first_alike([job.model for job in jobs], same_body, material_key)
-    members = {kind: [job.model for job, own in zip(jobs, first, strict=True) if own == kind] for kind in set(first)}
+    members = {
+        kind: [job.model for job, leader in zip(jobs, first, strict=True) if leader == kind] for kind in set(first)
+    }
     saves = {
         kind: _saves(models)
         for kind, models in members.items()
-        if any(_is_open(job) for job, own in zip(jobs, first, strict=True) if own == kind)
+        if any(_is_open(job) for job, leader in zip(jobs, first, strict=True) if leader == kind)
     }
     return tuple(
-        _decided(job, reduced=saves[own]) if _is_open(job) else job for job, own in zip(jobs, first, strict=True)
+        _decided(job, reduced=saves[leader]) if _is_open(job) else job for job, leader in zip(jobs, first, strict=True)
     )
 
 
@@ -39,14 +41,14 @@ def _saves(models: Sequence[Model]) -> bool:
     """Tell whether a basis saves time in all motions of a body together."""
     if any(_needs_mesh(model) for model in models):
         return False
-    known = checked(models[0])
-    nodes = {node for candidate in known.candidates for node in candidate.nodes.tolist()}
+    checked_model = checked(models[0])
+    nodes = {node for candidate in checked_model.candidates for node in candidate.nodes.tolist()}
     # The first of several motions with a matrix may try out how many vibrations they need, and is then computed again.
     first = first_alike(models, same_matrix)
     steps = sum(
         step_count(model) for number, model in enumerate(models) if first[number] != number or first.count(number) == 1
     )
-    return basis_saves(known.free.size, known.space.dim * len(nodes), steps, known.space.dim)
+    return basis_saves(checked_model.free.size, checked_model.space.dim * len(nodes), steps, checked_model.space.dim)
 
 
 def _needs_mesh(model: Model) -> bool:

@@ -121,23 +121,23 @@ def _model(run: Run, mesh: Any) -> Model:
 def located(error: InputError, where: str, study: Study | None = None) -> InputError:
     """Return the error with the name of the run in front of its place, and the place as the study file calls it."""
     source = where.partition(" (")[0]
-    if all(one.where.startswith(source) for one in error.all):
+    if all(mistake.where.startswith(source) for mistake in error.all):
         return error
 
-    def named(place: str) -> str:
-        if place.startswith(source):
-            return place
-        inside = _study_place(re.sub(r"^Model\.?", "", place), study)
+    def named(where_inside: str) -> str:
+        if where_inside.startswith(source):
+            return where_inside
+        inside = _study_place(re.sub(r"^Model\.?", "", where_inside), study)
         return f"{where}: {inside}" if inside else where
 
     return error.moved(named)
 
 
-def _study_place(place: str, study: Study | None) -> str:
+def _study_place(where: str, study: Study | None) -> str:
     """Return how a study file calls a place of its model or of its specimen."""
-    match = _CONTACT_PLACE.match(place)
+    match = _CONTACT_PLACE.match(where)
     if match is None:
-        return f"{study.specimen_kind}.{place}" if study is not None and _is_of_specimen(place, study) else place
+        return f"{study.specimen_kind}.{where}" if study is not None and _is_of_specimen(where, study) else where
     number, inside = int(match[1]), match[2] or ""
     several = study is not None and study.contact is None
     settings = study.all_contacts[number] if study is not None else None
@@ -145,9 +145,9 @@ def _study_place(place: str, study: Study | None) -> str:
     return f"{contact}.{_name_inside(inside, settings)}" if inside else contact
 
 
-def _is_of_specimen(place: str, study: Study) -> bool:
+def _is_of_specimen(where: str, study: Study) -> bool:
     """Tell whether the value at a place is the specimen's: the study itself does not give it."""
-    key, _, rest = place.partition(".")
+    key, _, rest = where.partition(".")
     kind = study.specimen_kind
     if kind is None or key not in SPECIMENS[kind].kind.__dataclass_fields__:
         return False
@@ -188,8 +188,8 @@ def _longest_travel(study: Study) -> float:
     programmes = [contact.programme or () for contact in study.all_contacts] + [
         body.programme for body in study.bodies.values()
     ]
-    own = [entry for programme in programmes for entry in programme]
-    return max(map(phase_travel, _phases((*study.programme, *own))), default=0.0)
+    entries = [entry for programme in programmes for entry in programme]
+    return max(map(phase_travel, _phases((*study.programme, *entries))), default=0.0)
 
 
 def _supports(study: Study, specimen: Specimen | _NoSpecimen, dim: int) -> Mapping[str, Any]:

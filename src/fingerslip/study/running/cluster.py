@@ -69,19 +69,19 @@ def compute_task(task: Task, mesh: Any) -> _Outcome:
     """Compute runs in a folder that is removed, and return their files or errors by the names of the runs."""
     _check_version("worker", metadata.version("fingerslip"), task.version)
     with _ONE_AT_A_TIME, _alone(), tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
-        parts = zip(task.runs, task.identities, strict=True)
-        jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in parts]
+        pairs = zip(task.runs, task.identities, strict=True)
+        jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in pairs]
         failures = compute_group(jobs, lambda *_: None, 1)
         return {job.run.name: failures.get(job.run.name) or _files(job.folder) for job in jobs}
 
 
-def _check_version(worker: str, found: object, needed: str) -> None:
-    if found != needed:
-        raise InputError(worker, _difference(found, needed), "needs the same version", _REPAIR)
+def _check_version(worker: str, version: object, needed: str) -> None:
+    if version != needed:
+        raise InputError(worker, _difference(version, needed), "needs the same version", _REPAIR)
 
 
-def _difference(found: object, needed: str) -> str:
-    version = f"has fingerslip {found}" if isinstance(found, str) else "has no fingerslip"
+def _difference(result: object, needed: str) -> str:
+    version = f"has fingerslip {result}" if isinstance(result, str) else "has no fingerslip"
     return f"{version}, this process {needed}"
 
 
@@ -126,8 +126,8 @@ def _distributed() -> Any:
 def _check_workers(client: Any, progress: StudyProgress) -> None:
     """Refuse workers that cannot compute: one without fingerslip would die of its first task without a word."""
     versions = _versions(client)
-    for worker, found in versions.items():
-        _check_version(f"worker {worker}", found, metadata.version("fingerslip"))
+    for worker, version in versions.items():
+        _check_version(f"worker {worker}", version, metadata.version("fingerslip"))
     if not versions:
         progress.say("the cluster has no workers yet; the study waits for them")
 
@@ -142,9 +142,9 @@ def _versions(client: Any) -> dict[str, object]:
 def _refused(client: Any, progress: StudyProgress) -> list[str]:
     """Send workers away that cannot compute, which have joined meanwhile, and return their addresses."""
     needed = metadata.version("fingerslip")
-    wrong = {worker: found for worker, found in _versions(client).items() if found != needed}
-    for worker, found in wrong.items():
-        progress.say(f"worker {worker}: {_difference(found, needed)}; it is sent away; {_REPAIR}")
+    wrong = {worker: version for worker, version in _versions(client).items() if version != needed}
+    for worker, version in wrong.items():
+        progress.say(f"worker {worker}: {_difference(version, needed)}; it is sent away; {_REPAIR}")
     if wrong:
         client.retire_workers(list(wrong))
     return list(wrong)
@@ -170,11 +170,11 @@ def _connected(address: str) -> Iterator[Any]:
 
 
 def _outcomes(
-    client: Any, parts: Sequence[Sequence[Job]], cores: int, progress: StudyProgress
+    client: Any, job_groups: Sequence[Sequence[Job]], cores: int, progress: StudyProgress
 ) -> Iterator[tuple[Sequence[Job], _Outcome]]:
     """Yield what became of each group, as the workers finish them; only so many wait at once."""
     meshes: dict[int, Any] = {}
-    waiting = iter(parts)
+    waiting = iter(job_groups)
     sent: dict[Any, tuple[Sequence[Job], int]] = {}
     refused: list[str] = []
 
@@ -232,8 +232,8 @@ def _outcome(future: Any) -> _Outcome:
     """Return what a worker returned; what is no error of fingerslip, nor the loss of workers, is raised."""
     error = future.exception()
     if error is None:
-        found: _Outcome = future.result()
-        return found
+        outcome: _Outcome = future.result()
+        return outcome
     if isinstance(error, _distributed().KilledWorker):
         lost = "the workers that computed it died again and again, perhaps because there was not enough memory"
         return _AnyName(ResultError(f"cluster: {lost}; give each worker more memory"))

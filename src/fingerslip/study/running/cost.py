@@ -79,10 +79,10 @@ def most_together(model: Model) -> int:
 
 def basis_saves(unknowns: int, interface: int, steps: int, dim: int = 2) -> bool:
     """Tell whether a reduced basis saves time, made once for so many steps of all runs that share it."""
-    made = _SECONDS_PER_RESPONSE[dim] * unknowns * interface + _SECONDS_PER_CUBE * interface**3
+    seconds = _SECONDS_PER_RESPONSE[dim] * unknowns * interface + _SECONDS_PER_CUBE * interface**3
     on_mesh = _SECONDS_OF_SUBSTITUTION[dim] * unknowns
     in_basis = _SECONDS_PER_SQUARE * interface**2
-    return steps * (on_mesh - in_basis) > _MARGIN * (made + _SECONDS_OF_VIBRATIONS[dim] * unknowns)
+    return steps * (on_mesh - in_basis) > _MARGIN * (seconds + _SECONDS_OF_VIBRATIONS[dim] * unknowns)
 
 
 def estimated_bytes(cells: float, element: str) -> float:

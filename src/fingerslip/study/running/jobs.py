@@ -60,5 +60,5 @@ def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
     at_once : int, optional
         Groups that can be computed at once.
     """
-    found = groups_to_share([job.model for job in jobs], at_once, most_together)
-    return [[jobs[number] for number in group] for group in found]
+    shared = groups_to_share([job.model for job in jobs], at_once, most_together)
+    return [[jobs[number] for number in group] for group in shared]

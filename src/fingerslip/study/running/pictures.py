@@ -133,11 +133,11 @@ def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]
             if _is_filmed(folder, key):
                 continue
             try:
-                found = film_history(read_history(plan.folder / name / HISTORY), kind, settings, folder, key)
+                filmed = film_history(read_history(plan.folder / name / HISTORY), kind, settings, folder, key)
             except FingerslipError as error:
                 errors[f"{name}/{CAMERAS}/{kind}"] = error
             else:
-                progress.say(f"{plan.source.stem}/{name}: {kind} camera: {_said(found)}")
+                progress.say(f"{plan.source.stem}/{name}: {kind} camera: {_said(filmed)}")
     return errors
 
 
@@ -185,16 +185,16 @@ def _pixels(
     with warnings.catch_warnings():
         # The quality page says the same.
         warnings.simplefilter("ignore", TrackingWarning)
-        found = track_markers(
+        tracks = track_markers(
             video,
             n_markers=int(np.isfinite(truth["position"].values[0, :, 0]).sum()),
             rest_frames=max(1, round(settings.rest * settings.frame_rate)),
             layout="free",
             bright=settings.markers == "bright",
         )
-    found = found.assign_attrs(source=video.name)
-    write_tracking(found, open_frames(video), folder / "tracks")
-    matched = matched_tracks(found, truth)
+    tracks = tracks.assign_attrs(source=video.name)
+    write_tracking(tracks, open_frames(video), folder / "tracks")
+    matched = matched_tracks(tracks, truth)
     write_tracks(matched, folder / "tracks" / "matched.nc")
     return matched
 

@@ -36,7 +36,7 @@ class Plan:
     def finished(self, whole: Collection[str] = ()) -> dict[str, RunResult]:
         """Return the results of the runs that are finished with these inputs, by their names."""
         stored = {run.name: read_result(self.folder / run.name, is_whole=run.name in whole) for run in self.runs}
-        return {name: found for name, found in stored.items() if found and found.identity == self.identities[name]}
+        return {name: result for name, result in stored.items() if result and result.identity == self.identities[name]}
 
 
 def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
@@ -60,10 +60,12 @@ def _check_derived(study: Study, runs: Sequence[Run], source: Path) -> None:
     """Refuse derived quantities whose names a run does not know, or whose units do not fit, before anything runs."""
     mistakes = Mistakes()
     # A swept group may give runs other values than the first one has.
-    known = [RunResult(run.name, run.swept, Events(), values=flatten(run.resolved())) for run in runs if study.derived]
+    examples = [
+        RunResult(run.name, run.swept, Events(), values=flatten(run.resolved())) for run in runs if study.derived
+    ]
     for name, text in study.derived.items():
         with mistakes.collected():
-            _check_units(name, {derive(name, text, one).unit: one.name for one in known})
+            _check_units(name, {derive(name, text, example).unit: example.name for example in examples})
     if mistakes.found:
         raise mistakes.error().moved(lambda where: f"{source}: {where}")
 
@@ -71,8 +73,8 @@ def _check_derived(study: Study, runs: Sequence[Run], source: Path) -> None:
 def _check_units(name: str, units: Mapping[str, str]) -> None:
     """Refuse a quantity whose unit, the key of `units`, is another one in another run."""
     if len(units) > 1:
-        found = ", ".join(f"'{unit}' in {run}" for unit, run in units.items())
-        raise InputError(f"derived.{name}", f"has the units {found}", "needs one unit in all runs")
+        units_text = ", ".join(f"'{unit}' in {run}" for unit, run in units.items())
+        raise InputError(f"derived.{name}", f"has the units {units_text}", "needs one unit in all runs")
 
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:

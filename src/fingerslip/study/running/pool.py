@@ -47,27 +47,27 @@ def compute_all(
 ) -> Computed:
     """Compute all jobs; one that fails does not keep the others from being computed."""
     progress.begin([job.run.name for job in jobs])
-    parts = groups(jobs, workers)
-    at_once = max(min(workers, len(parts)), 1)
+    job_groups = groups(jobs, workers)
+    at_once = max(min(workers, len(job_groups)), 1)
     threads = workers // at_once
     if at_once == 1:
-        return Computed(_compute_here(parts, progress, threads))
-    return _compute_apart(parts, at_once, progress, threads, drawings or {})
+        return Computed(_compute_here(job_groups, progress, threads))
+    return _compute_apart(job_groups, at_once, progress, threads, drawings or {})
 
 
-def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress, threads: int) -> Failures:
+def _compute_here(job_groups: Sequence[Sequence[Job]], progress: StudyProgress, threads: int) -> Failures:
     failures: Failures = {}
-    for jobs in parts:
-        found = compute_group(jobs, progress.advance, threads)
-        failures |= _reported(jobs, found, progress)
+    for jobs in job_groups:
+        outcome = compute_group(jobs, progress.advance, threads)
+        failures |= _reported(jobs, outcome, progress)
     return failures
 
 
-def _reported(jobs: Sequence[Job], found: Mapping[str, Exception], progress: StudyProgress) -> Failures:
+def _reported(jobs: Sequence[Job], errors: Mapping[str, Exception], progress: StudyProgress) -> Failures:
     """Report jobs as done or failed, and return the errors to keep."""
     failures: Failures = {}
     for job in jobs:
-        error = found.get(job.run.name)
+        error = errors.get(job.run.name)
         if error is not None:
             failures[job.run.name] = error if isinstance(error, FingerslipError) else _out_of_memory(job)
         progress.finish(job.run.name, "failed" if error else "done")
@@ -75,7 +75,7 @@ def _reported(jobs: Sequence[Job], found: Mapping[str, Exception], progress: Stu
 
 
 def _compute_apart(
-    parts: Sequence[Sequence[Job]],
+    job_groups: Sequence[Sequence[Job]],
     workers: int,
     progress: StudyProgress,
     threads: int,
@@ -87,7 +87,7 @@ def _compute_apart(
     try:
         with _interrupts_ignored(), without_main_module():
             # The workers start here. They inherit the ignored Ctrl-C, which the parent alone answers.
-            futures = {pool.submit(_compute_in_worker, jobs, threads, drawings): jobs for jobs in parts}
+            futures = {pool.submit(_compute_in_worker, jobs, threads, drawings): jobs for jobs in job_groups}
         return _follow(futures, news, progress)
     finally:
         stop.set()
@@ -103,8 +103,8 @@ def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: S
         done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
         _pass_on(news, progress)
         for future in done:
-            found, pictures = _found(future, futures[future])
-            computed.failures.update(_reported(futures[future], found, progress))
+            outcome, pictures = _found(future, futures[future])
+            computed.failures.update(_reported(futures[future], outcome, progress))
             computed.pictures.update(pictures)
     return computed
 
@@ -155,8 +155,8 @@ def _begin_worker(news: Any, stop: Any) -> None:
 
 
 def _compute_in_worker(jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]) -> _Found:
-    found = compute_group(jobs, _tell, threads)
-    return found, draw_runs([job for job in jobs if job.run.name not in found], drawings, _stop.is_set)
+    outcome = compute_group(jobs, _tell, threads)
+    return outcome, draw_runs([job for job in jobs if job.run.name not in outcome], drawings, _stop.is_set)
 
 
 def _tell(name: str, fraction: float) -> None:

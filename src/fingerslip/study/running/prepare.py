@@ -50,8 +50,8 @@ def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
     model = build_model(run, mesh)
     try:
         space = space or build_space(mesh)
-        known = checked(model, space)
+        checked_model = checked(model, space)
     except InputError as error:
         raise located(error, run.where, run.study) from None
     meshes[key] = mesh, space
-    return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, known))
+    return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model))

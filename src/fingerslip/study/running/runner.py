@@ -154,12 +154,12 @@ def run_plans(
         check_folder(plan.folder)
     finished = [{} if force else plan.finished() for plan in plans]
     prepared = [
-        _prepared(plan, [run for run in plan.runs if run.name not in there])
-        for plan, there in zip(plans, finished, strict=True)
+        _prepared(plan, [run for run in plan.runs if run.name not in stored])
+        for plan, stored in zip(plans, finished, strict=True)
     ]
-    with progress or SilentProgress() as shown:
+    with progress or SilentProgress() as reporter:
         engine = _engine(workers, scheduler)
-        outcomes = [_execute(plan, todo, engine, shown) for plan, todo in zip(plans, prepared, strict=True)]
+        outcomes = [_execute(plan, todo, engine, reporter) for plan, todo in zip(plans, prepared, strict=True)]
     results = tuple(result for result, _ in outcomes)
     errors = {name: error for _, failures in outcomes for name, error in failures.items()}
     if errors:
@@ -250,7 +250,7 @@ def compute_jobs(
     drawings: Mapping[str, Drawing] | None = None,
 ) -> Computed:
     """Compute jobs of a study; what is unfinished at the end is removed, also after Ctrl-C."""
-    made = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
+    created = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
     if not jobs:
         return Computed()
@@ -261,7 +261,7 @@ def compute_jobs(
         return compute(jobs, progress, drawings)
     finally:
         clean_stale(plan.folder)
-        remove_empty(*made)
+        remove_empty(*created)
 
 
 def _say_damaged(plan: Plan, job: Job, progress: StudyProgress) -> None:
@@ -284,10 +284,10 @@ def write_up(
     finished, manifest = plan.finished(whole), read_manifest(plan.folder)
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
-    known = read_uncertainties(plan.folder, identities)
+    uncertainties = read_uncertainties(plan.folder, identities)
     about = f"{plan.study.title}\n{plan.study.description}"
     films = film_keys(plan.folder, list(finished))
-    key = report_key(about, plan.study.compare, identities, known, plan.given, films)
+    key = report_key(about, plan.study.compare, identities, uncertainties, plan.given, films)
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
@@ -299,9 +299,11 @@ def write_up(
 def _write_tables(
     plan: Plan, finished: Mapping[str, RunResult], refused: tuple[RefusedRun, ...], report: str
 ) -> StudyResult:
-    known = read_uncertainties(plan.folder, plan.identities)
+    uncertainties = read_uncertainties(plan.folder, plan.identities)
     runs = tuple(
-        _completed(plan, run, finished[run.name], known.get(run.name, {})) for run in plan.runs if run.name in finished
+        _completed(plan, run, finished[run.name], uncertainties.get(run.name, {}))
+        for run in plan.runs
+        if run.name in finished
     )
     sample = plan.study.sample
     ranges, design = (sample.ranges, sample.design) if sample else ({}, {})
@@ -325,5 +327,9 @@ def _write_tables(
 
 def _completed(plan: Plan, run: Run, result: RunResult, uncertainty: Mapping[str, float]) -> RunResult:
     """Return the result of a run with its values, uncertainties and derived quantities."""
-    known = dataclasses.replace(result, values=flatten(run.resolved()), uncertainty=uncertainty)
-    return dataclasses.replace(known, derived=derived_of(plan.study.derived, known)) if plan.study.derived else known
+    completed = dataclasses.replace(result, values=flatten(run.resolved()), uncertainty=uncertainty)
+    return (
+        dataclasses.replace(completed, derived=derived_of(plan.study.derived, completed))
+        if plan.study.derived
+        else completed
+    )

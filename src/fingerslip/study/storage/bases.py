@@ -49,8 +49,8 @@ class BasisFolder:
         if content[:_CHECKSUM] != digest(content[_CHECKSUM:]).encode():
             _say_made_again(path, "its checksum is another")
             return None
-        with np.load(io.BytesIO(content[_CHECKSUM:]), allow_pickle=False) as found:
-            return {name: found[name] for name in found.files}
+        with np.load(io.BytesIO(content[_CHECKSUM:]), allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}
 
     def save(self, key: str, arrays: Mapping[str, Array]) -> None:
         """Keep the arrays of a basis and remove the oldest of too many; the log says where that is not possible."""

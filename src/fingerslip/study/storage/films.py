@@ -48,9 +48,9 @@ def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
 
     numbers = read_json(folder / ERRORS, _REPAIR)
     truth = read_tracks(folder / "truth.nc")
-    shown = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
+    displayed = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
     tracks = read_tracks(folder / "tracks" / "matched.nc")
-    return Film(run, folder.name, tracks, truth, shown, _frames(folder / "video.avi", truth, history))
+    return Film(run, folder.name, tracks, truth, displayed, _frames(folder / "video.avi", truth, history))
 
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
@@ -62,10 +62,10 @@ def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, 
     if not video.is_file() or window is None:
         return {}
     wanted = [int(np.abs(times - time).argmin()) for time in film_times(window.start, window.end, float(times[0]))]
-    found = {}
+    frames = {}
     for number, frame in enumerate(read_frames(video)):
         if number in wanted:
-            found[float(times[number])] = frame
+            frames[float(times[number])] = frame
         if number >= max(wanted):
             break
-    return found
+    return frames

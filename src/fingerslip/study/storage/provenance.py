@@ -25,13 +25,13 @@ def versions() -> dict[str, str]:
 @functools.cache
 def _versions() -> Mapping[str, str]:
     """Look the packages up once in a process: their metadata are read and parsed."""
-    found = {"python": platform.python_version(), "platform": platform.platform()}
+    versions = {"python": platform.python_version(), "platform": platform.platform()}
     for name in _PACKAGES:
         try:
-            found[name] = metadata.version(name)
+            versions[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             continue
-    return found
+    return versions
 
 
 def commit() -> str | None:

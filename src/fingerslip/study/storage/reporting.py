@@ -53,8 +53,10 @@ def read_stored(folder: str | Path) -> StudyResult:
     """Read the finished runs of a study back."""
     folder = Path(folder)
     manifest = stored_manifest(folder)
-    known = read_uncertainties(folder, identities(manifest))
-    return stored_study(folder, manifest, (read_run(folder / name, known.get(name, {})) for name in manifest["runs"]))
+    uncertainties = read_uncertainties(folder, identities(manifest))
+    return stored_study(
+        folder, manifest, (read_run(folder / name, uncertainties.get(name, {})) for name in manifest["runs"])
+    )
 
 
 def read_stored_run(folder: str | Path) -> RunResult:
@@ -64,8 +66,8 @@ def read_stored_run(folder: str | Path) -> RunResult:
     if runs:
         raise ResultError(f"{folder}: holds a study; needs the folder of one of its runs: {', '.join(runs)}")
     run = read_run(folder, {})
-    known = read_uncertainties(folder.parent, {folder.name: run.identity})
-    return dataclasses.replace(run, uncertainty=known.get(folder.name, {}))
+    uncertainties = read_uncertainties(folder.parent, {folder.name: run.identity})
+    return dataclasses.replace(run, uncertainty=uncertainties.get(folder.name, {}))
 
 
 def study_tables(study: StudyResult) -> tuple[Table, ...]:
@@ -117,7 +119,7 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
     from fingerslip.study.storage.films import read_films
 
     manifest = read_manifest(study.folder)
-    found = read_convergences(study.folder, identities(manifest))
+    convergences = read_convergences(study.folder, identities(manifest))
     specified = [read_specified(study.folder / run.name / RUN) for run in study.runs]
     first = [] if study.ranges else _first_of_meshes(study)
     # The models of all meshes are shown, of other runs no more than the first.
@@ -136,7 +138,7 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
         references=tuple(published(name) for name in study.compare),
         values=value_rows(specified, manifest.get("given") or None),
         provenance=provenance_of(study.folder, manifest),
-        convergences={name: one.quantities for name, one in found.items()},
+        convergences={name: convergence.quantities for name, convergence in convergences.items()},
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
         starts=starts,
         notes=notes_html(study.folder),

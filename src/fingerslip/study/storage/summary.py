@@ -73,8 +73,8 @@ def _samples(study: StudyResult) -> dict[str, Any]:
         "ranges": {path: list(ends) for path, ends in study.ranges.items()},
         "design": dict(study.design),
         "refused": {
-            one.name: {"swept": dict(one.swept), "sampled": dict(one.sampled), "reason": one.reason}
-            for one in study.refused
+            sample.name: {"swept": dict(sample.swept), "sampled": dict(sample.sampled), "reason": sample.reason}
+            for sample in study.refused
         },
     }
 
@@ -82,8 +82,8 @@ def _samples(study: StudyResult) -> dict[str, Any]:
 def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
     """Return the samples that were not computed."""
     return tuple(
-        RefusedRun(name, dict(one["swept"]), dict(one["sampled"]), one["reason"])
-        for name, one in manifest.get("refused", {}).items()
+        RefusedRun(name, dict(reason["swept"]), dict(reason["sampled"]), reason["reason"])
+        for name, reason in manifest.get("refused", {}).items()
     )
 
 
@@ -104,7 +104,7 @@ def stored_study(folder: Path, manifest: Mapping[str, Any], runs: Iterable[RunRe
 
 
 def _plain(derived: Mapping[str, Quantity]) -> dict[str, list[Any]]:
-    return {name: [one.value, one.unit] for name, one in derived.items()}
+    return {name: [quantity.value, quantity.unit] for name, quantity in derived.items()}
 
 
 def _quantities(stored: Mapping[str, Sequence[Any]]) -> dict[str, Quantity]:

@@ -54,13 +54,13 @@ def read_specified(path: Path) -> Specified:
     return Specified(study, study.specimen(str(path)))
 
 
-def value_rows(runs: Sequence[Specified], given: Collection[str] | None = None) -> tuple[ShownValue, ...]:
+def value_rows(runs: Sequence[Specified], paths: Collection[str] | None = None) -> tuple[ShownValue, ...]:
     """Return every value of some runs of one study, in the order of the study file."""
-    found: dict[str, list[_Row]] = {}
+    result: dict[str, list[_Row]] = {}
     for run in runs:
-        for row in _rows(run, given):
-            found.setdefault(row.shown.path, []).append(row)
-    return tuple(_merged(rows, len(runs)) for rows in found.values())
+        for row in _rows(run, paths):
+            result.setdefault(row.shown.path, []).append(row)
+    return tuple(_merged(rows, len(runs)) for rows in result.values())
 
 
 def _merged(rows: Sequence[_Row], runs: int) -> ShownValue:
@@ -79,27 +79,27 @@ def _listed(texts: Sequence[str]) -> str:
     return ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
 
 
-def _rows(run: Specified, given: Collection[str] | None) -> Iterator[_Row]:
+def _rows(run: Specified, paths: Collection[str] | None) -> Iterator[_Row]:
     if run.specimen is not None:
-        yield from _specimen_rows(run, run.specimen, given)
+        yield from _specimen_rows(run, run.specimen, paths)
     if _is_solid(run.study) and run.study.formulation is None:
         yield _row("formulation", "solid", "derived", "three-dimensional elements")
     named = {f"materials.{name}": entry for name, entry in run.study.materials.items() if isinstance(entry, Mapping)}
     for path, entry in named.items():
         yield _row(f"{path}.{PRESET}", str(entry[PRESET]), STUDY_FILE)
         origin = _origin_of(MATERIALS, str(entry[PRESET]), path)
-        yield from (_row_of(path, leaf, origin, given) for leaf in walk_values(material_of(entry)))
+        yield from (_row_of(path, leaf, origin, paths) for leaf in walk_values(material_of(entry)))
     for leaf in walk_values(run.study):
-        shown = any(is_below(leaf.path, path) for path in named)
-        if not shown and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
-            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if _is_given(leaf, given) else DEFAULT)
+        is_named = any(is_below(leaf.path, path) for path in named)
+        if not is_named and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
+            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if _is_given(leaf, paths) else DEFAULT)
 
 
 def _row(path: str, value: str, source: str, note: str = "") -> _Row:
     return _Row(ShownValue(path, value, source, note), value)
 
 
-def _specimen_rows(run: Specified, specimen: Specimen, given: Collection[str] | None) -> Iterator[_Row]:
+def _specimen_rows(run: Specified, specimen: Specimen, paths: Collection[str] | None) -> Iterator[_Row]:
     """Yield the values of the specimen: the preset's with their sources, others with the preset's value beside."""
     kind = str(run.study.specimen_kind)
     presets, values = SPECIMENS[kind], getattr(run.study, kind)
@@ -113,8 +113,8 @@ def _specimen_rows(run: Specified, specimen: Specimen, given: Collection[str] | 
         if reason := _why_unused(leaf.path, run.study, specimen):
             yield _row(f"{kind}.{leaf.path}", _text(leaf.value, leaf.unit), NOT_USED, reason)
             continue
-        own = next((origin for path, origin in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
-        yield _row_of(kind, leaf, own, given)
+        element = next((origin for path, origin in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
+        yield _row_of(kind, leaf, element, paths)
 
 
 def _named_materials(values: Mapping[str, Any]) -> Mapping[str, str]:
@@ -123,7 +123,7 @@ def _named_materials(values: Mapping[str, Any]) -> Mapping[str, str]:
     named = {
         name: material for name, material in materials.items() if isinstance(material, Mapping) and PRESET in material
     }
-    return {f"materials.{name}": str(own[PRESET]) for name, own in named.items()}
+    return {f"materials.{name}": str(element[PRESET]) for name, element in named.items()}
 
 
 @dataclass(frozen=True)
@@ -142,18 +142,18 @@ def _origin_of(presets: Presets[Any], name: str, path: str) -> _Origin:
     )
 
 
-def _row_of(group: str, leaf: Leaf, origin: _Origin, given: Collection[str] | None) -> _Row:
+def _row_of(group: str, leaf: Leaf, origin: _Origin, paths: Collection[str] | None) -> _Row:
     """Return the row of a value in a group that starts from a preset: with its source, or the preset's value beside."""
     path, text = f"{group}.{leaf.path}", _text(leaf.value, leaf.unit)
-    source, untouched = known_part(path, origin.entries), given is None or path not in given
+    source, untouched = known_part(path, origin.entries), paths is None or path not in paths
     entry = origin.entries.get(source)
-    kept = leaf.value == origin.values.get(path) and untouched
-    if kept and entry:
+    is_preset = leaf.value == origin.values.get(path) and untouched
+    if is_preset and entry:
         # Of a list the preset has one source for all values in it.
         return _Row(ShownValue(path, entry.value if source == path else text, entry.source, entry.note), text)
     # A law that the preset does not have brings its own defaults.
     brought = leaf.is_default and path not in origin.values and untouched
-    return _row(path, text, DEFAULT if kept or brought else STUDY_FILE, f"preset: {entry.value}" if entry else "")
+    return _row(path, text, DEFAULT if is_preset or brought else STUDY_FILE, f"preset: {entry.value}" if entry else "")
 
 
 def _why_unused(path: str, study: Study, specimen: Specimen) -> str:
@@ -180,10 +180,10 @@ def _is_solid(study: Study) -> bool:
     return study.formulation == "solid" or study.mesh.dim == 3
 
 
-def _is_given(leaf: Leaf, given: Collection[str] | None) -> bool:
-    if given is None:
+def _is_given(leaf: Leaf, paths: Collection[str] | None) -> bool:
+    if paths is None:
         return not leaf.is_default
-    return any(other == leaf.path or other.startswith(f"{leaf.path}.") for other in given)
+    return any(other == leaf.path or other.startswith(f"{leaf.path}.") for other in paths)
 
 
 def _text(value: object, unit: Unit | None) -> str:

@@ -52,22 +52,22 @@ def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
     Units: deepest [m].
     """
     values = run.resolved()
-    own = {name: values.get(name) for name in _OF_BODY}
+    values_of_body = {name: values.get(name) for name in _OF_BODY}
     specimen = values.get(run.study.specimen_kind or "", {})
     contact = run.study.all_contacts[0].boundary
-    return digest(_VERSION, mesh_key(run), own, specimen, contact, settings.hidden, settings.patch, deepest)
+    return digest(_VERSION, mesh_key(run), values_of_body, specimen, contact, settings.hidden, settings.patch, deepest)
 
 
 def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> tuple[str, StaticBody]:
     """Return the body of all runs with its key, from disk or made anew."""
     key, run, deepest = _one_body(runs, settings)
     store = BasisFolder(folder)
-    kept: Mapping[str, Any] | None = store.load(key)
-    if kept is not None:
-        return key, StaticBody(**kept)
-    made = _made(run, settings, _REACH * deepest)
-    store.save(key, {field.name: getattr(made, field.name) for field in dataclasses.fields(StaticBody)})
-    return key, made
+    stored: Mapping[str, Any] | None = store.load(key)
+    if stored is not None:
+        return key, StaticBody(**stored)
+    body = _made(run, settings, _REACH * deepest)
+    store.save(key, {field.name: getattr(body, field.name) for field in dataclasses.fields(StaticBody)})
+    return key, body
 
 
 def shared_key(runs: Sequence[Run], settings: TrialSettings) -> str:
@@ -124,12 +124,12 @@ def turned_whole(positions: Floats, half: MarkerPlaces, whole: MarkerPlaces, tur
     rows, mirrored = np.empty(len(source), dtype=np.int64), np.empty(len(source), dtype=bool)
     for number, (ring, azimuth) in enumerate(zip(whole.ring, source, strict=True)):
         rows[number], mirrored[number] = _twin(half, int(ring), float(azimuth), turn)
-    found = positions[:, rows].copy()
-    found[:, mirrored, 2] *= -1.0
+    turned_positions = positions[:, rows].copy()
+    turned_positions[:, mirrored, 2] *= -1.0
     cos, sin = np.cos(turn), np.sin(turn)
-    x, z = found[..., 0].copy(), found[..., 2].copy()
-    found[..., 0], found[..., 2] = cos * x - sin * z, sin * x + cos * z
-    return found
+    x, z = turned_positions[..., 0].copy(), turned_positions[..., 2].copy()
+    turned_positions[..., 0], turned_positions[..., 2] = cos * x - sin * z, sin * x + cos * z
+    return turned_positions
 
 
 def _twin(half: MarkerPlaces, ring: int, azimuth: float, turn: float) -> tuple[int, bool]:

@@ -48,8 +48,8 @@ def drawn_cameras(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> C
     """
     cameras = {}
     for kind in ("internal", "external"):
-        own = markers.isel(marker=np.flatnonzero(markers["kind"].values == kind))
-        cameras[kind] = _camera(settings, eyes, kind, own["position"].values[0, :, 1])
+        markers_of_kind = markers.isel(marker=np.flatnonzero(markers["kind"].values == kind))
+        cameras[kind] = _camera(settings, eyes, kind, markers_of_kind["position"].values[0, :, 1])
     share = eyes.noise / MEASURED_ERRORS.noise
     errors = PositionErrors(eyes.noise, share * MEASURED_ERRORS.bias, MEASURED_ERRORS.correlation)
     return CameraPair(cameras["internal"], cameras["external"], errors, eyes.seed)

@@ -41,8 +41,8 @@ class TrialsFailedError(FingerslipError):
 
     def __str__(self) -> str:
         lines = [f"{name}: {error}" for name, error in self.errors.items()]
-        kept = f"{len(self.errors)} of {self.total} trials failed, the others are kept; no data set is written"
-        return "\n".join([*lines, kept])
+        text = f"{len(self.errors)} of {self.total} trials failed, the others are kept; no data set is written"
+        return "\n".join([*lines, text])
 
 
 def simulate_trials(
@@ -77,12 +77,12 @@ def simulate_trials(
         clean_stale(work)
         origin = {"study": source.name, "commit": commit() or "", "body": key}
         missing = [plan for plan in plans if not _is_finished(work / plan.name, keys[plan.name])]
-        with progress or SilentProgress() as shown:
-            _compute(missing, (settings, body, origin, keys, work), workers, shown)
+        with progress or SilentProgress() as reporter:
+            _compute(missing, (settings, body, origin, keys, work), workers, reporter)
         notes = card_notes(study, settings, body)
-        made = gather_trials([work / plan.name for plan in plans], final, study.title, notes)
+        trials = gather_trials([work / plan.name for plan in plans], final, study.title, notes)
         shutil.rmtree(work, ignore_errors=True)
-        return made
+        return trials
 
 
 def _settings(study: Study, source: Path) -> TrialSettings:
@@ -102,12 +102,12 @@ def _trial_key(plan: TrialPlan, settings: TrialSettings, body: str) -> str:
 def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
     """Tell whether a data set is there, undamaged, with these trials of the same inputs."""
     try:
-        there = open_trials(folder) if (folder / MANIFEST).is_file() else None
+        trials = open_trials(folder) if (folder / MANIFEST).is_file() else None
     except ResultError:
         return False
     return (
-        there is not None
-        and set(there.names) == set(keys)
+        trials is not None
+        and set(trials.names) == set(keys)
         and all(_is_finished(folder / name, key) for name, key in keys.items())
     )
 
@@ -115,10 +115,10 @@ def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
 def _is_finished(folder: Path, key: str) -> bool:
     """Tell whether a trial is there, of the same inputs."""
     try:
-        found: Any = read_json(folder / FILES[3], "compute the trial again")
+        mapping: Any = read_json(folder / FILES[3], "compute the trial again")
     except (FileNotFoundError, DamagedError):
         return False
-    return bool(found.get("inputs") == key)
+    return bool(mapping.get("inputs") == key)
 
 
 _Shared: TypeAlias = "tuple[TrialSettings, StaticBody, Mapping[str, Any], Mapping[str, str], Path]"

@@ -147,11 +147,11 @@ def _markers(
     touching = _touching(rest[count:], settings, body, motion, span[0])
     camera = motion.counterface * (0.0, 1.0, 0.0) if _falls(plan) else motion.counterface
     outside = np.where(touching[:, None], moved[:, count:] - camera[:, None], np.nan)
-    both = [turned_whole(one, half, whole, plan.direction) for one in (moved[:, :count], outside)]
-    known = make_tracks(np.concatenate(both, axis=1), motion.time, units="m")
+    both = [turned_whole(positions, half, whole, plan.direction) for positions in (moved[:, :count], outside)]
+    tracks = make_tracks(np.concatenate(both, axis=1), motion.time, units="m")
     times = np.concatenate([span[:1], motion.time[(motion.time > span[0]) & (motion.time < span[1])], span[1:]])
     return make_tracks(
-        interpolated(known, times),
+        interpolated(tracks, times),
         times - span[0],
         units="m",
         kind=["internal"] * len(whole.ring) + ["external"] * len(whole.ring),
@@ -185,8 +185,8 @@ def _touching(
     step = int(np.searchsorted(motion.time, time - 1e-9))
     touching = body.positions[motion.rows][motion.state[step] != OPEN]
     beside = np.linalg.norm(rest[:, None] - touching, axis=2)
-    found: NDArray[np.bool_] = beside.min(axis=1, initial=np.inf) <= settings.patch
-    return found
+    result: NDArray[np.bool_] = beside.min(axis=1, initial=np.inf) <= settings.patch
+    return result
 
 
 def _labels(

@@ -122,11 +122,11 @@ def _array(values: Mapping[str, Any], names: Sequence[str], where: str) -> Float
     try:
         if isinstance(content, Mapping):
             return np.array(content["data"], dtype=np.float64).reshape(content["rows"], content["cols"])
-        found = np.array(content, dtype=np.float64)
+        array = np.array(content, dtype=np.float64)
     except (KeyError, TypeError, ValueError):
         allowed = "needs rows, cols and data, or lists of numbers"
         raise InputError(f"{where}: {name}", f"got {shortened(repr(content))}", allowed) from None
-    return found.reshape(3, 3) if name in _MATRIX and found.size == 9 else found
+    return array.reshape(3, 3) if name in _MATRIX and array.size == 9 else array
 
 
 def _without_zeros(coefficients: Floats) -> list[float]:
@@ -145,8 +145,8 @@ def _size(values: Mapping[str, Any], where: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _model(values: Mapping[str, Any], given: str | None, where: str) -> type[Pinhole] | type[Fisheye]:
-    name = given or values.get("distortion_model") or ("fisheye" if values.get("fisheye_model") else "pinhole")
+def _model(values: Mapping[str, Any], source: str | None, where: str) -> type[Pinhole] | type[Fisheye]:
+    name = source or values.get("distortion_model") or ("fisheye" if values.get("fisheye_model") else "pinhole")
     if name not in MODELS:
         raise InputError(
             f"{where}: distortion_model", f"got {shortened(repr(name))}", f"needs one of {', '.join(MODELS)}"

@@ -71,8 +71,8 @@ class Pose:
 
     def to_camera(self, points: Floats) -> Floats:
         """Return points (..., 3) [m] in the camera's own frame: x right, y down, z forward."""
-        found: Floats = (np.asarray(points, dtype=np.float64) - self.position) @ self.rotation.T
-        return found
+        coordinates: Floats = (np.asarray(points, dtype=np.float64) - self.position) @ self.rotation.T
+        return coordinates
 
 
 @parameters
@@ -146,8 +146,8 @@ def pixels_per_metre(camera: Camera, points: Floats, step: float = 1e-6) -> Floa
         for side in (first, np.cross(sight, first))
     ]
     area = slopes[0][..., 0] * slopes[1][..., 1] - slopes[0][..., 1] * slopes[1][..., 0]
-    found: Floats = np.sqrt(np.abs(area))
-    return found
+    scale: Floats = np.sqrt(np.abs(area))
+    return scale
 
 
 def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
@@ -159,8 +159,8 @@ def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
     if times.size == 0:
         return np.empty(0)
     count = int(np.floor((times[-1] - times[0]) * camera.frame_rate + _ROUNDING)) + 1
-    found: Floats = times[0] + np.arange(count) / camera.frame_rate
-    return found
+    times_of_frames: Floats = times[0] + np.arange(count) / camera.frame_rate
+    return times_of_frames
 
 
 def interpolated(tracks: xr.Dataset, times: Floats) -> Floats:
@@ -169,15 +169,15 @@ def interpolated(tracks: xr.Dataset, times: Floats) -> Floats:
     Before the first and after the last time they rest. Between two times, at one of which a marker is not known, it is
     not known either.
     """
-    known, position = tracks["time"].values, tracks["position"].values
-    times = np.clip(times, known[0], known[-1])
-    before = np.clip(np.searchsorted(known, times, side="right") - 1, 0, max(known.size - 2, 0))
-    after = np.minimum(before + 1, known.size - 1)
-    span = np.where(after > before, known[after] - known[before], 1.0)
-    share = ((times - known[before]) / span)[:, None, None]
+    times_known, position = tracks["time"].values, tracks["position"].values
+    times = np.clip(times, times_known[0], times_known[-1])
+    before = np.clip(np.searchsorted(times_known, times, side="right") - 1, 0, max(times_known.size - 2, 0))
+    after = np.minimum(before + 1, times_known.size - 1)
+    span = np.where(after > before, times_known[after] - times_known[before], 1.0)
+    share = ((times - times_known[before]) / span)[:, None, None]
     # At a known time the other end does not matter, seen or not.
-    found = np.where(share == 0, position[before], (1 - share) * position[before] + share * position[after])
-    return np.where(share == 1, position[after], found)
+    positions = np.where(share == 0, position[before], (1 - share) * position[before] + share * position[after])
+    return np.where(share == 1, position[after], positions)
 
 
 def true_tracks(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:

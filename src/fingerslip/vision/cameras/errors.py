@@ -58,14 +58,14 @@ class PositionErrors:
         return float(np.hypot(self.noise, self.bias))
 
 
-def position_errors(found: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
+def position_errors(tracks: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
     """Return the statistics of the errors of tracks."""
-    if found["position"].shape != truth["position"].shape or (found["marker"].values != truth["marker"].values).any():
-        shapes = f"got {dict(found.sizes)} beside {dict(truth.sizes)}"
+    if tracks["position"].shape != truth["position"].shape or (tracks["marker"].values != truth["marker"].values).any():
+        shapes = f"got {dict(tracks.sizes)} beside {dict(truth.sizes)}"
         raise InputError("found, truth", shapes, "needs the same times and markers in both")
-    errors = found["position"].values - truth["position"].values
-    known = ~np.isnan(truth["position"].values).any(axis=2)
-    lost = float(np.isnan(errors[known]).any(axis=1).mean()) if known.any() else 0.0
+    errors = tracks["position"].values - truth["position"].values
+    visible = ~np.isnan(truth["position"].values).any(axis=2)
+    lost = float(np.isnan(errors[visible]).any(axis=1).mean()) if visible.any() else 0.0
     counts = (~np.isnan(errors)).sum(axis=0)
     enough = (counts >= _FEWEST).all(axis=1)
     if not enough.any():
@@ -113,8 +113,8 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
         raise InputError("locate", f"returned shape {positions.shape}", f"needs {truth['position'].shape}")
     # What is outside the image has no truth to be compared with.
     positions[np.isnan(truth["position"].values)] = np.nan
-    found = make_tracks(positions, truth["time"].values, units="px", marker=truth["marker"].values)
-    return position_errors(found, truth)
+    result = make_tracks(positions, truth["time"].values, units="px", marker=truth["marker"].values)
+    return position_errors(result, truth)
 
 
 def following(centroids: Callable[[Frame, Floats], Floats]) -> Locate:
@@ -130,13 +130,13 @@ def following(centroids: Callable[[Frame, Floats], Floats]) -> Locate:
     """
 
     def locate(frames: Iterator[Frame], start: Floats) -> Floats:
-        expected, last, found = start.copy(), start, []
+        expected, last, result = start.copy(), start, []
         for frame in frames:
             places = centroids(frame, expected)
             ahead = np.where(np.isnan(last) | np.isnan(places), places, 2.0 * places - last)
             expected, last = np.where(np.isnan(ahead), expected, ahead), places
-            found.append(places)
-        return np.array(found).reshape(-1, *start.shape)
+            result.append(places)
+        return np.array(result).reshape(-1, *start.shape)
 
     return locate
 
@@ -165,7 +165,7 @@ def window_centroids(frame: Frame, expected: Floats, reach: int = 9) -> Floats:
     starts = np.round(np.nan_to_num(expected, nan=-1e6)).astype(int)
     inside = ((starts >= reach) & (starts < (width - reach, height - reach))).all(axis=1)
     offsets = np.arange(-reach, reach + 1)
-    found = np.full(expected.shape, np.nan)
+    centroids = np.full(expected.shape, np.nan)
     columns, rows = starts[inside, 0, None] + offsets, starts[inside, 1, None] + offsets
     windows = frame[rows[:, :, None], columns[:, None, :]].astype(np.float64)
     border = np.concatenate([windows[:, [0, -1], :].reshape(len(windows), -1), windows[:, :, 0], windows[:, :, -1]], 1)
@@ -174,6 +174,6 @@ def window_centroids(frame: Frame, expected: Floats, reach: int = 9) -> Floats:
     weights = np.maximum(height_above - _FLOOR * largest[:, None, None], 0.0)
     clear = largest > _CLEAR * border.std(axis=1)
     total = np.where(clear, weights.sum(axis=(1, 2)), np.nan)
-    found[inside, 0] = (weights.sum(axis=1) * columns).sum(axis=1) / total
-    found[inside, 1] = (weights.sum(axis=2) * rows).sum(axis=1) / total
-    return found
+    centroids[inside, 0] = (weights.sum(axis=1) * columns).sum(axis=1) / total
+    centroids[inside, 1] = (weights.sum(axis=2) * rows).sum(axis=1) / total
+    return centroids

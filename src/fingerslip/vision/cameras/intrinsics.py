@@ -83,17 +83,17 @@ def pinhole_undistorted(points: Floats, coefficients: Sequence[float]) -> Floats
 
     Arrays: points (..., 2) [-].
     """
-    found = np.array(points, dtype=np.float64)
+    undistorted = np.array(points, dtype=np.float64)
     with np.errstate(all="ignore"):
         for _ in range(_STEPS):
-            radial, shift = _pinhole_terms(found, coefficients)
-            last, found = found, (points - shift) / radial[..., None]
-            if not (np.abs(found - last) > _EXACT).any():
+            radial, shift = _pinhole_terms(undistorted, coefficients)
+            last, undistorted = undistorted, (points - shift) / radial[..., None]
+            if not (np.abs(undistorted - last) > _EXACT).any():
                 break
-        wrong = ~(np.abs(pinhole_distorted(found, coefficients) - points) < 1e3 * _EXACT).all(axis=-1)
-        wrong |= np.hypot(found[..., 0], found[..., 1]) > largest_radius(coefficients)
-    found[wrong] = np.nan
-    return found
+        wrong = ~(np.abs(pinhole_distorted(undistorted, coefficients) - points) < 1e3 * _EXACT).all(axis=-1)
+        wrong |= np.hypot(undistorted[..., 0], undistorted[..., 1]) > largest_radius(coefficients)
+    undistorted[wrong] = np.nan
+    return undistorted
 
 
 def largest_radius(coefficients: Sequence[float]) -> float:
@@ -114,8 +114,8 @@ def fisheye_distances(angles: Floats, coefficients: Sequence[float]) -> Floats:
 
     Units: angles [rad].
     """
-    found: Floats = angles * _fisheye(coefficients)(angles * angles)
-    return found
+    lengths: Floats = angles * _fisheye(coefficients)(angles * angles)
+    return lengths
 
 
 def fisheye_angles(distances: Floats, coefficients: Sequence[float]) -> Floats:
@@ -129,8 +129,8 @@ def fisheye_angles(distances: Floats, coefficients: Sequence[float]) -> Floats:
         middle = 0.5 * (low + high)
         inside = fisheye_distances(middle, coefficients) < distances
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    found = 0.5 * (low + high)
-    return np.where(np.abs(fisheye_distances(found, coefficients) - distances) < 1e3 * _EXACT, found, np.nan)
+    result = 0.5 * (low + high)
+    return np.where(np.abs(fisheye_distances(result, coefficients) - distances) < 1e3 * _EXACT, result, np.nan)
 
 
 def largest_angle(coefficients: Sequence[float]) -> float:
@@ -260,8 +260,8 @@ class Pinhole(_Matrix):
         """Return unit vectors (..., 3) of the rays that pixels (..., 2) see; NaN where the lens images none."""
         plane = pinhole_undistorted(self._plane(pixels), self.distortion)
         rays = np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
-        found: Floats = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
-        return found
+        unit_rays: Floats = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+        return unit_rays
 
 
 @parameters

@@ -152,8 +152,8 @@ def marker_picture(pixel_camera: PixelCamera) -> Picture:
 def brightness(lighting: Lighting, times: Floats) -> Floats:
     """Return the factors [-] by which light is brighter at some times [s] than at the time 0, without flicker."""
     wave = lighting.flicker * np.sin(2.0 * math.pi * lighting.flicker_rate * times)
-    found: Floats = np.maximum(1.0 + lighting.drift * times + wave, 0.0)
-    return found
+    factor: Floats = np.maximum(1.0 + lighting.drift * times + wave, 0.0)
+    return factor
 
 
 def ring_mask(pixel_camera: PixelCamera) -> NDArray[np.bool_]:
@@ -162,8 +162,8 @@ def ring_mask(pixel_camera: PixelCamera) -> NDArray[np.bool_]:
     x, y = _grid(pixel_camera)
     height = pixel_camera.camera.intrinsics.height
     largest = math.inf if ring is None else (ring.radius - _MASKED * ring.width) * height
-    found: NDArray[np.bool_] = np.hypot(x, y) < largest
-    return found
+    mask: NDArray[np.bool_] = np.hypot(x, y) < largest
+    return mask
 
 
 def _grid(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
@@ -179,22 +179,22 @@ def _even_light(pixel_camera: PixelCamera, lighting: Lighting) -> Floats:
     corner = x[0, -1] ** 2 + y[-1, 0] ** 2
     lost = lighting.vignetting * (x * x + y * y) / max(corner, 1.0)
     along = (x * math.cos(lighting.gradient_angle) + y * math.sin(lighting.gradient_angle)) / x.size
-    found: Floats = np.maximum((1.0 - lost) * (1.0 + lighting.gradient * along), 0.0)
-    return found
+    light: Floats = np.maximum((1.0 - lost) * (1.0 + lighting.gradient * along), 0.0)
+    return light
 
 
 def _added_light(pixel_camera: PixelCamera) -> Floats:
     """Return the grey levels that glare and ring add."""
     lighting = pixel_camera.lighting
     x, y = _grid(pixel_camera)
-    found = np.zeros((y.size, x.size))
+    light = np.zeros((y.size, x.size))
     for spot in lighting.glare:
         across, down = x - (spot.x - 0.5) * x.size, y - (spot.y - 0.5) * y.size
-        found += spot.level * np.exp(-0.5 * (across * across + down * down) / (spot.radius * x.size) ** 2)
+        light += spot.level * np.exp(-0.5 * (across * across + down * down) / (spot.radius * x.size) ** 2)
     if lighting.ring is not None:
         off = np.hypot(x, y) / y.size - lighting.ring.radius
-        found += lighting.ring.level * np.exp(-0.5 * (off / lighting.ring.width) ** 2)
-    return found
+        light += lighting.ring.level * np.exp(-0.5 * (off / lighting.ring.width) ** 2)
+    return light
 
 
 def _texture(pixel_camera: PixelCamera) -> Floats:
@@ -298,9 +298,9 @@ def _spots(pixel_camera: PixelCamera, tracks: xr.Dataset, times: Floats) -> tupl
 
 def _half_movements(camera: Camera, tracks: xr.Dataset, times: Floats) -> Floats:
     """Return how far spots move in half of the exposure [px], 0 where that is not known."""
-    known = tracks["time"].values
-    opened, closed = (np.clip(times + side * camera.exposure, known[0], known[-1]) for side in (-0.5, 0.5))
-    ends = [_image(camera, _in_space(interpolated(tracks, one))) for one in (closed, opened)]
+    times_known = tracks["time"].values
+    opened, closed = (np.clip(times + side * camera.exposure, times_known[0], times_known[-1]) for side in (-0.5, 0.5))
+    ends = [_image(camera, _in_space(interpolated(tracks, shutter))) for shutter in (closed, opened)]
     # At both ends of the tracks half of the exposure lies outside: the speed is that of the other half.
     span = np.where(closed > opened, closed - opened, np.inf)[:, None, None]
     return np.nan_to_num(0.5 * camera.exposure * (ends[0] - ends[1]) / span)

@@ -152,18 +152,18 @@ def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
         point_tracks(PointCamera(camera, pair.errors, 2 * pair.seed + number), markers)
         for number, camera in enumerate((pair.internal, pair.external))
     ]
-    position = np.concatenate([one["position"].values for one in seen], axis=1)
+    position = np.concatenate([tracks_of_camera["position"].values for tracks_of_camera in seen], axis=1)
     more = {
-        name: np.concatenate([one[name].values for one in seen])
+        name: np.concatenate([tracks_of_camera[name].values for tracks_of_camera in seen])
         for name in ("marker", "ring", "angle")
-        if all(name in one.coords for one in seen)
+        if all(name in tracks_of_camera.coords for tracks_of_camera in seen)
     }
     scale = metres_per_pixel(pair.external)
     return make_tracks(
         np.round(position / _KEPT) * _KEPT,
         seen[0]["time"].values,
         units="px",
-        kind=[kind for one in seen for kind in one["kind"].values.astype(str)],
+        kind=[kind for tracks_of_camera in seen for kind in tracks_of_camera["kind"].values.astype(str)],
         attributes={
             **image_attributes(pair.external, f"simulation, point cameras, seed {pair.seed}"),
             "metres_per_pixel_x": scale,

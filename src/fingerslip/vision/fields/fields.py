@@ -46,8 +46,8 @@ def rest_positions(position: Floats, frames: int) -> Floats:
         raise InputError("rest", f"got {frames} frames", f"needs 1 to {len(position)}, as many as there are")
     first = position[:frames]
     counts = (~np.isnan(first)).sum(axis=0)
-    found: Floats = np.where(counts > 0, np.nansum(first, axis=0) / np.maximum(counts, 1), np.nan)
-    return found
+    positions: Floats = np.where(counts > 0, np.nansum(first, axis=0) / np.maximum(counts, 1), np.nan)
+    return positions
 
 
 def window_frames(times: Floats, smoothing: float) -> int:
@@ -74,19 +74,19 @@ def smooth_velocity(position: Floats, times: Floats, frames: int) -> Floats:
     """
     half, count = frames // 2, times.size
     middles = np.clip(np.arange(count), half, count - 1 - half)
-    known = np.asarray(~np.isnan(position).any(axis=2))
+    visible = np.asarray(~np.isnan(position).any(axis=2))
     filled = np.nan_to_num(position)
     span = times[middles + half] - times[middles - half]
-    moments = np.zeros((2 * _DEGREE + 1, count, known.shape[1]))
+    moments = np.zeros((2 * _DEGREE + 1, count, visible.shape[1]))
     sums = np.zeros((_DEGREE + 1, *position.shape))
     for offset in range(-half, half + 1):
         rows = middles + offset
         # Times in units of the window keep the equations well conditioned.
         powers = ((times[rows] - times) / span)[None, :] ** np.arange(2 * _DEGREE + 1)[:, None]
-        moments += powers[:, :, None] * known[rows]
+        moments += powers[:, :, None] * visible[rows]
         sums += powers[: _DEGREE + 1, :, None, None] * filled[rows]
     velocity = _slopes(moments, sums) / span[:, None, None]
-    velocity[~known | (moments[0] < _DEGREE + 2)] = np.nan
+    velocity[~visible | (moments[0] < _DEGREE + 2)] = np.nan
     return velocity
 
 
@@ -118,16 +118,16 @@ def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
     Arrays: rest (n_markers, n_axes); position (n_times, n_markers, n_axes).
     """
     dim = rest.shape[1]
-    known = ~(np.isnan(position).any(axis=2) | np.isnan(rest).any(axis=1))
-    weights = known / np.maximum(known.sum(axis=1), 1)[:, None]
+    visible = ~(np.isnan(position).any(axis=2) | np.isnan(rest).any(axis=1))
+    weights = visible / np.maximum(visible.sum(axis=1), 1)[:, None]
     before, after = np.nan_to_num(rest), np.nan_to_num(position)
     middle_before, middle_after = weights @ before, np.einsum("tm,tma->ta", weights, after)
     spread = (before[None] - middle_before[:, None]) * weights[:, :, None]
     turns = _rotations(np.einsum("tma,tmb->tab", spread, after - middle_after[:, None]))
     turned = np.einsum("tab,tmb->tma", turns, before[None] - middle_before[:, None])
     residual = after - middle_after[:, None] - turned
-    residual[~known] = np.nan
-    enough = known.sum(axis=1) >= dim
+    residual[~visible] = np.nan
+    enough = visible.sum(axis=1) >= dim
     residual[~enough] = np.nan
     translation = np.where(enough[:, None], middle_after - middle_before, np.nan)
     return RigidMotions(translation, np.where(enough, _angles(turns), np.nan), residual)
@@ -164,21 +164,21 @@ def marker_triangles(rest: Floats) -> Ints:
 
     Arrays: rest (n_markers, 2).
     """
-    known = np.flatnonzero(~np.isnan(rest).any(axis=1))
-    if known.size < 3:
+    visible = np.flatnonzero(~np.isnan(rest).any(axis=1))
+    if visible.size < 3:
         return np.empty((0, 3), dtype=np.intp)
     # Slow to load, and needed only here: commands that read a detector or a data set start without it.
     from scipy.spatial import Delaunay, QhullError
 
     try:
-        corners = Delaunay(rest[known]).simplices
+        corners = Delaunay(rest[visible]).simplices
     except QhullError:  # all on one line
         return np.empty((0, 3), dtype=np.intp)
-    edges = rest[known][np.roll(corners, -1, axis=1)] - rest[known][corners]
+    edges = rest[visible][np.roll(corners, -1, axis=1)] - rest[visible][corners]
     twice = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
     corners = np.where(twice[:, None] < 0, corners[:, ::-1], corners)
     longest = (edges**2).sum(axis=2).max(axis=1)
-    chosen: Ints = known[corners[np.abs(twice) > _FLAT * longest]]
+    chosen: Ints = visible[corners[np.abs(twice) > _FLAT * longest]]
     return chosen
 
 
@@ -212,8 +212,8 @@ def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
     areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
     around = np.zeros((len(triangles), len(rest)))
     around[np.arange(len(triangles))[:, None], triangles] = areas[:, None]
-    known = ~np.isnan(values)
-    weights = known.astype(np.float64) @ around
+    visible = ~np.isnan(values)
+    weights = visible.astype(np.float64) @ around
     with np.errstate(divide="ignore", invalid="ignore"):
         means: Floats = np.where(weights > 0, np.nan_to_num(values) @ around / weights, np.nan)
     return means
@@ -335,17 +335,17 @@ def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floa
     weights = np.maximum(np.nan_to_num(divergence) - floor, 0.0) * ~np.isnan(position).any(axis=2)
     total = weights.sum(axis=1)
     total = np.where(total > 0, total, np.nan)
-    found: Floats = np.einsum("tm,tma->ta", weights, np.nan_to_num(position)) / total[:, None]
-    return found
+    centroid: Floats = np.einsum("tm,tma->ta", weights, np.nan_to_num(position)) / total[:, None]
+    return centroid
 
 
 def _labelled(values: Mapping[str, Any], tracks: xr.Dataset, settings: Mapping[str, Any]) -> xr.Dataset:
     import xarray as xr
 
     length = tracks["position"].attrs["units"]
-    made = {
+    variables = {
         name: xr.Variable(dims, values[name], {"units": unit.replace("length", length), "long_name": meaning})
         for name, (dims, unit, meaning) in FIELDS.items()
     }
     coords = {name: tracks.variables[name] for name in tracks.coords} | {"strain_component": ["xx", "yy", "xy"]}
-    return xr.Dataset(made, coords=coords, attrs=dict(tracks.attrs) | dict(settings))
+    return xr.Dataset(variables, coords=coords, attrs=dict(tracks.attrs) | dict(settings))

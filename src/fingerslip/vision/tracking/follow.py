@@ -88,50 +88,50 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     """
     here = state.missing == 0
     guess = np.where(here[:, None], state.position + state.velocity, np.nan)
-    found = measure(markers, image, mask, guess)
-    sure = _agreed(markers, state, found, _looks_right(markers, state, found, guess, _LEAST_QUALITY))
+    measured = measure(markers, image, mask, guess)
+    sure = _agreed(markers, state, measured, _looks_right(markers, state, measured, guess, _LEAST_QUALITY))
     if state.image is not None and (here & ~sure).any():
-        found, sure = _by_flow(markers, state, image, mask, found, sure)
+        measured, sure = _by_flow(markers, state, image, mask, measured, sure)
     if state.image is not None and lost_suddenly(here, sure):
-        found, sure = _by_leap(markers, state, image, mask, found, sure)
+        measured, sure = _by_leap(markers, state, image, mask, measured, sure)
     if not sure.all():
-        found, sure = _searched(markers, state, image, mask, found, sure)
-    return _updated(markers, state, image, found, sure)
+        measured, sure = _searched(markers, state, image, mask, measured, sure)
+    return _updated(markers, state, image, measured, sure)
 
 
-def _looks_right(markers: Markers, state: State, found: Measured, guess: Floats, least: float) -> Flags:
+def _looks_right(markers: Markers, state: State, measured: Measured, guess: Floats, least: float) -> Flags:
     """Tell which measurements show the marker itself, near enough to where it was expected."""
-    contrast = found.amplitude / state.amplitude
-    apart = np.linalg.norm(found.position - guess, axis=1)
-    right: Flags = (found.quality >= least) & (contrast > _CONTRAST[0]) & (contrast < _CONTRAST[1])
+    contrast = measured.amplitude / state.amplitude
+    apart = np.linalg.norm(measured.position - guess, axis=1)
+    right: Flags = (measured.quality >= least) & (contrast > _CONTRAST[0]) & (contrast < _CONTRAST[1])
     right &= apart <= _REACH * markers.spacing
     return right
 
 
-def _agreed(markers: Markers, state: State, found: Measured, sure: Flags) -> Flags:
+def _agreed(markers: Markers, state: State, measured: Measured, sure: Flags) -> Flags:
     """Tell which markers moved as their neighbours did since they were seen; see `State.carried`."""
     share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
-    displacement = found.position - markers.position
+    displacement = measured.position - markers.position
     near = consistent(markers.position, displacement - state.carried, sure, markers.neighbours, share * markers.spacing)
     return consistent(markers.position, displacement, near, markers.neighbours, _STRANGEST * markers.spacing)
 
 
 def _by_flow(  # noqa: PLR0917  a step of follow
-    markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
+    markers: Markers, state: State, image: Frame, mask: Flags | None, measured: Measured, sure: Flags
 ) -> tuple[Measured, Flags]:
     """Measure again, where optical flow says, what was seen in the last frame and is not sure now."""
     tried = np.flatnonzero((state.missing == 0) & ~sure)
     moved = _flow(state.image, image, state.position[tried])
-    guess = np.full_like(found.position, np.nan)
+    guess = np.full_like(measured.position, np.nan)
     guess[tried] = moved
     again = measure(markers, image, mask, guess)
     right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
-    merged = _merged(found, again, right)
+    merged = _merged(measured, again, right)
     return merged, _agreed(markers, state, merged, sure | right)
 
 
 def _by_leap(  # noqa: PLR0917  a step of follow
-    markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
+    markers: Markers, state: State, image: Frame, mask: Flags | None, measured: Measured, sure: Flags
 ) -> tuple[Measured, Flags]:
     """Measure all markers again where the pattern as a whole says, if more of them are found there."""
     here = state.missing == 0
@@ -141,7 +141,7 @@ def _by_leap(  # noqa: PLR0917  a step of follow
     again = measure(markers, image, mask, guess)
     right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
     agreed = _agreed(markers, state, again, right)
-    return (again, agreed) if agreed.sum() > sure.sum() else (found, sure)
+    return (again, agreed) if agreed.sum() > sure.sum() else (measured, sure)
 
 
 def _image(state: State) -> Frame:
@@ -159,49 +159,49 @@ def _flow(before: Frame | None, image: Frame, points: Floats) -> Floats:
     return flown
 
 
-def _merged(found: Measured, again: Measured, taken: Flags) -> Measured:
+def _merged(measured: Measured, again: Measured, used: Flags) -> Measured:
     return Measured(
-        np.where(taken[:, None], again.position, found.position),
-        np.where(taken, again.amplitude, found.amplitude),
-        np.where(taken, again.quality, found.quality),
+        np.where(used[:, None], again.position, measured.position),
+        np.where(used, again.amplitude, measured.amplitude),
+        np.where(used, again.quality, measured.quality),
     )
 
 
 def _searched(  # noqa: PLR0917  a step of follow
-    markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
+    markers: Markers, state: State, image: Frame, mask: Flags | None, measured: Measured, sure: Flags
 ) -> tuple[Measured, Flags]:
     """Search around the expected places for all that is not sure, and match it one to one with what is there."""
-    expected = _expected(markers, state, found, sure)
+    expected = _expected(markers, state, measured, sure)
     wanted = np.flatnonzero(~sure)
     starts, owners = _starts(expected[wanted], wanted, markers.window)
     seen = measure(markers, image, mask, starts, owners)
-    free = _free(seen.position, found.position[sure], markers.radius[owners])
+    free = _free(seen.position, measured.position[sure], markers.radius[owners])
     contrast = seen.amplitude / state.amplitude[owners]
     usable = free & (seen.quality >= _LEAST_AGAIN) & (contrast > _CONTRAST[0]) & (contrast < _CONTRAST[1])
     if not usable.any():
-        return found, sure
+        return measured, sure
     candidates = np.flatnonzero(usable)
     rows, columns = assign(
         expected[wanted], _REACH * markers.spacing[wanted], seen.position[candidates], seen.quality[candidates]
     )
-    taken = np.zeros(len(sure), dtype=bool)
-    taken[wanted[rows]] = True
-    again = Measured(found.position.copy(), found.amplitude.copy(), found.quality.copy())
+    used = np.zeros(len(sure), dtype=bool)
+    used[wanted[rows]] = True
+    again = Measured(measured.position.copy(), measured.amplitude.copy(), measured.quality.copy())
     chosen = candidates[columns]
     again.position[wanted[rows]] = seen.position[chosen]
     again.amplitude[wanted[rows]] = seen.amplitude[chosen]
     again.quality[wanted[rows]] = _FOUND_AGAIN * seen.quality[chosen]
-    return again, _agreed(markers, state, again, sure | taken)
+    return again, _agreed(markers, state, again, sure | used)
 
 
-def _expected(markers: Markers, state: State, found: Measured, sure: Flags) -> Floats:
+def _expected(markers: Markers, state: State, measured: Measured, sure: Flags) -> Floats:
     """Return where the neighbours say that each marker is; where none is sure, where it was carried to."""
-    return markers.position + state.carried + _neighbours_step(markers, state, found, sure)
+    return markers.position + state.carried + _neighbours_step(markers, state, measured, sure)
 
 
-def _neighbours_step(markers: Markers, state: State, found: Measured, sure: Flags) -> Floats:
+def _neighbours_step(markers: Markers, state: State, measured: Measured, sure: Flags) -> Floats:
     """Return how the neighbours of each marker moved since the last frame [px]; 0 where none is sure."""
-    step = np.where(sure[:, None], found.position - markers.position - state.carried, 0.0)
+    step = np.where(sure[:, None], measured.position - markers.position - state.carried, 0.0)
     moved, counts = expected_displacement(markers.position, step, sure, markers.neighbours)
     return np.where((counts > 0)[:, None], moved, 0.0)
 
@@ -216,11 +216,11 @@ def _starts(expected: Floats, wanted: NDArray[np.intp], window: Floats) -> tuple
 
 def _free(positions: Floats, others: Floats, radius: Floats) -> Flags:
     """Tell which positions are not those of markers that are sure."""
-    known = np.isfinite(positions[:, 0])
+    visible = np.isfinite(positions[:, 0])
     if not len(others):
-        return known
+        return visible
     apart = np.linalg.norm(positions[:, None] - others[None], axis=2).min(axis=1)
-    free: Flags = known & (apart > radius)
+    free: Flags = visible & (apart > radius)
     return free
 
 
@@ -231,25 +231,25 @@ def _trust(quality: Floats) -> Floats:
 
 
 def _updated(
-    markers: Markers, state: State, image: Frame, found: Measured, sure: Flags
+    markers: Markers, state: State, image: Frame, measured: Measured, sure: Flags
 ) -> tuple[State, Floats, Floats]:
     """Return the state after a frame, and what was found."""
-    position = np.where(sure[:, None], found.position, np.nan)
-    quality = np.where(sure, np.clip(found.quality, 0.0, 1.0), 0.0)
+    position = np.where(sure[:, None], measured.position, np.nan)
+    quality = np.where(sure, np.clip(measured.quality, 0.0, 1.0), 0.0)
     if not sure.any():
-        kept = State(
+        lost_state = State(
             state.position, np.zeros_like(state.velocity), state.carried, state.amplitude, state.missing, state.image
         )
-        return kept, position, quality
+        return lost_state, position, quality
     steady = sure & (state.missing == 0)
-    velocity = np.where(steady[:, None], found.position - state.position, 0.0)
-    step = _neighbours_step(markers, state, found, sure)
-    own = np.where(sure[:, None], found.position - markers.position - state.carried - step, 0.0)
-    adapted = state.amplitude + _ADAPTION * (found.amplitude - state.amplitude)
+    velocity = np.where(steady[:, None], measured.position - state.position, 0.0)
+    step = _neighbours_step(markers, state, measured, sure)
+    surprise = np.where(sure[:, None], measured.position - markers.position - state.carried - step, 0.0)
+    adapted = state.amplitude + _ADAPTION * (measured.amplitude - state.amplitude)
     new = State(
-        np.where(sure[:, None], found.position, state.position),
+        np.where(sure[:, None], measured.position, state.position),
         velocity,
-        state.carried + step + _trust(quality)[:, None] * own,
+        state.carried + step + _trust(quality)[:, None] * surprise,
         np.where(sure, adapted, state.amplitude),
         np.where(sure, 0, state.missing + 1),
         image,

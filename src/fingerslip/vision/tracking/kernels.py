@@ -126,7 +126,7 @@ def _fit(image, mask, x, y, window, shape, profile, polarity, out):  # type: ign
     """Fit background, gradient, amplitude and place; the marker's own profile says what it looks like."""
     out[:] = 0.0
     out[0], out[1] = np.nan, np.nan
-    found = np.zeros(6)  # level, gradient along x and y, amplitude, and its products with the shift along x and y
+    result = np.zeros(6)  # level, gradient along x and y, amplitude, and its products with the shift along x and y
     tolerance = 1e30
     x0, y0 = x, y
     normal, right_side = np.zeros((6, 6)), np.zeros(6)
@@ -134,14 +134,14 @@ def _fit(image, mask, x, y, window, shape, profile, polarity, out):  # type: ign
     for turn in range(_FITS):
         if not _inside(x, y, image.shape):
             return
-        _gather(image, mask, x, y, window, shape, profile, found, tolerance, normal, right_side, sums)
+        _gather(image, mask, x, y, window, shape, profile, result, tolerance, normal, right_side, sums)
         if sums[1] < 0.3 * sums[0] or not _solve(normal, right_side):
             return
-        found[:] = right_side
-        amplitude = found[3] * polarity
+        result[:] = right_side
+        amplitude = result[3] * polarity
         if amplitude <= 0.5:
             return
-        dx, dy = found[4] / found[3], found[5] / found[3]
+        dx, dy = result[4] / result[3], result[5] / result[3]
         step = math.sqrt(dx * dx + dy * dy)
         scale = min(1.0, 0.25 * window / step) if step > 0.0 else 1.0
         x, y = x + scale * dx, y + scale * dy
@@ -163,7 +163,7 @@ def _inside(x, y, shape):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _gather(  # type: ignore[no-untyped-def]  # noqa: PLR0915
-    image, mask, x, y, window, shape, profile, found, tolerance, normal, right_side, sums
+    image, mask, x, y, window, shape, profile, out, tolerance, normal, right_side, sums
 ):
     """Sum the normal equations of the fit around a position.
 
@@ -190,14 +190,14 @@ def _gather(  # type: ignore[no-untyped-def]  # noqa: PLR0915
             distance = math.sqrt(dx * ax + dy * ay)
             if distance >= window or not _counts(mask, row, column):
                 continue
-            place = distance * scale
-            below = min(int(place), len(profile) - 2)
+            bin_place = distance * scale
+            below = min(int(bin_place), len(profile) - 2)
             rise = profile[below + 1] - profile[below]
-            value = profile[below] + (place - below) * rise
+            value = profile[below] + (bin_place - below) * rise
             slope = -rise * scale / distance if distance > 1e-9 else 0.0
             share = 1.0 - (distance / window) ** 2
             grey = float(image[row, column])
-            residual = grey - found[0] - found[1] * dx - found[2] * dy - found[3] * value
+            residual = grey - out[0] - out[1] * dx - out[2] * dy - out[3] * value
             part = 1.0 / (1.0 + (residual / tolerance) ** 2)
             weight = share * part
             whole += share
@@ -285,11 +285,11 @@ def learn_profiles(image, points, window, shapes, polarity, out):  # type: ignor
         for row in range(first, last):
             for column in range(left, right):
                 dx, dy = column - x, row - y
-                place = math.sqrt(a * dx * dx + 2.0 * b * dx * dy + c * dy * dy) * scale
-                below = int(place)
+                radius = math.sqrt(a * dx * dx + 2.0 * b * dx * dy + c * dy * dy) * scale
+                below = int(radius)
                 if below >= N_PROFILE - 1:
                     continue
-                share = place - below
+                share = radius - below
                 for sample, weight in ((below, 1.0 - share), (below + 1, share)):
                     total[sample] += weight * polarity * image[row, column]
                     count[sample] += weight

@@ -155,10 +155,13 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
 def _measured_again(markers: Markers, grey: NDArray[np.uint8], mask: Flags | None) -> tuple[Markers, Floats]:
     """Return markers where they are measured in an image, and their positions; those not found stay where they were."""
     measured = measure(markers, grey, mask, markers.position)
-    found = np.isfinite(measured.position[:, :1])
-    places = np.where(found, measured.position, markers.position)
+    is_measured = np.isfinite(measured.position[:, :1])
+    places = np.where(is_measured, measured.position, markers.position)
     again = dataclasses.replace(
-        markers, position=places, amplitude=measured.amplitude, quality=np.where(found[:, 0], measured.quality, 0.0)
+        markers,
+        position=places,
+        amplitude=measured.amplitude,
+        quality=np.where(is_measured[:, 0], measured.quality, 0.0),
     )
     return again, places
 
@@ -197,15 +200,15 @@ def _normalised(profiles: Floats, window: Floats) -> Floats:
     )
     outside = filled[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
     height = filled[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
-    own = np.clip((filled - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
-    common = np.median(own, axis=0)
-    mixed: Floats = np.where(height > 1.0, 0.5 * own + 0.5 * common, common)
+    profile_scaled = np.clip((filled - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
+    common = np.median(profile_scaled, axis=0)
+    mixed: Floats = np.where(height > 1.0, 0.5 * profile_scaled + 0.5 * common, common)
     return mixed
 
 
 def _filled(profile: Floats) -> Floats:
-    known = np.flatnonzero(np.isfinite(profile))
-    return np.interp(np.arange(len(profile)), known, profile[known]) if known.size else np.zeros(len(profile))
+    finite = np.flatnonzero(np.isfinite(profile))
+    return np.interp(np.arange(len(profile)), finite, profile[finite]) if finite.size else np.zeros(len(profile))
 
 
 def _half_height(profiles: Floats, window: Floats) -> Floats:
@@ -305,11 +308,11 @@ def _uneven(points: Floats, centre: Floats, members: Integers) -> Integers:
     # Without a member the gaps on its sides become one, which is as wide as the others if it did not belong there.
     without = np.abs(gaps + np.roll(gaps, 1) - even) / even
     off = np.abs(radius[order] / np.median(radius) - 1.0) / even
-    found = []
-    for place in np.flatnonzero(gaps < _NARROW * even):
-        pair = np.array([place, (place + 1) % len(order)])
-        found.append(members[order[pair[np.argmin((without - off)[pair])]]])
-    return np.array(found, dtype=np.intp)
+    uneven = []
+    for number in np.flatnonzero(gaps < _NARROW * even):
+        pair = np.array([number, (number + 1) % len(order)])
+        uneven.append(members[order[pair[np.argmin((without - off)[pair])]]])
+    return np.array(uneven, dtype=np.intp)
 
 
 def _centre(points: Floats) -> Floats:
@@ -355,11 +358,11 @@ def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
     while queue:
         here = queue.popleft()
         for k, (q, r) in enumerate(_HEX_STEPS):
-            distance, there = tree.query(points[here] + steps[here][k])
-            if there not in places and distance < _OFF_LATTICE * float(np.linalg.norm(steps[here][k])):
-                places[int(there)] = (places[here][0] + q, places[here][1] + r)
-                steps[int(there)] = _adapted(steps[here], k, points[there] - points[here])
-                queue.append(int(there))
+            distance, neighbour = tree.query(points[here] + steps[here][k])
+            if neighbour not in places and distance < _OFF_LATTICE * float(np.linalg.norm(steps[here][k])):
+                places[int(neighbour)] = (places[here][0] + q, places[here][1] + r)
+                steps[int(neighbour)] = _adapted(steps[here], k, points[neighbour] - points[here])
+                queue.append(int(neighbour))
     ring = np.full(len(points), -1, dtype=np.intp)
     for index, (q, r) in places.items():
         ring[index] = max(abs(q), abs(r), abs(q + r))
@@ -376,7 +379,7 @@ def _turned(vector: Floats, sixths: int) -> Floats:
 
 def _adapted(steps: Floats, k: int, seen: Floats) -> Floats:
     """Return steps of which one was seen, and its opposite with it."""
-    made = steps.copy()
-    made[k] = 0.5 * (made[k] + seen)
-    made[(k + 3) % 6] = -made[k]
-    return made
+    adapted = steps.copy()
+    adapted[k] = 0.5 * (adapted[k] + seen)
+    adapted[(k + 3) % 6] = -adapted[k]
+    return adapted

@@ -64,10 +64,10 @@ def common_shift(before: Frame, image: Frame, points: Floats, radius: float, pol
     True
     """
     coarse = 2 if radius >= _HALVED else 1
-    known, answer = (polarity * _answer(one, radius, coarse) for one in (before, image))
+    before_answer, answer = (polarity * _answer(picture, radius, coarse) for picture in (before, image))
     columns, rows = _cells(points, coarse, answer.shape)
     # A reflection counts no more than a marker.
-    answer = np.clip(answer, 0.0, float(np.median(known[rows, columns])))
+    answer = np.clip(answer, 0.0, float(np.median(before_answer[rows, columns])))
     places = np.zeros_like(answer)
     places[rows, columns] = 1.0
     return coarse * _best_shift(places, answer)
@@ -85,8 +85,8 @@ def _answer(frame: Frame, radius: float, coarse: int) -> Picture:
 
 def _cells(points: Floats, coarse: int, shape: tuple[int, ...]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return columns and rows of the coarse pixels that hold points."""
-    found = np.floor((points + 0.5) / coarse).astype(np.intp)
-    return found[:, 0].clip(0, shape[1] - 1), found[:, 1].clip(0, shape[0] - 1)
+    cells = np.floor((points + 0.5) / coarse).astype(np.intp)
+    return cells[:, 0].clip(0, shape[1] - 1), cells[:, 1].clip(0, shape[0] - 1)
 
 
 def _best_shift(places: Picture, answer: Picture) -> Floats:
@@ -127,9 +127,9 @@ def consistent(
 
     Arrays: reference (n, 2) [px]; displacement (n, 2) [px]; sure (n,); neighbours (n, k); allowed (n,) [px].
     """
-    kept = sure.copy()
-    _drop_strangers(reference, displacement, kept, neighbours, allowed)
-    return kept
+    accepted = sure.copy()
+    _drop_strangers(reference, displacement, accepted, neighbours, allowed)
+    return accepted
 
 
 def expected_displacement(
@@ -193,18 +193,18 @@ def _expect_one(  # type: ignore[no-untyped-def]  # noqa: PLR0917
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _drop_strangers(reference, displacement, kept, neighbours, largest):  # type: ignore[no-untyped-def]
+def _drop_strangers(reference, displacement, accepted, neighbours, largest):  # type: ignore[no-untyped-def]
     expected = np.zeros((len(reference), 2))
     for _ in range(len(reference)):
         worst, which = 1.0, -1
         for n in range(len(reference)):
-            if kept[n] and _expect_one(reference, displacement, kept, neighbours, n, expected) > 2:
+            if accepted[n] and _expect_one(reference, displacement, accepted, neighbours, n, expected) > 2:
                 apart = math.hypot(displacement[n, 0] - expected[n, 0], displacement[n, 1] - expected[n, 1])
                 if apart / largest[n] > worst:
                     worst, which = apart / largest[n], n
         if which < 0:
             return
-        kept[which] = False
+        accepted[which] = False
 
 
 _FAR = 1e6
@@ -237,8 +237,8 @@ def assign(
 
 def _distinct(candidates: Floats, quality: Floats, apart: float) -> NDArray[np.intp]:
     """Return the best candidate of each group that lies together."""
-    kept: list[int] = []
+    distinct: list[int] = []
     for index in np.argsort(-quality, kind="stable"):
-        if all(np.hypot(*(candidates[index] - candidates[other])) > apart for other in kept):
-            kept.append(int(index))
-    return np.array(kept, dtype=np.intp)
+        if all(np.hypot(*(candidates[index] - candidates[other])) > apart for other in distinct):
+            distinct.append(int(index))
+    return np.array(distinct, dtype=np.intp)

@@ -63,8 +63,8 @@ def find_blobs(
     Arrays: image (height, width); mask (height, width).
     """
     relative = _relative(image)
-    found = [_settled(*answer, n_markers) for answer in _answers(relative, mask, bright)]
-    usable = [(merit, blobs) for merit, blobs in found if blobs is not None]
+    candidates = [_settled(*answer, n_markers) for answer in _answers(relative, mask, bright)]
+    usable = [(merit, blobs) for merit, blobs in candidates if blobs is not None]
     return max(usable, key=lambda pair: pair[0])[1] if usable else None
 
 
@@ -98,8 +98,8 @@ def _answers(
         for polarity in (True, False) if bright is None else (bright,):
             points, strengths = _peaks(smooth, sigma, 1.0 if polarity else -1.0)
             points = (points + 0.5) * (width / size[0], height / size[1]) - 0.5
-            kept = _allowed(points, mask, image.shape)
-            yield scale, polarity, points[kept], strengths[kept]
+            allowed = _allowed(points, mask, image.shape)
+            yield scale, polarity, points[allowed], strengths[allowed]
 
 
 def _peaks(smooth: NDArray[np.float32], sigma: float, polarity: float) -> tuple[Floats, Floats]:
@@ -266,9 +266,9 @@ def _best(
     # Where fewer are there than there should be, those that stand out by themselves may be more.
     for wanted in dict.fromkeys((n_markers, None)):
         blobs = find_blobs(image, mask, wanted, bright)
-        found = None if blobs is None else _chosen(image, mask, blobs, wanted, layout)
-        if found is not None and _stands_out(image, found) and len(found.position) <= (n_markers or np.inf):
-            best = found if best is None or len(found.position) > len(best.position) else best
+        choice = None if blobs is None else _chosen(image, mask, blobs, wanted, layout)
+        if choice is not None and _stands_out(image, choice) and len(choice.position) <= (n_markers or np.inf):
+            best = choice if best is None or len(choice.position) > len(best.position) else best
         if best is not None and len(best.position) == n_markers:
             break
     return best
@@ -304,8 +304,8 @@ def _chosen(
             break
     markers = known_markers(image, mask, blobs.position[chosen], blobs.radius, blobs.bright)
     alike = _alike(markers, blobs.position[chosen], blobs.radius, layout)
-    kept = np.flatnonzero(alike)[: n_markers or None]
-    return markers.taken(kept) if kept.size else None
+    rows = np.flatnonzero(alike)[: n_markers or None]
+    return markers.taken(rows) if rows.size else None
 
 
 def _alike(markers: Markers, points: Floats, radius: float, layout: LayoutName) -> Flags:

@@ -151,8 +151,8 @@ def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) 
     Arrays: size (int, int) [px].
     """
     if isinstance(calibration, str | Path):
-        found: Pinhole | Fisheye = read_calibration(calibration, size=size)
-        return found
+        lens: Pinhole | Fisheye = read_calibration(calibration, size=size)
+        return lens
     return calibration
 
 
@@ -413,13 +413,13 @@ def lost_intervals(tracks: xr.Dataset) -> list[Lost]:
     gone = ~seen(tracks)
     # A frame on either side in which all are seen makes every interval begin and end.
     edges = np.diff(np.pad(gone, ((1, 1), (0, 0))).astype(np.int8), axis=0)
-    found = []
+    intervals = []
     for column, number in enumerate(tracks["marker"].values):
         first, behind = np.flatnonzero(edges[:, column] == 1), np.flatnonzero(edges[:, column] == -1)
-        found += [
+        intervals += [
             Lost(int(number), int(a), int(b) - 1, bool(b < len(gone))) for a, b in zip(first, behind, strict=True)
         ]
-    return found
+    return intervals
 
 
 def noise_at_rest(tracks: xr.Dataset) -> Floats:
@@ -433,15 +433,15 @@ def jumps(tracks: xr.Dataset) -> Floats:
 
     Arrays: returns (n_times - 1, n_markers).
     """
-    position, there = tracks["position"].values, seen(tracks)
+    position, visible = tracks["position"].values, seen(tracks)
     # Markers that were not seen at rest have no neighbours by their reference: their place is far away.
     reference = np.where(np.isfinite(tracks["reference"].values), tracks["reference"].values, 1e6)
     neighbours, _ = nearest_neighbours(reference)
     out = np.full((max(len(position) - 1, 0), position.shape[1]), np.nan)
     for t in range(len(out)):
-        both = there[t] & there[t + 1]
+        both = visible[t] & visible[t + 1]
         step = np.where(both[:, None], position[t + 1] - position[t], 0.0)
         expected, counts = expected_displacement(reference, step, both, neighbours)
-        known = both & (counts > 2)
-        out[t, known] = np.linalg.norm(step - expected, axis=1)[known]
+        determined = both & (counts > 2)
+        out[t, determined] = np.linalg.norm(step - expected, axis=1)[determined]
     return out

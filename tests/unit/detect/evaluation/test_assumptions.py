@@ -100,8 +100,8 @@ def test_trials_of_each_value_are_taken_alone(trials: TrialSet) -> None:
 def test_what_is_kept_is_not_asked_again(trials: TrialSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     parts = parts_beside(tmp_path / "tables", trials.digest)
     ask = partial(sensitivity_of, trials, [AS_IT_IS], [CLOCK], sampling=replace(SAMPLING, least=0.0), folds=3)
-    (first,) = ask(parts=parts)
+    (first,) = ask(stored_parts=parts)
     monkeypatch.setattr(TrialSet, "tracks", None)
-    (second,) = ask(parts=parts)
+    (second,) = ask(stored_parts=parts)
     assert (first.incipient, first.gross) == (second.incipient, second.gross)
     assert np.array_equal(first.matrices["time_threshold"], second.matrices["time_threshold"])

@@ -39,7 +39,7 @@ def with_names(mesh: Mesh, region: Integers, fine: Flags) -> Mesh:
     boundaries = {name: facets_between(mesh, region, *pair) for name, pair in _INTERFACES.items()}
     boundaries |= _outside(mesh, region, fine)
     boundaries |= _faces_of_phalanx(mesh, region, boundaries["phalanx_surface"])
-    groups = [{name: group for name, group in found.items() if len(group)} for found in (regions, boundaries)]
+    groups = [{name: group for name, group in table.items() if len(group)} for table in (regions, boundaries)]
     return dataclasses.replace(mesh, _subdomains=groups[0], _boundaries=groups[1])
 
 

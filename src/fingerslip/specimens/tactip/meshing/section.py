@@ -80,9 +80,9 @@ def _meshed(sensor: TacTipNumbers, sizes: SensorSizes, at_rods: float, element: 
         pieces = fragmented(shapes, np.vstack([crowns, feet, ends]), 2)
         size = size_function(sensor, sizes, np.stack([feet, ends], axis=1), size_at_rods(sensor, at_rods))
         generate(2, size, quadrilaterals=quadrilaterals)
-        found = read_fragments(pieces, 2, 4 if quadrilaterals else 3)
-    good = _smoothed(found) if quadrilaterals else found
-    return with_names(_container(good, element), found.region, half=False)
+        fragments = read_fragments(pieces, 2, 4 if quadrilaterals else 3)
+    good = _smoothed(fragments) if quadrilaterals else fragments
+    return with_names(_container(good, element), fragments.region, half=False)
 
 
 def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
@@ -114,29 +114,29 @@ def _strip(foot: Floats, end: Floats, radius: float) -> Floats:
     return np.array([foot - side, end - side, end + side, foot + side])
 
 
-def _smoothed(found: Fragments) -> Fragments:
+def _smoothed(fragments: Fragments) -> Fragments:
     """Improve the cells, with the nodes on the border of every region kept."""
-    fixed = np.zeros(len(found.points), dtype=bool)
-    for number in np.unique(found.region):
-        nodes = found.cells[found.region == number]
+    fixed = np.zeros(len(fragments.points), dtype=bool)
+    for number in np.unique(fragments.region):
+        nodes = fragments.cells[fragments.region == number]
         edges = np.sort(np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
         unique, count = np.unique(edges, axis=0, return_counts=True)
         fixed[unique[count == 1]] = True
-    turned = _counter_clockwise(found)
-    return Fragments(smoothed(found.points, turned, fixed), turned, found.region)
+    turned = _counter_clockwise(fragments)
+    return Fragments(smoothed(fragments.points, turned, fixed), turned, fragments.region)
 
 
-def _counter_clockwise(found: Fragments) -> Integers:
-    corners = found.points[found.cells]
+def _counter_clockwise(fragments: Fragments) -> Integers:
+    corners = fragments.points[fragments.cells]
     ahead, back = corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]
     turned = ahead[:, 0] * back[:, 1] < ahead[:, 1] * back[:, 0]
-    return np.where(turned[:, None], found.cells[:, ::-1], found.cells)
+    return np.where(turned[:, None], fragments.cells[:, ::-1], fragments.cells)
 
 
-def _container(found: Fragments, element: str) -> skfem.Mesh2D:
+def _container(fragments: Fragments, element: str) -> skfem.Mesh2D:
     """Return the cells as a mesh, counter-clockwise."""
-    cells = _counter_clockwise(found)
-    points, nodes = np.ascontiguousarray(found.points.T), np.ascontiguousarray(cells.T.astype(np.int32))
+    cells = _counter_clockwise(fragments)
+    points, nodes = np.ascontiguousarray(fragments.points.T), np.ascontiguousarray(cells.T.astype(np.int32))
     if element == "Q4":
         return skfem.MeshQuad1(points, nodes)
     mesh = skfem.MeshTri1(points, nodes)

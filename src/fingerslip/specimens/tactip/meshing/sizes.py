@@ -91,8 +91,8 @@ def size_function(
 
     def size(x: float, y: float, z: float) -> float:
         i, j, k = (round((value - start) / spacing) for value, start in ((x, x0), (y, y0), (z, z0)))
-        found: float = table[min(max(i, 0), nx)][min(max(j, 0), ny)][min(max(k, 0), nz)]
-        return found
+        size_here: float = table[min(max(i, 0), nx)][min(max(j, 0), ny)][min(max(k, 0), nz)]
+        return size_here
 
     return size
 
@@ -178,13 +178,13 @@ def with_names(mesh: Mesh, region: NDArray[np.int64], half: bool) -> Mesh:
     regions = {name: _numbers(region == number) for number, name in enumerate(REGIONS)}
     outer = mesh.f2t[1] < 0
     symmetry = outer & half & (np.abs(mesh.p[-1, mesh.facets]).max(axis=0) < _ON_PLANE)
-    bonded = [facets_between(mesh, region, own, _WINDOW) for own in (_SKIN, _GEL)]
+    bonded = [facets_between(mesh, region, element, _WINDOW) for element in (_SKIN, _GEL)]
     boundaries = {
         "contact": _numbers(outer & ~symmetry & (region[mesh.f2t[0]] == _SKIN)),
         "window_face": np.sort(np.concatenate(bonded)).astype(np.int32),
         "symmetry": _numbers(symmetry),
     }
-    groups = [{name: group for name, group in found.items() if len(group)} for found in (regions, boundaries)]
+    groups = [{name: group for name, group in table.items() if len(group)} for table in (regions, boundaries)]
     return dataclasses.replace(mesh, _subdomains=groups[0], _boundaries=groups[1])
 
 

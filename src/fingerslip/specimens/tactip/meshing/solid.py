@@ -33,11 +33,11 @@ _ON_PLANE = 1e-9
 def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SolidSizes, element: str) -> skfem.Mesh3D:
     """Build the mesh of a half or the whole of a sensor; the whole is its half and the mirror image of it."""
     half = _half(dataclasses.replace(sensor, part="half"), sizes)
-    found = half if sensor.part == "half" else _with_mirror_image(half)
-    mesh = skfem.MeshTet1(np.ascontiguousarray(found.points.T), np.ascontiguousarray(found.cells.T.astype(np.int32)))
+    result = half if sensor.part == "half" else _with_mirror_image(half)
+    mesh = skfem.MeshTet1(np.ascontiguousarray(result.points.T), np.ascontiguousarray(result.cells.T.astype(np.int32)))
     if element == "T10":
         mesh = skfem.MeshTet2.from_mesh(mesh)
-    mesh = with_names(mesh, found.region, sensor.part == "half")
+    mesh = with_names(mesh, result.region, sensor.part == "half")
     check_quality(mesh)
     return mesh
 
@@ -52,10 +52,10 @@ def _half(sensor: TacTipNumbers, sizes: SolidSizes) -> Fragments:
         generate(3, size_function(sensor, sizes, rods, sizes.rod_size), segments=_BEND / sizes.rod_size)
         gmsh.model.mesh.optimize("")
         gmsh.model.mesh.optimize("Netgen")
-        found = repaired(read_fragments(pieces, 3, 4), nodes)
-    points = found.points.copy()
+        fragments = repaired(read_fragments(pieces, 3, 4), nodes)
+    points = fragments.points.copy()
     points[np.abs(points[:, 2]) < _ON_PLANE, 2] = 0.0
-    return dataclasses.replace(found, points=points)
+    return dataclasses.replace(fragments, points=points)
 
 
 def _with_mirror_image(half: Fragments) -> Fragments:
@@ -84,17 +84,17 @@ def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[i
 
 def _revolved(line: Floats, corners: Integers) -> int:
     """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
-    own = smooth_curves(line, corners)
+    curves = smooth_curves(line, corners)
     corner = gmsh.model.occ.addPoint(0.0, float(line[-1, 1]) * MILLIMETRES, 0.0)
-    sides = [gmsh.model.occ.addLine(own.points[-1], corner), gmsh.model.occ.addLine(corner, own.points[0])]
-    surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([*own.curves, *sides])])
+    sides = [gmsh.model.occ.addLine(curves.points[-1], corner), gmsh.model.occ.addLine(corner, curves.points[0])]
+    surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([*curves.curves, *sides])])
     return _turned(surface)
 
 
 def _turned(surface: int) -> int:
     """Return the volume of a surface that makes half a turn about the axis, from +x over +z."""
-    made = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -np.pi)
-    tag: int = next(tag for dim, tag in made if dim == 3)
+    entities = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -np.pi)
+    tag: int = next(tag for dim, tag in entities if dim == 3)
     return tag
 
 
@@ -110,8 +110,8 @@ def _rod(foot: Floats, end: Floats, radius: float) -> int:
     points = [gmsh.model.occ.addPoint(*(MILLIMETRES * (foot + reach * corner))) for corner in around]
     lines = [gmsh.model.occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
     face = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
-    made = gmsh.model.occ.extrude([(2, face)], *(MILLIMETRES * (end - foot)))
-    tag: int = next(tag for dim, tag in made if dim == 3)
+    entities = gmsh.model.occ.extrude([(2, face)], *(MILLIMETRES * (end - foot)))
+    tag: int = next(tag for dim, tag in entities if dim == 3)
     return tag
 
 
@@ -119,5 +119,5 @@ def _front_of_plane(sensor: TacTipNumbers, rods: list[int]) -> list[int]:
     """Return what of the rods is on the side z >= 0."""
     extent = 3.0 * MILLIMETRES * (sensor.dome.radius + sensor.dome.flat_radius + sensor.dome.height)
     box = gmsh.model.occ.addBox(-extent, -extent, 0.0, 2 * extent, 2 * extent, extent)
-    made, _ = gmsh.model.occ.intersect([(3, rod) for rod in rods], [(3, box)])
-    return [tag for _, tag in made]
+    entities, _ = gmsh.model.occ.intersect([(3, rod) for rod in rods], [(3, box)])
+    return [tag for _, tag in entities]

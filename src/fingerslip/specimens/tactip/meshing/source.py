@@ -97,6 +97,6 @@ class SensorSolidSizes(MeshSource):
         return mesh_sensor_solid(specimen, self, self.element)
 
 
-def _check_part(specimen: TacTipNumbers, parts: tuple[str, ...], element: str) -> None:
-    if specimen.part not in parts:
-        raise InputError("part", f"got {specimen.part} with mesh.element {element}", f"needs {' or '.join(parts)}")
+def _check_part(specimen: TacTipNumbers, allowed: tuple[str, ...], element: str) -> None:
+    if specimen.part not in allowed:
+        raise InputError("part", f"got {specimen.part} with mesh.element {element}", f"needs {' or '.join(allowed)}")

@@ -125,12 +125,12 @@ def _markers(folder: Path, name: str) -> NDArray[np.float64]:
     if not path.is_file():
         raise InputError(str(path), "there is no such file", "needs the markers of every image")
     try:
-        found = np.load(path, allow_pickle=False)
+        array = np.load(path, allow_pickle=False)
     except (ValueError, EOFError) as error:
         raise InputError(str(path), f"is no array ({shortened(str(error))})", "needs x and y of markers") from None
-    if found.ndim != 2 or found.shape[1] != 2 or found.dtype.kind not in "fiu":
-        raise InputError(str(path), f"has shape {found.shape} of {found.dtype}", "needs numbers of shape (n, 2)")
-    markers: NDArray[np.float64] = found.astype(np.float64)
+    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "fiu":
+        raise InputError(str(path), f"has shape {array.shape} of {array.dtype}", "needs numbers of shape (n, 2)")
+    markers: NDArray[np.float64] = array.astype(np.float64)
     return markers
 
 
@@ -260,8 +260,8 @@ def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
         Where there are no pins, one lacks x or y, or nothing says the time.
     """
     table = read_table(Path(path))
-    found = [match for match in map(_PIN.fullmatch, map(str, table.columns)) if match]
-    numbers = sorted({int(match[1]) for match in found})
+    matches = [match for match in map(_PIN.fullmatch, map(str, table.columns)) if match]
+    numbers = sorted({int(match[1]) for match in matches})
     if not numbers:
         raise InputError(str(path), "has no pins", "needs the columns pin_0_x, pin_0_y, ...")
     lacking = [f"pin_{n}_{axis}" for n in numbers for axis in "xy" if f"pin_{n}_{axis}" not in table.columns]
@@ -317,17 +317,17 @@ def read_series(folder: str | Path) -> dict[int, SeriesRun]:
         Where there are no runs, or one has no images.
     """
     folder = Path(folder)
-    found = {int(match[1]): path for path in folder.glob("run_*") if (match := _RUN.fullmatch(path.name))}
-    if not found:
+    folders = {int(match[1]): path for path in folder.glob("run_*") if (match := _RUN.fullmatch(path.name))}
+    if not folders:
         raise InputError(str(folder), "has no runs", "needs folders run_0, run_1, ...")
-    return {number: _read_run(found[number]) for number in sorted(found)}
+    return {number: _read_run(folders[number]) for number in sorted(folders)}
 
 
 def _read_run(folder: Path) -> SeriesRun:
     if not (folder / _IMAGES).is_dir():
         raise InputError(str(folder), f"has no {_IMAGES}", "needs a folder of images")
-    there = {name: folder / file for name, file in TABLES.items() if (folder / file).is_file()}
-    return SeriesRun(folder / _IMAGES, {name: read_table(path) for name, path in there.items()})
+    files = {name: folder / file for name, file in TABLES.items() if (folder / file).is_file()}
+    return SeriesRun(folder / _IMAGES, {name: read_table(path) for name, path in files.items()})
 
 
 def write_series_run(
@@ -366,15 +366,15 @@ def write_series_run(
     """
     import pandas as pd
 
-    given = dict(tables or {})
-    unknown = sorted(given.keys() - TABLES.keys())
+    frames_by_name = dict(tables or {})
+    unknown = sorted(frames_by_name.keys() - TABLES.keys())
     if unknown:
         raise InputError("tables", f"got {unknown[0]!r}", f"needs names among {', '.join(TABLES)}")
     final = Path(folder) / f"run_{number}"
     check_empty(final)
     with new_folder(final) as partial:
         count = write_video(partial / _IMAGES, frames, frame_rate)
-        given.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
-        for name, table in given.items():
+        frames_by_name.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
+        for name, table in frames_by_name.items():
             write_table(table, partial / TABLES[name])
     return final

@@ -303,11 +303,11 @@ def row_counts(fingertip: FingertipNumbers, spacing: float) -> tuple[int, int]:
 
 
 def _check_zone(fingertip: FingertipNumbers, limits: tuple[float, float]) -> None:
-    zone, place = fingertip.zone, f"{fingertip.section}.zone"
+    zone, where = fingertip.zone, f"{fingertip.section}.zone"
     if not limits[0] <= zone.start < zone.end <= limits[1]:
         fault = f"reaches from {millimetres(zone.start)} to {millimetres(zone.end)}"
         allowed = f"needs to lie within {millimetres(limits[0])} to {millimetres(limits[1])}, the skin of the section"
-        raise InputError(place, fault, allowed)
+        raise InputError(where, fault, allowed)
 
 
 def _contact_range(curve: Curve, reach: float, limits: tuple[float, float]) -> tuple[float, float]:

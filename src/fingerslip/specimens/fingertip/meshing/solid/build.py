@@ -107,10 +107,10 @@ def _hull(skin: Triangulation, phalanx: Triangulation, largest: float) -> _Hull:
     outer, inner = rim(skin), rim(phalanx)
     cut = skin.points[outer[0], 0]
     core = mesh_ring(_flat(skin.points[outer]), _flat(phalanx.points[inner]) if len(inner) else None, largest)
-    known = np.concatenate([outer, inner + count]) if len(inner) else outer
-    distance, nearest = cKDTree(_flat(points[known])).query(core.points)
+    available = np.concatenate([outer, inner + count]) if len(inner) else outer
+    distance, nearest = cKDTree(_flat(points[available])).query(core.points)
     on_ring = distance < 1e-9
-    number = np.where(on_ring, known[nearest], 0)
+    number = np.where(on_ring, available[nearest], 0)
     number[~on_ring] = len(points) + np.arange(np.count_nonzero(~on_ring))
     new = core.points[~on_ring]
     points = np.vstack([points, np.column_stack([np.full(len(new), cut), new[:, 1], new[:, 0]])])
@@ -196,9 +196,9 @@ def check_skin_fits(fingertip: FingertipNumbers) -> None:
     depth = depth_below_skin(fingertip, below_skin(fingertip, skin, thickness))
     thinnest = int(depth.argmin())
     if depth[thinnest] < 0.98 * thickness:
-        place = coordinates(skin[thinnest], 3)
+        position = coordinates(skin[thinnest], 3)
         fault = f"got {millimetres(thickness)}"
-        allowed = f"needs a smaller value: layers would cross below the skin at {place}, which bends too sharply"
+        allowed = f"needs a smaller value: layers would cross below the skin at {position}, which bends too sharply"
         raise InputError("layers.skin_thickness", fault, allowed, "make the skin thinner or the finger rounder")
 
 
