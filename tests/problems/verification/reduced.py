@@ -22,20 +22,19 @@ __all__ = ["PROBLEMS"]
 
 _SIZES = (0.15e-3, 0.4e-3)
 _LOOSE, _TIGHT = ReducedBasis(1e-4, 5e-3), ReducedBasis(1e-5, 1e-3)
-# Numerical damping of the shipped studies, and the default one.
-_CASES = ((-0.41421, _LOOSE), (-0.41421, _TIGHT), (-0.05, _LOOSE))
-# What is allowed over the tolerance of the displacement, which is for its largest error in the whole body.
-_ALLOWED = {
-    "contact displacement": ("contact_displacement", 1.0),
-    "slip distance": ("slip_distance", 1.0),
-    "traction": ("tangential_traction", 10.0),
-    "strain energy density at sites": ("strain_energy_density", 10.0),
+_WEIGHT = (0.0, -9.81)
+# Numerical damping of the shipped studies, and the default one; a weight that acts at once is not in the basis.
+_CASES = ((-0.41421, None, _TIGHT), (-0.41421, _WEIGHT, _TIGHT), (-0.05, None, _LOOSE))
+_MOTIONS = {"contact displacement": "contact_displacement", "displacement at sites": "displacement"}
+_FOLLOWING = {
+    "slip distance": "slip_distance",
+    "traction": "tangential_traction",
+    "strain energy density at sites": "strain_energy_density",
 }
-# Accelerations of a few nodes over the tolerance for the whole body; with little damping vibrations add up.
-_ACCELERATIONS = {-0.41421: 3.0, -0.05: 30.0}
+_ACCELERATIONS = {"acceleration of the contact": "contact_acceleration", "acceleration of sites": "acceleration"}
 
 
-def _model(time: Timing, basis: ReducedBasis | None = None) -> Model:
+def _model(time: Timing, gravity: tuple[float, float] | None = None) -> Model:
     """Return the fingertip of Table 2, pressed and slid until it slips as a whole, on a coarse mesh."""
     finger = preset("wang2014-2d")
     sites = tuple(Site(f"below {x:g} mm", "", (1e-3 * x, -5e-3), None) for x in (-8, -5, -2))
@@ -49,7 +48,7 @@ def _model(time: Timing, basis: ReducedBasis | None = None) -> Model:
         programme=(Press(1.5e-3, 1.5e-3), Slide(distance=3e-3, speed=3e-3)),
         time=time,
         record=Recording(sites),
-        basis=basis,
+        gravity=gravity,
     )
 
 
@@ -59,8 +58,7 @@ def _size(found: xr.Dataset, expected: xr.Dataset, name: str) -> float:
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
 
-def _solved_both(time: Timing, basis: ReducedBasis) -> tuple[xr.Dataset, xr.Dataset]:
-    full = _model(time)
+def _solved_both(full: Model, basis: ReducedBasis) -> tuple[xr.Dataset, xr.Dataset]:
     reduced = solved(dataclasses.replace(full, basis=basis))
     if reduced.attrs["basis"] != "reduced":
         raise VerificationError("the motion was not computed in a reduced basis")
@@ -69,26 +67,22 @@ def _solved_both(time: Timing, basis: ReducedBasis) -> tuple[xr.Dataset, xr.Data
 
 def _dynamic() -> tuple[Check, ...]:
     """Hold the errors of a motion in a reduced basis against the tolerances that it was given."""
-    return tuple(check for alpha, basis in _CASES for check in _checks(alpha, basis))
+    return tuple(check for case in _CASES for check in _checks(*case))
 
 
-def _checks(alpha: float, basis: ReducedBasis) -> list[Check]:
-    full, reduced = _solved_both(TimeStepping(5e-3, alpha), basis)
-    label = f"alpha {alpha:g}, tolerance {basis.tolerance:g}"
+def _checks(alpha: float, gravity: tuple[float, float] | None, basis: ReducedBasis) -> list[Check]:
+    full, reduced = _solved_both(_model(TimeStepping(5e-3, alpha), gravity), basis)
+    label = f"alpha {alpha:g}{', weight' if gravity else ''}, tolerance {basis.tolerance:g}"
     overall = [find_events(history).displacement.overall for history in (full, reduced)]
     if None in overall:
         raise VerificationError("the fingertip did not slip as a whole")
     imbalance = float(np.abs(reduced["energy_imbalance"].values).max() / reduced["external_work"].values.max())
+    allowed = dict.fromkeys(_MOTIONS | _FOLLOWING, basis.tolerance)
+    allowed |= dict.fromkeys(_ACCELERATIONS, basis.acceleration_tolerance)
     return [
         *(
-            absolute(f"{label}: {words}, rms error / rms", 0.0, _size(reduced, full, name), factor * basis.tolerance)
-            for words, (name, factor) in _ALLOWED.items()
-        ),
-        absolute(
-            f"{label}: acceleration of the contact, rms error / rms",
-            0.0,
-            _size(reduced, full, "contact_acceleration"),
-            _ACCELERATIONS[alpha] * basis.acceleration_tolerance,
+            absolute(f"{label}: {words}, rms error / rms", 0.0, _size(reduced, full, name), allowed[words])
+            for words, name in (_MOTIONS | _FOLLOWING | _ACCELERATIONS).items()
         ),
         absolute(f"{label}: overall slip [s]", overall[0] or 0.0, overall[1] or 0.0, 1e-5),
         absolute(f"{label}: imbalance of energy / work", 0.0, imbalance, 1e-10),
@@ -96,11 +90,11 @@ def _checks(alpha: float, basis: ReducedBasis) -> list[Check]:
 
 
 def _static() -> tuple[Check, ...]:
-    """Without inertia the static responses are all there is, and the basis is exact."""
-    full, reduced = _solved_both(QuasiStatic(5e-3), _LOOSE)
+    """Without inertia the constraint modes are all there is, and the basis is exact."""
+    full, reduced = _solved_both(_model(QuasiStatic(5e-3), _WEIGHT), _LOOSE)
     return tuple(
         absolute(f"{words}, rms error / rms", 0.0, _size(reduced, full, name), 1e-8)
-        for words, (name, _) in _ALLOWED.items()
+        for words, name in (_MOTIONS | _FOLLOWING).items()
     )
 
 
