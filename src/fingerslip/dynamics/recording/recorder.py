@@ -56,7 +56,7 @@ _STEPS_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 # What a recorder keeps beside its values.
-_KEPT = ("_strains", "_observed", "_limits", "_energies")
+_KEPT = ("_strains", "_observed", "_limits", "_friction", "_energies")
 
 
 class Recorder:
@@ -90,6 +90,9 @@ class Recorder:
         self._observed = np.zeros((len(_FIELDS), at_once, self._taken.size))
         self._bodies = BodyRecords(model, system, times)
         self._limits = np.zeros((times.size, len(system.candidates.nodes)))
+        # Friction along the tangents, where frames turn; where they do not, it is what the normal force leaves.
+        turning = times.size if system.constant_frames() is None else 0
+        self._friction = np.zeros((turning, len(system.candidates.nodes), space.dim - 1))
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
         sizes = {
@@ -160,6 +163,7 @@ class Recorder:
             _strains=self._strains[steps],
             _supports=self._supports.part(steps),
             _limits=self._limits[steps],
+            _friction=self._friction[steps],
             _energies=self._energies[steps],
             _bodies=self._bodies.part(steps),
             _snapshots=snapshots,
@@ -231,6 +235,8 @@ class Recorder:
         values["contact_state"][step] = interface.state
         values["counterface_displacement"][step] = state.counterfaces
         self._limits[step] = interface.limit
+        if self._friction.size:
+            self._friction[step] = interface.forces[:, 1:]
 
     def _record_relaxed(self, step: int, state: State) -> None:
         """Record stresses of materials that relax, from what a state remembers."""
@@ -274,8 +280,13 @@ class Recorder:
             values["counterface_moment"][steps, number] = about_centres[:, owner].sum(axis=1)
         counterface = np.tile(candidates.counterface, len(normal))
         points = points.reshape(-1, self._system.space.dim)
-        normals = self._system.counterfaces.normals(points, counterface).reshape(forces.shape)
-        forces -= normal[..., None] * (normals if turned is None else np.einsum("...ij,...j->...i", turned, normals))
+        if self._friction.size:
+            frames = self._system.counterfaces.frames(points, counterface).reshape(*forces.shape, points.shape[1])
+            forces[:] = np.einsum("...ij,...i->...j", frames[..., 1:, :], self._friction[steps])
+            if turned is not None:
+                forces[:] = np.einsum("...ij,...j->...i", turned, forces)
+        else:
+            forces -= normal[..., None] * self._system.counterfaces.normals(points, counterface).reshape(forces.shape)
         for number, owner in enumerate(owners):
             self._complete_utilisation(steps, number, forces[:, owner], self._limits[steps][:, owner])
         forces /= candidates.area[:, None]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -141,6 +143,38 @@ def test_forces_of_an_inclined_plate_are_along_its_own_axes():
     for name in ("normal_traction", "slip_distance", "gap"):
         values = expected[name].values
         np.testing.assert_allclose(turned[name].values, values, atol=1e-7 * np.abs(values).max(), err_msg=name)
+
+
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_friction_is_along_the_surface_where_the_step_ends(dim, kinematics):
+    """A round counterface that slides in large steps turns the normals; without friction nothing is along it."""
+    shape = fs.Cylinder(10e-3, (0.0, 1.0)) if dim == 2 else fs.Sphere(10e-3, (0.0, 1.0, 0.0))
+    axes = [
+        np.linspace(-4e-3, 4e-3, 9),
+        np.linspace(0.0, 4e-3, 4),
+        *([np.linspace(-2e-3, 2e-3, 3)] if dim == 3 else []),
+    ]
+    model = fs.Model(
+        mesh=box("Q4" if dim == 2 else "H8", *axes),
+        materials={"bulk": (fs.Elastic if kinematics == "small" else fs.NeoHookean)(1e5, 0.3, 1000.0)},
+        formulation="plane_strain" if dim == 2 else "solid",
+        supports={"top": ("x", "y", "z")[:dim]},
+        contacts=(fs.Contact("bottom", shape, fs.Coulomb(0.0)),),
+        programme=(fs.Press(4e-4, 2e-3), fs.Slide(1e-3, 2e-3)),
+        time=fs.TimeStepping(0.1),
+        kinematics=kinematics,
+    )
+    history = fs.simulate(model)
+    assert history["normal_traction"].values.max() > 1e3
+    assert np.abs(history["tangential_traction"].values).max() < 1e-12 * history["normal_traction"].values.max()
+    model = dataclasses.replace(model, contacts=(fs.Contact("bottom", shape, fs.Coulomb(0.5)),))
+    history = fs.simulate(model)
+    friction, pressure = history["tangential_traction"].values, history["normal_traction"].values
+    assert (np.linalg.norm(friction, axis=-1) <= 0.5 * pressure * (1.0 + 1e-9)).all()
+    sliding = history["contact_state"].values == 2
+    np.testing.assert_allclose(np.linalg.norm(friction, axis=-1)[sliding], 0.5 * pressure[sliding], rtol=1e-9)
+    assert sliding.any()
 
 
 @pytest.mark.parametrize(
