@@ -8,6 +8,7 @@ from itertools import chain
 import numpy as np
 
 from fingerslip.contact.counterfaces import Counterface
+from fingerslip.contact.friction import StaticKinetic
 from fingerslip.dynamics.system.checks import CheckedModel
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.fe.space import boundary_nodes
@@ -26,7 +27,7 @@ _BEHIND = 0.25
 
 def doubts(model: Model, checked_model: CheckedModel) -> tuple[str, ...]:
     """Return what is doubtful in a model that can be computed: where, what it is, and how to mend it."""
-    each = chain(_steps(model), _contacts(model, checked_model), _supports(model), _materials(model))
+    each = chain(_steps(model), _contacts(model, checked_model), _friction(model), _supports(model), _materials(model))
     return tuple(dict.fromkeys(each))
 
 
@@ -71,6 +72,20 @@ def _contacts(model: Model, checked_model: CheckedModel) -> Iterator[str]:
             yield (
                 f"{where}: {reached} nodes of '{contact.boundary}' are in reach of the counterface, and fewer than "
                 f"{LEAST_ACROSS} across the contact are too coarse for the times of slip: take smaller elements there"
+            )
+
+
+def _friction(model: Model) -> Iterator[str]:
+    """Yield the contacts whose stick-slip would ring: where slip ends, a free mass hangs on the tangential penalty."""
+    if model.damping.stiffness or not make_scheme(model.time).inertia_factor:
+        return
+    for number, contact in enumerate(model.contacts):
+        body = contact.rigid_body
+        if isinstance(contact.friction, StaticKinetic) and body is not None and model.bodies[body].free:
+            yield (
+                f"contacts.{number}.friction: falls from static to kinetic on '{body}', which is free: without damping it "
+                "rings on the tangential penalty, and when it slips changes with the step: write a damping with stiffness, "
+                "such as 1 ms"
             )
 
 

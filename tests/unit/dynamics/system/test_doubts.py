@@ -24,6 +24,7 @@ MODEL = fs.Model(
     time=fs.TimeStepping(5e-3),
 )
 FAR = dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 1), offset=-1e-3), search_distance=5e-3)
+WEAKENING = dataclasses.replace(PLATE, friction=fs.StaticKinetic(0.6, 0.4, 1e-3), rigid_body="block")
 
 
 @pytest.mark.parametrize(
@@ -43,6 +44,10 @@ FAR = dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 1), offset=-1e-
             {"mesh": box("Q4", np.linspace(0.0, 10e-3, 9), np.linspace(0.0, 4e-3, 5))},
             ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"],
         ),
+        (
+            {"contacts": (WEAKENING,), "bodies": {"block": fs.RigidBody(0.1, free=("x", "y"))}},
+            ["contacts.0.friction: falls from static to kinetic on 'block'", "a damping with stiffness"],
+        ),
         ({"supports": {}}, ["supports: there are none", "support a boundary"]),
         ({"materials": {"bulk": fs.Elastic(136.0, 0.3, 1000.0)}}, ["materials.bulk: a modulus of 136 Pa", "136e3"]),
     ],
@@ -57,6 +62,9 @@ def test_what_is_hardly_meant_is_named_and_nothing_else(changes: dict[str, objec
 def test_a_model_that_is_meant_has_none() -> None:
     assert doubts(MODEL, checked(MODEL)) == ()
     adaptive = dataclasses.replace(MODEL, time=fs.Adaptive(50e-3))
+    ringing = {"contacts": (WEAKENING,), "bodies": {"block": fs.RigidBody(0.1, free=("x", "y"))}}
+    damped = dataclasses.replace(MODEL, **ringing, damping=fs.RayleighDamping(stiffness=1e-3))
+    assert doubts(damped, checked(damped)) == ()
     assert doubts(adaptive, checked(adaptive)) == ()
     static = dataclasses.replace(MODEL, time=fs.QuasiStatic(10e-3), programme=(fs.Press(0.2e-3, 1e-3),))
     assert doubts(static, checked(static)) == (), "a press without inertia needs few steps"
