@@ -83,9 +83,8 @@ def _friction(model: Model) -> Iterator[str]:
         body = contact.rigid_body
         if isinstance(contact.friction, StaticKinetic) and body is not None and model.bodies[body].free:
             yield (
-                f"contacts.{number}.friction: falls from static to kinetic on '{body}', which is free: without damping it "
-                "rings on the tangential penalty, and when it slips changes with the step: write a damping with stiffness, "
-                "such as 1 ms"
+                f"contacts.{number}.friction: falls from static to kinetic on '{body}', which is free and rings on the "
+                "tangential penalty: its slips move with the step: write a damping with a stiffness, such as 1 ms"
             )
 
 

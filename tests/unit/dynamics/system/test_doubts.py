@@ -25,6 +25,11 @@ MODEL = fs.Model(
 )
 FAR = dataclasses.replace(PLATE, counterface=fs.Plane(normal=(0, 1), offset=-1e-3), search_distance=5e-3)
 WEAKENING = dataclasses.replace(PLATE, friction=fs.StaticKinetic(0.6, 0.4, 1e-3), rigid_body="block")
+RINGING: dict[str, object] = {
+    "contacts": (WEAKENING,),
+    "bodies": {"block": fs.RigidBody(0.1, free=("x", "y"))},
+    "time": fs.TimeStepping(5e-3, end=0.1),
+}
 
 
 @pytest.mark.parametrize(
@@ -45,7 +50,7 @@ WEAKENING = dataclasses.replace(PLATE, friction=fs.StaticKinetic(0.6, 0.4, 1e-3)
             ["contacts.0: 9 nodes of 'bottom' are in reach", "take smaller elements there"],
         ),
         (
-            {"contacts": (WEAKENING,), "bodies": {"block": fs.RigidBody(0.1, free=("x", "y"))}},
+            RINGING,
             ["contacts.0.friction: falls from static to kinetic on 'block'", "a damping with stiffness"],
         ),
         ({"supports": {}}, ["supports: there are none", "support a boundary"]),
@@ -62,8 +67,7 @@ def test_what_is_hardly_meant_is_named_and_nothing_else(changes: dict[str, objec
 def test_a_model_that_is_meant_has_none() -> None:
     assert doubts(MODEL, checked(MODEL)) == ()
     adaptive = dataclasses.replace(MODEL, time=fs.Adaptive(50e-3))
-    ringing = {"contacts": (WEAKENING,), "bodies": {"block": fs.RigidBody(0.1, free=("x", "y"))}}
-    damped = dataclasses.replace(MODEL, **ringing, damping=fs.RayleighDamping(stiffness=1e-3))
+    damped = dataclasses.replace(MODEL, **RINGING, damping=fs.RayleighDamping(stiffness=1e-3))
     assert doubts(damped, checked(damped)) == ()
     assert doubts(adaptive, checked(adaptive)) == ()
     static = dataclasses.replace(MODEL, time=fs.QuasiStatic(10e-3), programme=(fs.Press(0.2e-3, 1e-3),))
