@@ -62,12 +62,22 @@ def _loads(file: str) -> bool:
 
 
 def use_writable_cache(folders: Iterable[Path] = ()) -> None:
-    """Have Numba keep compiled functions in the temporary folder where it can write neither beside them nor at home."""
+    """Have Numba keep compiled functions where it can: beside them, at home, in a temporary folder, or nowhere."""
     beside = Path(__file__).with_name("__pycache__")
     home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "numba")  # noqa: PTH111  no error
-    if "NUMBA_CACHE_DIR" not in os.environ and not any(map(_is_writable, folders or (beside, home))):
+    if "NUMBA_CACHE_DIR" in os.environ or any(map(_is_writable, folders or (beside, home))):
+        return
+    try:
         user = os.getuid() if hasattr(os, "getuid") else "user"
         os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir(), f"fingerslip-{user}"))
+    except FileNotFoundError:
+        from numba.core.dispatcher import Dispatcher
+
+        Dispatcher.enable_caching = _nowhere  # type: ignore[assignment, method-assign]
+
+
+def _nowhere(_dispatcher: object) -> None:
+    """Keep a compiled function nowhere."""
 
 
 def _is_writable(folder: Path) -> bool:

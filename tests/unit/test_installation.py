@@ -100,3 +100,23 @@ def test_compiled_functions_go_where_they_can_be_written(monkeypatch: pytest.Mon
     monkeypatch.setenv("NUMBA_CACHE_DIR", "mine")
     use_writable_cache((Path("/proc/a"),))
     assert os.environ["NUMBA_CACHE_DIR"] == "mine"
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs folders that nobody can write")
+def test_without_any_folder_functions_are_compiled_each_time() -> None:
+    code = """
+import tempfile
+from pathlib import Path
+from fingerslip.installation import use_writable_cache
+
+def nowhere():
+    raise FileNotFoundError("no usable temporary directory")
+
+tempfile.gettempdir = nowhere
+use_writable_cache((Path("/proc/a"),))
+import numba
+
+assert numba.njit(cache=True)(eval("lambda x: x + 1"))(1) == 2
+"""
+    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)

@@ -51,7 +51,7 @@ RINGING: dict[str, object] = {
         ),
         (
             RINGING,
-            ["contacts.0.friction: falls from static to kinetic on 'block'", "a damping with stiffness"],
+            ["contacts.0.friction: falls from static to kinetic on 'block'", "write a damping"],
         ),
         ({"supports": {}}, ["supports: there are none", "support a boundary"]),
         ({"materials": {"bulk": fs.Elastic(136.0, 0.3, 1000.0)}}, ["materials.bulk: a modulus of 136 Pa", "136e3"]),
