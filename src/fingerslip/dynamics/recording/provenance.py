@@ -15,6 +15,7 @@ from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.energy import made_energy
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import HHT
+from fingerslip.errors import ConvergenceError
 from fingerslip.history import make_history
 from fingerslip.units import millimetres
 
@@ -36,7 +37,7 @@ def labelled_history(
 ) -> xr.Dataset:
     """Label records as a history, and warn where its steps have made energy, or nothing touched."""
     history = make_history(values, _provenance(stepper, attributes, watch))
-    _warn_of_made_energy(history, stepper)
+    _check_made_energy(history, stepper)
     _warn_of_no_contact(history)
     return history
 
@@ -54,17 +55,20 @@ def _warn_of_no_contact(history: xr.Dataset) -> None:
             )
 
 
-def _warn_of_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
-    """Warn where steps have made energy, as those of a user's own scheme can."""
+def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
+    """Warn where steps have made energy, as those of a user's own scheme can; refuse more than the work done."""
     # Without inertia there is no motion that could take up energy: what is booked there is the error of a large step.
     if not history["kinetic_energy"].values.any():
         return
     energy, share = made_energy(history)
+    work = float(np.abs(history["external_work"].values).max())
+    work += sum(float(history[name].values[0]) for name in ("kinetic_energy", "strain_energy"))
+    advice = f"take {' or '.join(_remedies(stepper))}"
+    if energy > work:
+        problem = f"steps that have made {energy:.3g} J, more than the {work:.3g} J put in,"
+        raise ConvergenceError(float(history["time"][-1]), -1, energy / work if work else np.inf, 1.0, advice, problem)
     if share > _MADE_ENERGY:
-        _logger.warning(
-            "time steps have made %.3g J, %.0f %% of the largest energy: take %s",
-            *(energy, 100 * share, " or ".join(_remedies(stepper))),
-        )
+        _logger.warning("time steps have made %.3g J, %.0f %% of the largest energy: %s", energy, 100 * share, advice)
 
 
 def _remedies(stepper: Stepper) -> list[str]:

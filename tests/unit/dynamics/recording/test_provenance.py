@@ -44,11 +44,19 @@ def test_a_history_says_what_made_it() -> None:
 @pytest.mark.parametrize("name", ["numerical_dissipation", "damping_dissipation"])
 def test_steps_that_make_energy_are_warned_of(caplog: pytest.LogCaptureFixture, name: str) -> None:
     with caplog.at_level(logging.WARNING, logger="fingerslip.dynamics"):
-        made(np.array([0.0, 10.0, 10.0]), name=name)
+        made(np.array([0.0, 0.01, 0.01]), name=name)
         assert not caplog.records
-        made(np.array([0.0, 10.0, 5.0]), name=name)
-    assert "time steps have made 5 J" in caplog.text
+        made(np.array([0.0, 0.01, 0.005]), name=name)
+    assert "time steps have made 0.005 J" in caplog.text
     assert caplog.messages[-1].endswith("take a smaller step"), "there is no contact, and the scheme is the best one"
+
+
+@pytest.mark.parametrize("name", ["numerical_dissipation", "damping_dissipation"])
+def test_steps_that_make_more_than_the_work_done_are_refused(name: str) -> None:
+    with pytest.raises(
+        fs.ConvergenceError, match=r"have made 1e\+03 J, more than the 0.0588 J put in.* take a smaller step"
+    ):
+        made(np.array([0.0, 0.01, -1000.0]), name=name)
 
 
 def test_a_plate_that_never_touches_is_named(caplog: pytest.LogCaptureFixture) -> None:
