@@ -39,10 +39,14 @@ __all__ = [
     "free_edge_distances",
     "free_edge_nodes",
     "free_pieces",
+    "inverted_cells",
     "nodal_areas",
     "region_nodes",
     "vector_dofs",
 ]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -236,11 +240,23 @@ def _jacobian(mesh: Any, order: int) -> NDArray[np.float64]:
 
     scikit-fem's own raises at zero.
     """
+    return _jacobian_of(mesh, mesh.doflocs, order)
+
+
+def _jacobian_of(mesh: Any, points: Array, order: int) -> NDArray[np.float64]:
+    """Return the same for the cells of a mesh with other node positions (dim, n_nodes) [m]."""
     inside, _ = get_quadrature(mesh.elem.refdom, order)
-    points = np.hstack([inside, mesh.elem.refdom.p])
+    at = np.hstack([inside, mesh.elem.refdom.p])
     nodes = mesh.dofs.element_dofs
-    slopes = np.stack([np.broadcast_to(mesh.elem().lbasis(points, i)[1], points.shape) for i in range(len(nodes))])
-    return np.asarray(np.linalg.det(np.einsum("inc,njq->cqij", mesh.doflocs[:, nodes], slopes)))
+    slopes = np.stack([np.broadcast_to(mesh.elem().lbasis(at, i)[1], at.shape) for i in range(len(nodes))])
+    return np.asarray(np.linalg.det(np.einsum("inc,njq->cqij", points[:, nodes], slopes)))
+
+
+def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
+    """Return which cells a displacement (n_dofs,) [m] turns inside out, at their centre."""
+    mesh = space.mesh
+    moved = mesh.doflocs + displacement.reshape(-1, space.dim).T
+    return np.asarray((_jacobian_of(mesh, moved, 1) * _jacobian_of(mesh, mesh.doflocs, 1) <= 0.0)[:, 0])
 
 
 def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -270,9 +286,6 @@ def free_edge_distances(
     distances, _ = cKDTree(space.positions[edge]).query(space.positions[nodes])
     return np.asarray(distances, dtype=float)
 
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _ZERO = 1e-9
 _AXES = "xyz"

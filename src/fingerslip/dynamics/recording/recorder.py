@@ -6,6 +6,7 @@ A step only copies what the history needs. What follows from it is computed for 
 from __future__ import annotations
 
 import copy
+import logging
 import operator
 from dataclasses import replace
 from typing import Any
@@ -25,16 +26,19 @@ from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import finite_site_recovery
 from fingerslip.fe.recovery import stress_components
-from fingerslip.fe.space import vector_dofs
+from fingerslip.fe.space import inverted_cells, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.viscoelastic import Relaxed, followed
 from fingerslip.model import Model
 from fingerslip.timing import Adaptive
+from fingerslip.units import coordinates
 
 __all__ = ["Recorder"]
 
 Array = NDArray[np.float64]
+
+_logger = logging.getLogger("fingerslip.dynamics")
 
 _ENERGIES = {
     "kinetic_energy": "kinetic",
@@ -145,6 +149,20 @@ class Recorder:
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
         self._snapshots.record(step, state, self.values)
+        if self._next == self._times.size and state.body is None:
+            self._warn_of_inverted_cells(self._system.coordinates.on_mesh(state.displacement))
+
+    def _warn_of_inverted_cells(self, displacement: Array) -> None:
+        """Warn where small strain does not hold: cells are turned inside out at the end (n_dofs,) [m]."""
+        space = self._system.space
+        inverted = np.flatnonzero(inverted_cells(space, displacement))
+        if inverted.size:
+            place = coordinates(space.mesh.p[:, space.mesh.t[:, inverted[0]]].mean(axis=1))
+            _logger.warning(
+                "kinematics: small strain turns %d of %d cells inside out, such as that at %s: write kinematics: "
+                "finite, or load the body less",
+                *(inverted.size, space.mesh.nelements, place),
+            )
 
     def pass_by(self, state: State) -> None:
         """Take note of a state between two that are recorded: the inertia of what is held goes on from it."""

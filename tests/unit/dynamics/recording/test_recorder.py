@@ -177,6 +177,25 @@ def test_friction_is_along_the_surface_where_the_step_ends(dim, kinematics):
     assert sliding.any()
 
 
+@pytest.mark.parametrize("element", ["Q4", "T6", "T4"])
+def test_cells_that_small_strain_turns_inside_out_are_named(element, caplog):
+    dim = 3 if element == "T4" else 2
+    mesh = box(element, *[np.linspace(0.0, 1.0, 3)] * dim)
+    model = fs.Model(
+        mesh=mesh,
+        materials={"bulk": fs.Elastic(1e3, 0.0, 1.0)},
+        formulation="solid" if dim == 3 else "plane_strain",
+        supports={"top": ("x", "y", "z")[:dim]},
+        tractions={"bottom": (0.0,) * (dim - 1) + (900.0,)},
+        time=fs.QuasiStatic(1.0, end=1.0),
+    )
+    fs.simulate(model)
+    assert not caplog.records
+    fs.simulate(dataclasses.replace(model, tractions={"bottom": (0.0,) * (dim - 1) + (1100.0,)}))
+    assert f"turns {mesh.nelements} of {mesh.nelements} cells inside out" in caplog.text
+    assert "write kinematics: finite" in caplog.text
+
+
 @pytest.mark.parametrize(
     ("interval", "steps"),
     [

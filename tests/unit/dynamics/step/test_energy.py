@@ -77,7 +77,7 @@ class Careless:
 
 
 def test_steps_that_make_energy_are_warned_of(caplog):
-    with pytest.raises(fs.ConvergenceError, match="more than the 0.25 J put in"):
+    with pytest.raises(fs.ConvergenceError, match=r"more than the 0\.25 J put in"):
         thrown(0.0, 100.0, Careless)
     history = thrown(0.0, 60.0, Careless)
     made, share = made_energy(history)
