@@ -85,6 +85,8 @@ def writing(path: Path) -> Iterator[None]:
 @contextlib.contextmanager
 def new_file(final: Path) -> Iterator[Path]:
     """Give a temporary file name that becomes `final` when the block ends; nothing is left when it fails."""
+    if final.exists() and not (final.is_file() or final.is_dir()):
+        raise ResultError(f"{final}: is a device; needs the name of a file: give another one")
     with _partial(final, final.suffix) as partial, writing(final):
         yield partial
         partial.replace(final)

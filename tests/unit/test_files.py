@@ -296,3 +296,10 @@ def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
         check_empty(tmp_path)
     with pytest.raises(InputError, match="is a file, needs a folder"):
         check_empty(tmp_path / "targets.csv")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device")
+def test_a_device_is_never_replaced_by_a_file() -> None:
+    with pytest.raises(ResultError, match="/dev/full: is a device; needs the name of a file"):
+        write_text(Path("/dev/full"), "x")
+    assert Path("/dev/full").is_char_device()

@@ -35,6 +35,18 @@ _NOT_VERBS = ("app", "shared")
 class _Verbs(TyperGroup):
     """The verbs; an error becomes a line on standard error and an exit code."""
 
+    def main(self, *args: Any, **options: Any) -> Any:
+        """Parse the command line and call a verb; where the answer cannot be printed, an error says so."""
+        try:
+            return super().main(*args, **options)
+        except OSError as error:
+            # Files of ours fail with errors of their own: this is where help and answers are printed.
+            if error.errno != errno.ENOSPC:
+                raise
+            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123  what is left goes nowhere
+            print_error("error: standard output: takes no more, needs room; write to another disk")
+            sys.exit(2)
+
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
         """Call a verb."""
         stop_on_termination()
@@ -47,13 +59,6 @@ class _Verbs(TyperGroup):
             if ctx.params["debug"]:
                 raise
             print_error("error: not enough memory; use larger elements or fewer --workers")
-            raise typer.Exit(2) from None
-        except OSError as error:
-            # Files of ours fail with errors of their own: this is where the answer is printed.
-            if ctx.params["debug"] or error.errno != errno.ENOSPC:
-                raise
-            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123  what is left goes nowhere
-            print_error("error: standard output: takes no more, needs room; write to another disk")
             raise typer.Exit(2) from None
         except FingerslipError as error:
             if ctx.params["debug"]:

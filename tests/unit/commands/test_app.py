@@ -114,9 +114,10 @@ def test_debug_shows_where_an_error_comes_from(invoke: Callable[..., Any]) -> No
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_output_that_has_no_room_is_one_line() -> None:
+@pytest.mark.parametrize("words", [("show", "wang2014-2d"), ("--version",), ("--help",)])
+def test_output_that_has_no_room_is_one_line(words: tuple[str, ...]) -> None:
     with Path("/dev/full").open("w", encoding="utf-8") as full:
-        command = [sys.executable, "-m", "fingerslip", "show", "wang2014-2d"]
+        command = [sys.executable, "-m", "fingerslip", *words]
         made = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert made.returncode == 2
     assert made.stderr.strip() == "error: standard output: takes no more, needs room; write to another disk"

@@ -74,6 +74,10 @@ def _document(text: str, where: str) -> Document:
 
 
 def _read_text(path: Path) -> str:
+    name = path.name.encode(errors="surrogateescape")
+    if name.decode(errors="replace").encode() != name:
+        repair = "rename the file: results and reports are written under its name"
+        raise InputError(shortened(ascii(path.name)), "is a name that is not UTF-8", "needs a study file", repair)
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +52,16 @@ def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=message):
             read_mapping(path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are Unicode there")
+def test_a_name_that_is_not_utf_8_is_refused_before_results_are_written_under_it(tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"a\xff.yaml")
+    path.write_text("time: {step: 1 ms}")
+    with pytest.raises(
+        InputError, match=r"'a\\udcff.yaml': is a name that is not UTF-8, needs a study file; rename the file"
+    ):
+        read_mapping(path)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import shutil
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,15 @@ from fingerslip.report.page import assemble
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.study.storage import reporting
-from fingerslip.study.storage.reporting import event_tables, read_stored, read_stored_run, report_key, write_report
-from fingerslip.study.storage.summary import read_manifest
+from fingerslip.study.storage.reporting import (
+    event_tables,
+    provenance_of,
+    read_stored,
+    read_stored_run,
+    report_key,
+    write_report,
+)
+from fingerslip.study.storage.summary import MANIFEST, read_manifest
 from unit.report.pages import checked
 from unit.study.block import FRICTIONS
 
@@ -135,3 +143,15 @@ def _without_details(assemble: Callable[..., Any]) -> Callable[..., Any]:
         return dataclasses.replace(whole, sections=sections)
 
     return report
+
+
+def test_dates_are_written_in_any_time_zone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`datetime` refuses offsets of a day and more."""
+    (tmp_path / MANIFEST).write_text("")
+    monkeypatch.setenv("TZ", "Foo+99:99")
+    time.tzset()
+    try:
+        assert "Foo" in provenance_of(tmp_path, {"study": "x"})["page of"]
+    finally:
+        monkeypatch.undo()
+        time.tzset()
