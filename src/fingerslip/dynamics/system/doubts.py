@@ -37,9 +37,12 @@ def _steps(model: Model) -> Iterator[str]:
         return
     # Without inertia a press is a row of equilibria: ten steps in place of forty move slip by less than 0.3 %.
     judged = (Press, Slide) if make_scheme(model.time).inertia_factor else (Slide,)
+    named: set[tuple[type, float]] = set()  # of phases that are alike the first stands for all
     for number, phase in ((number, phase) for programme in model.programmes for number, phase in enumerate(programme)):
         duration = phase_duration(phase)
-        if isinstance(phase, judged) and duration < (LEAST_STEPS - 1e-6) * model.time.step:
+        kind = type(phase), round(duration / model.time.step, 6)
+        if isinstance(phase, judged) and duration < (LEAST_STEPS - 1e-6) * model.time.step and kind not in named:
+            named.add(kind)
             yield (
                 f"programme.{number}: the {type(phase).__name__.lower()} takes {duration / model.time.step:.3g} steps, "
                 f"and fewer than {LEAST_STEPS} are too coarse for the times of slip: write a step of "
