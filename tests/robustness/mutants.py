@@ -54,6 +54,11 @@ FRAGMENTS = (
         "1e9 deg",
     ),
 )
+#: Names that other programs, people and languages give: quotes, formulas, controls, direction marks, half characters.
+FOREIGN = (
+    *("it's", 'a "b"', "=1+1", "@SUM(A1)", "<script>", "a\nb", "a\tb", "\x07", "\u202eabc", "пальец", "指", "e\u0301"),
+    *("a/b", "..", " ", "", "a" * 300, "nan", "%s", "{0}", "$x", "`ls`", "C:\\x", "time"),
+)
 _VALUES = (
     *(None, True, False, 0, -1, 1, 10**400, -(10**30), 0.5, 1e300, -1e300, float("nan"), float("inf"), "", "x"),
     *([], {}, [1], [[]], {"a": 1}, ["x", "x"], {"": ""}, [None], "5 mm", "1e-9 s", "é\x00", "/", "..", "." * 300),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import io
+import json
 import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -184,6 +186,7 @@ def _loaded(path: Path, wanted: object) -> Any:
         raise DamagedError(str(path), f"cannot be read ({shortened(str(error))})", _REPAIR) from error
     store = optional("skops.io")
     try:
+        _check_trees(path)
         strange = sorted(set(store.get_untrusted_types(file=path)) - TRUSTED)
         estimator = None if strange else store.load(path, trusted=sorted(TRUSTED))
     # Whose checksums are right may still be made to fail in any way.
@@ -192,6 +195,32 @@ def _loaded(path: Path, wanted: object) -> Any:
     if strange:
         raise InputError(str(path), f"holds the type {strange[0]}", "needs types that are trusted", _REPAIR)
     return estimator
+
+
+def _check_trees(path: Path) -> None:
+    """Refuse trees whose arrays are not of the sizes that they claim: scikit-learn's own loader reads beyond them."""
+
+    def trees(part: Any) -> Iterator[dict[str, Any]]:
+        if isinstance(part, dict) and part.get("__class__") == "Tree":
+            yield part
+        for inner in part.values() if isinstance(part, dict) else part if isinstance(part, list) else ():
+            yield from trees(inner)
+
+    with zipfile.ZipFile(path) as packed:
+        arrays = {
+            name: np.load(io.BytesIO(packed.read(name)), allow_pickle=False)
+            for name in packed.namelist()
+            if name.endswith(".npy")
+        }
+        schema = json.loads(packed.read("schema.json"))
+    for tree in trees(schema):
+        _, classes, outputs = tree["__reduce__"]["args"]["content"]
+        state = tree["content"]["content"]
+        count, nodes = int(state["node_count"]["content"]), arrays[state["nodes"]["file"]]
+        values = arrays[state["values"]["file"]]
+        sizes = arrays[classes["file"]].tolist(), outputs["content"], nodes.shape, values.shape
+        if sizes != ([3], "1", (count,), (count, 1, 3)):
+            raise ValueError("a tree of other sizes than it claims")
 
 
 def _check_estimator(path: Path, detector: Detector, estimator: Any) -> None:
