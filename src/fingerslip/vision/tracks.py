@@ -216,10 +216,9 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
         raise InputError(f"{where}: time", fault, "needs finite times, each later than the one before")
     position, quality = tracks["position"].values, tracks["quality"].values
     unknown = np.isnan(position)
-    if np.isinf(position).any() or (unknown.any(axis=2) != unknown.all(axis=2)).any():
-        raise _at(
-            tracks, where, "position", np.isinf(position).any(axis=2) | unknown.any(axis=2) & ~unknown.all(axis=2)
-        )
+    wrong = (np.abs(position) > _FARTHEST).any(axis=2) | unknown.any(axis=2) & ~unknown.all(axis=2)
+    if wrong.any():
+        raise _at(tracks, where, "position", wrong)
     # NaN is outside too.
     outside = ~((quality >= 0) & (quality <= 1))
     if outside.any():
@@ -228,8 +227,10 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
         raise _at(tracks, where, "quality", unknown.any(axis=2) & (quality > 0))
 
 
+# In pixels or metres; of larger numbers the squares of squares overflow.
+_FARTHEST = 1e9
 _NEEDED = {
-    "position": "needs finite numbers along all axes, or NaN along all where it was not seen",
+    "position": "needs finite numbers along all axes, up to 1e9, or NaN along all where it was not seen",
     "quality": "needs a number from 0 to 1, and 0 where the position is NaN",
 }
 
