@@ -37,7 +37,9 @@ __all__ = ["Observation", "Simulation"]
 Array = NDArray[np.float64]
 
 # Raised where saved simulations hold something else than before.
-_FORMAT = 2
+_FORMAT = 3
+_NUMBER = re.compile(r"(?<![A-Za-z0-9_])\d+\.?\d*(?:e[+-]?\d+)?")
+_ROUNDING = 1e-9  # what processors may differ by, of a number or of the size of a mesh
 _REPAIR = "save the simulation again"
 # What of an observation would need all steps before it.
 _OF_ALL_STEPS = frozenset({"support_force"})
@@ -212,7 +214,7 @@ class Simulation:
         self._steps.check()
         value = {
             "format": _FORMAT,
-            "model": _fingerprint(self._model),
+            "model": _description(self._model),
             "commands": self._commands,
             "taken": self._steps.taken,
             "state": self._steps.state,
@@ -265,7 +267,7 @@ class Simulation:
             raise InputError(
                 str(path), "is of another version of fingerslip", "needs one that this version has saved", _REPAIR
             )
-        if saved["model"] != _fingerprint(self._model):
+        if not _is_same(saved["model"], _description(self._model)):
             repair = "restore it with the model that was saved"
             raise InputError("model", f"is not the one that {path} was saved from", "needs the same model", repair)
         for command, step in saved["commands"]:
@@ -294,8 +296,23 @@ class Simulation:
         return {"compliance": self._steps.course.stepper.compliance.matrix} if flat else {}
 
 
-def _fingerprint(model: Model) -> str:
-    """Return a hash of a model; objects of a user count by what they print."""
+def _description(model: Model) -> dict[str, Any]:
+    """Return what tells models apart: nodes (dim, n_nodes) [m], cells, and all else as text, numbers apart.
+
+    Objects of a user count by what they print.
+    """
     others = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "mesh"}
-    text = re.sub(r" at 0x[0-9a-f]+", "", repr(others))
-    return digest(np.asarray(model.mesh.p), np.asarray(model.mesh.t), text)
+    text = re.sub(r" at 0x[0-9a-f]+|\s+", "", repr(others))
+    numbers = [float(number) for number in _NUMBER.findall(text)]
+    points, cells = np.array(model.mesh.p, dtype=np.float64), digest(np.asarray(model.mesh.t))
+    return {"points": points, "cells": cells, "text": _NUMBER.sub("#", text), "numbers": np.array(numbers)}
+
+
+def _is_same(saved: Mapping[str, Any], model: Mapping[str, Any]) -> bool:
+    """Tell whether two descriptions are of one model; other processors round nodes and numbers otherwise."""
+    if any(saved[name] != model[name] for name in ("cells", "text")):
+        return False
+    if any(saved[name].shape != model[name].shape for name in ("points", "numbers")):
+        return False
+    points = np.allclose(saved["points"], model["points"], rtol=0.0, atol=_ROUNDING * np.ptp(model["points"]))
+    return bool(points and np.allclose(saved["numbers"], model["numbers"], rtol=_ROUNDING, atol=0.0))

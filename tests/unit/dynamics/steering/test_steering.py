@@ -170,6 +170,20 @@ def test_the_end_is_the_end() -> None:
             sim.step()
 
 
+def test_a_model_that_another_processor_rounds_otherwise_is_the_same(tmp_path: Path) -> None:
+    with fs.Simulation(a_model()) as sim:
+        sim.step()
+        sim.save(tmp_path / "saved")
+    model = a_model()
+    rounded = replace(
+        model, mesh=replace(model.mesh, doflocs=np.nextafter(model.mesh.p, 1.0)), depth=float(np.nextafter(0.01, 1.0))
+    )
+    assert fs.Simulation.restore(tmp_path / "saved", rounded).time > 0.0
+    moved = replace(model, mesh=replace(model.mesh, doflocs=model.mesh.p + 1e-8))
+    with pytest.raises(InputError, match="is not the one"):
+        fs.Simulation.restore(tmp_path / "saved", moved)
+
+
 def test_another_model_and_other_files_are_refused(tmp_path: Path) -> None:
     with fs.Simulation(a_model()) as sim:
         sim.step()

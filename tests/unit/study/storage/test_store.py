@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import logging
 from collections.abc import Callable
@@ -110,6 +111,13 @@ def test_mesh_hash_sees_points_and_cells_and_nothing_else() -> None:
     assert mesh_hash(mesh) == mesh_hash(block_mesh())
     assert mesh_hash(mesh.with_boundaries({"other": np.array([0])})) == mesh_hash(mesh)
     moved = mesh.p.copy()
-    moved[1, 7] = np.nextafter(moved[1, 7], 1.0)
+    moved[1, 7] += 1e-8  # a millionth of the size
     assert mesh_hash(skfem.MeshQuad(moved, mesh.t)) != mesh_hash(mesh)
     assert mesh_hash(skfem.MeshQuad(mesh.p, mesh.t[:, ::-1])) != mesh_hash(mesh)
+
+
+def test_a_mesh_has_one_hash_on_processors_that_round_otherwise() -> None:
+    mesh = skfem.MeshTri().refined(4).scaled(7e-3)
+    hashes = {mesh_hash(dataclasses.replace(mesh, doflocs=points)) for points in (mesh.p, np.nextafter(mesh.p, 1.0))}
+    assert len(hashes) == 1
+    assert mesh_hash(dataclasses.replace(mesh, doflocs=mesh.p * [[1.0], [1.001]])) not in hashes
