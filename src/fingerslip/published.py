@@ -124,6 +124,8 @@ def _unmet(needed: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, An
 
 def _same(value: object, needed: object) -> bool:
     """Tell whether a value is the needed one; quantities and numbers may be written differently."""
+    if isinstance(needed, float) and isinstance(value, int | float):
+        return math.isclose(value, needed, rel_tol=1e-9)
     if not isinstance(needed, str) or not isinstance(value, str):
         return value == needed
     quantity, actual = split_quantity(needed), split_quantity(value)
