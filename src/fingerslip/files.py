@@ -25,6 +25,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+import pydantic
+
 from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, InputError, ResultError
 
@@ -243,10 +245,11 @@ def write_json(path: Path, values: Mapping[str, Any]) -> None:
     write_text(path, json_text({**values, _CHECKSUM: digest(values)}))
 
 
-def read_json(path: Path, repair: str) -> dict[str, Any]:
-    """Read back what :func:`write_json` wrote, without its checksum."""
+def read_json(path: Path, repair: str, kind: pydantic.TypeAdapter[Any] | None = None) -> dict[str, Any]:
+    """Read back what :func:`write_json` wrote, without its checksum; raise DamagedError where it is not of the kind."""
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        values = json.loads(text)
     except FileNotFoundError:
         raise
     except OSError as error:
@@ -258,7 +261,11 @@ def read_json(path: Path, repair: str) -> dict[str, Any]:
         raise DamagedError(str(path), "has no checksum: it is damaged or of an earlier version", repair)
     if checksum != digest(values):
         raise DamagedError(str(path), "is damaged: its checksum is another", repair)
-    mapping: dict[str, Any] = values
+    try:
+        mapping: dict[str, Any] = kind.validate_json(text, strict=True) if kind else values
+    except pydantic.ValidationError as error:
+        place = ".".join(map(str, error.errors()[0]["loc"]))
+        raise DamagedError(str(path), f"is of another version, or damaged at {place}", repair) from None
     return mapping
 
 

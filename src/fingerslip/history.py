@@ -6,7 +6,7 @@ The variables, their dimensions and their units are in :data:`VARIABLES`; a hist
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -154,11 +154,6 @@ VARIABLES: Mapping[str, Variable] = {
 }
 
 
-# Histories of version 0.1 lack the tensors.
-_OF_SNAPSHOTS = tuple(
-    name for name, known in VARIABLES.items() if "snapshot_time" in known.dims and "stress_component" not in known.dims
-)
-
 # Share of zeros from which values are compressed.
 _ZEROS = 0.5
 
@@ -233,11 +228,34 @@ def read_history(path: str | Path) -> xr.Dataset:
     except Exception as error:
         cause = shortened(str(error)) or type(error).__name__
         raise ResultError(f"{path}: cannot be read as a history ({cause}); run the study again") from error
-    needed = ["time", *(_OF_SNAPSHOTS if history.sizes.get("snapshot_time") else ())]
-    lacking = next((name for name in needed if name not in history.variables), None)
-    if lacking:
-        raise ResultError(f"{path}: is no history (it has no {lacking}); needs a file written by fingerslip run")
+    fault = next(_faults(history), "")
+    if fault:
+        raise ResultError(f"{path}: is no history ({fault}); needs a file written by fingerslip run")
     return history
+
+
+_ALWAYS = ("time", "component", "phase_kind", "phase_start", "phase_end")
+
+
+def _faults(history: xr.Dataset) -> Iterator[str]:
+    """Yield what a history lacks, or has of other dimensions, units or kind."""
+    for name, variable in {**COORDINATES, **VARIABLES}.items():
+        if name not in history.variables:
+            is_recorded = all(history.sizes.get(dim) for dim in variable.dims)
+            if is_recorded or name in _ALWAYS:
+                yield f"it has no {name}"
+            continue
+        values = history.variables[name]
+        if values.dims != variable.dims:
+            yield f"{name} has the dimensions {', '.join(map(str, values.dims))}, not {', '.join(variable.dims)}"
+        if values.attrs.get("units", "") != variable.units:
+            yield f"{name} is in {values.attrs.get('units') or 'no unit'}, not in {variable.units or 'none'}"
+        if variable.units and values.dtype.kind not in "fiu":
+            yield f"{name} holds {values.dtype}, no numbers"
+    if not history.sizes.get("time"):
+        yield "it has no records"
+    if history.sizes.get("contact_node") and not history.sizes.get("counterface"):
+        yield "its contact nodes have no counterface"
 
 
 def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:

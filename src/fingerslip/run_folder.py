@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, NotRequired
+
+import pydantic
+from typing_extensions import TypedDict
 
 from fingerslip.digest import file_digest
 from fingerslip.errors import DamagedError, ResultError
@@ -31,6 +34,35 @@ __all__ = [
 HISTORY, RESULT, RUN, LOG = "history.nc", "events.json", "run.yaml", "log.txt"
 
 _REPAIR = "run the study again"
+
+_Number = pydantic.FiniteFloat | Annotated[int, pydantic.Field(ge=-(2**63), lt=2**63)]  # integers of any size otherwise
+
+
+class _Edge(TypedDict):
+    boundary: str
+    time_s: pydantic.FiniteFloat
+    distance_m: pydantic.FiniteFloat
+
+
+class _Stored(TypedDict):
+    """What the JSON of a run holds."""
+
+    run: str
+    identity: str
+    swept: dict[str, Any]
+    sampled: NotRequired[dict[str, Any]]
+    events_s: dict[str, dict[str, pydantic.FiniteFloat | bool | None]]
+    acceleration_peaks: list[dict[str, pydantic.FiniteFloat]]
+    numbers: dict[str, _Number | None]
+    edge_contact: _Edge | None
+    mesh_hash: str
+    mesh_size: pydantic.FiniteFloat
+    wall_time_s: pydantic.FiniteFloat
+    versions: dict[str, str]
+    files: dict[str, str]
+
+
+_STORED: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(_Stored)
 
 
 def result_mapping(result: RunResult) -> dict[str, Any]:
@@ -102,7 +134,7 @@ def _stored(folder: Path) -> tuple[RunResult, dict[str, str]]:
     fault = "holds no finished run" if folder.is_dir() else "is not there"
     missing = ResultError(f"{folder}: {fault}; {_REPAIR}")
     try:
-        values = read_json(folder / RESULT, _REPAIR)
+        values = read_json(folder / RESULT, _REPAIR, _STORED)
     except (FileNotFoundError, NotADirectoryError):
         raise missing from None
     if not (folder / HISTORY).exists():

@@ -24,10 +24,11 @@ from fingerslip.mesh.scan.placement import place_surface, placement_from_directi
 from fingerslip.mesh.scan.repair import repair_surface
 from fingerslip.mesh.scan.surfaces import check_closed, read_surface, write_surface
 from places import MESHES
-from robustness.mutants import changed_bytes
+from robustness.mutants import FOREIGN, changed_bytes
 from unit.ellipsoids import ellipsoid
 
-_SURFACES, _GRIDS = ("stl", "ply", "obj", "vtk"), ("vtu", "xdmf", "vtk")
+_SURFACES, _GRIDS = ("stl", "ply", "obj", "off", "vtk"), ("vtu", "xdmf", "vtk")
+_FOREIGN_GRIDS = ("bdf", "inp", "mesh", "ply")
 _WORDS = (b"nan", b"inf", b"-1", b"0", b"1e300", b"99999999999999999999", b"x", b"", b"1e-300", b"3", b"0.5", b"\xff")
 
 
@@ -35,8 +36,11 @@ def mesh_cases(folder: Path) -> Callable[[random.Random], None]:
     """Return what runs a case: a damaged mesh file is read, and a model of it is checked."""
     for name in _GRIDS:
         write_mesh(read_mesh(MESHES / "block.msh"), folder / f"whole.{name}")
+    for name in _FOREIGN_GRIDS:
+        with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings(action="ignore"):
+            meshio.write(folder / f"whole.{name}", _nameless(meshio.read(MESHES / "block.msh")))
     sources = [MESHES / "block.msh", MESHES / "block.msh", MESHES / "finger_coarse.msh"]
-    sources += [folder / f"whole.{name}" for name in _GRIDS]
+    sources += [folder / f"whole.{name}" for name in (*_GRIDS, *_FOREIGN_GRIDS)]
 
     def case(chance: random.Random) -> None:
         source = chance.choice(sources)
@@ -79,9 +83,21 @@ def surface_cases(folder: Path) -> Callable[[random.Random], None]:
     return case
 
 
+def _nameless(mesh: meshio.Mesh) -> meshio.Mesh:
+    """Return points [mm], of few digits, and cells of a mesh alone, which every format holds."""
+    points = np.column_stack([np.round(1e3 * mesh.points[:, :2], 3), np.zeros(len(mesh.points))])
+    return meshio.Mesh(points, [(block.type, block.data) for block in mesh.cells if block.type in ("triangle", "quad")])
+
+
 def _damaged(content: bytes, chance: random.Random) -> bytes:
-    """Return a file with bytes or, where it is text, words changed."""
-    if chance.random() < 0.4:
+    """Return a file with its header cut, names of groups, bytes or, where it is text, words changed."""
+    kind = chance.random()
+    if kind < 0.15:
+        return content[: chance.randrange(min(len(content), 400))]
+    if kind < 0.3:
+        other = chance.choice(FOREIGN).encode("utf-8", "surrogatepass")
+        return re.sub(rb"(?<=\")[A-Za-z_]+(?=\")", lambda word: other if chance.random() < 0.3 else word[0], content)
+    if kind < 0.6:
         return changed_bytes(content, chance)
     words = list(re.finditer(rb"[^\s<>=\"]+", content))
     for place in sorted(chance.sample(words, min(len(words), chance.choice((1, 1, 3)))), key=lambda one: -one.start()):

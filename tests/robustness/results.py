@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import random
 import shutil
@@ -13,17 +14,20 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+import xarray as xr
 import yaml
 
-from fingerslip.files import write_text
-from fingerslip.history import read_history
+from fingerslip.digest import file_digest
+from fingerslip.errors import DamagedError
+from fingerslip.files import read_json, write_json, write_text
+from fingerslip.history import read_history, write_history
 from fingerslip.mesh.io import write_mesh
 from fingerslip.report.figures import study as convergence
 from fingerslip.report.figures import style as save
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import check_options
 from fingerslip.report.scene.snapshot import read_snapshot
-from fingerslip.run_folder import read_result
+from fingerslip.run_folder import HISTORY, RESULT, RUN, read_result
 from fingerslip.study.convergence import converge as refining
 from fingerslip.study.inspection.show import diff_runs, show
 from fingerslip.study.inspection.view import _stored_history
@@ -42,20 +46,11 @@ _REPORTS = 0.004
 
 def result_cases(folder: Path) -> Callable[[random.Random], None]:
     """Return what runs a case: one file of the results is damaged, a verb uses them, and all is put back."""
-    path = _write_study(folder)
-    whole, results = folder / "whole", folder / "results"
-    with _nothing_drawn():
-        refining.converge(path, results_dir=whole, workers=1)
+    path, whole, results = _computed(folder)
     files = {one.relative_to(whole) for one in whole.rglob("*") if one.is_file()}
     study = results / path.stem
     targets = [study / name for name in _IN_STUDY] + 2 * [study / run / name for run in _NAMES for name in _IN_RUN]
-    verbs = {
-        "report": lambda: reporting._content(reporting.read_stored(study), {}),
-        "show": lambda: show(str(study)),
-        "show run": lambda: show(str(study / _NAMES[0])),
-        "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
-        "view": lambda: _view(study / _NAMES[0]),
-        "validate": lambda: [_measured(study / name, read_run(study / name, {})) for name in _NAMES],
+    verbs = _readers(study) | {
         "run": lambda: runner.run_study(path, results_dir=results, workers=1),
         "converge": lambda: refining.converge(path, results_dir=results, workers=1),
     }
@@ -80,6 +75,83 @@ def result_cases(folder: Path) -> Callable[[random.Random], None]:
             raise AssertionError(f"{verb} trusts a damaged {target.name}")
 
     return case
+
+
+def forged_cases(folder: Path) -> Callable[[random.Random], None]:
+    """Return what runs a case: values of a run are changed, the checksums are made to fit, and a verb reads them."""
+    path, whole, results = _computed(folder)
+    study = results / path.stem
+    run, verbs = study / _NAMES[0], _readers(study)
+
+    def case(chance: random.Random) -> None:
+        shutil.rmtree(results, ignore_errors=True)
+        shutil.copytree(whole, results)
+        match chance.choice((HISTORY, HISTORY, RUN, RESULT, "manifest.json")):
+            case "history.nc":
+                write_history(_other_history(read_history(run / HISTORY), chance), run / HISTORY)
+            case "run.yaml":
+                (run / RUN).write_text(yaml.safe_dump(changed_data(yaml.safe_load((run / RUN).read_text()), chance)))
+            case name:
+                target = run / RESULT if name == RESULT else study / name
+                values = changed_data(read_json(target, ""), chance)
+                write_json(target, values)
+        with contextlib.suppress(DamagedError, AttributeError, KeyError, TypeError):
+            values = read_json(run / RESULT, "")
+            values["files"] |= {name: file_digest(run / name) for name in (HISTORY, RUN)}
+            write_json(run / RESULT, values)
+        with _nothing_drawn():
+            verbs[chance.choice(sorted(verbs))]()
+
+    return case
+
+
+def _computed(folder: Path) -> tuple[Path, Path, Path]:
+    """Return the file of a study, the folder of its whole results, and that of the results to damage."""
+    path, whole = _write_study(folder), folder / "whole"
+    with _nothing_drawn():
+        refining.converge(path, results_dir=whole, workers=1)
+    return path, whole, folder / "results"
+
+
+def _readers(study: Path) -> dict[str, Callable[[], Any]]:
+    """Return what reads the results of a study, by its verb."""
+    return {
+        "report": lambda: reporting._content(reporting.read_stored(study), {}),
+        "show": lambda: show(str(study)),
+        "show run": lambda: show(str(study / _NAMES[0])),
+        "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
+        "view": lambda: _view(study / _NAMES[0]),
+        "validate": lambda: [_measured(study / name, read_run(study / name, {})) for name in _NAMES],
+    }
+
+
+def _other_history(history: xr.Dataset, chance: random.Random) -> xr.Dataset:
+    """Return a history with one variable missing, or of other values, units, type or length."""
+    name = chance.choice(sorted(map(str, history.variables)))
+    variable = history[name]
+    match chance.randrange(6):
+        case 0:
+            return history.drop_vars(name)
+        case 1:
+            history[name] = (
+                variable * chance.choice((0, -1, np.nan, np.inf, 1e300, 1e-300)) if _numeric(variable) else variable
+            )
+        case 2:
+            history[name].attrs["units"] = chance.choice(("ms", "mm", "", "furlong", "deg"))
+        case 3:
+            history[name] = variable.astype(str)
+        case 4:
+            history.attrs |= {
+                chance.choice(sorted(history.attrs) or ["x"]): chance.choice(("", "x", 3, -1.0, "{", "1" * 400))
+            }
+        case _:
+            name = chance.choice(sorted(map(str, history.sizes)))
+            return history.isel({name: slice(0, chance.choice((0, 1, 2)))})
+    return history
+
+
+def _numeric(variable: xr.DataArray) -> bool:
+    return bool(np.issubdtype(variable.dtype, np.floating))
 
 
 def _write_study(folder: Path) -> Path:

@@ -20,11 +20,15 @@ def filmed_history() -> xr.Dataset:
     names = [f"external-marker-{ring}-{number + 1:02d}" for number, ring in enumerate(RINGS)]
     bare = whole.drop_dims("site")
     values = {name: bare[name].values for name in bare.variables}
+    displacement = np.concatenate([moved, 0.5 * moved[:, :1]], axis=1)
     values |= {
         "site": [*names, "internal-marker-0-01"],
         "site_kind": ["external marker"] * len(NODES) + ["internal marker"],
         "site_region": ["skin"] * (len(NODES) + 1),
         "site_position": np.vstack([rest, rest[:1] + np.array([0.0, 5e-3])]),
-        "displacement": np.concatenate([moved, 0.5 * moved[:, :1]], axis=1),
+        "displacement": displacement,
+        "velocity": np.zeros_like(displacement),
+        "acceleration": np.zeros_like(displacement),
+        "strain_energy_density": np.zeros(displacement.shape[:2]),
     }
     return make_history(values, dict(whole.attrs))

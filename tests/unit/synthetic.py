@@ -70,6 +70,8 @@ def _body(times: NDArray[np.float64], plate: NDArray[np.float64], process: Proce
         "counterface_displacement": way,
         "counterface_velocity": np.gradient(way, times, axis=0),
         "counterface_force": np.stack([tangential, normal], axis=-1)[:, None],
+        "friction_utilisation": np.clip((times - PRESS_END) / (process.centre - PRESS_END), 0.0, 1.0)[:, None],
+        "largest_friction_utilisation": (times > PRESS_END).astype(float)[:, None],
     }
 
 
@@ -98,8 +100,10 @@ def _contact(times: NDArray[np.float64], plate: NDArray[np.float64], process: Pr
         "contact_counterface": np.zeros(x.size, dtype=int),
         "contact_position": np.stack([x, np.full(x.size, -6.5e-3)], axis=-1),
         "contact_area": np.full(x.size, spacing * 1e-3),
+        "contact_edge_distance": np.full(x.size, np.inf),
         "contact_displacement": displacement,
         "contact_velocity": np.gradient(displacement, times, axis=0),
+        "contact_acceleration": np.gradient(np.gradient(displacement, times, axis=0), times, axis=0),
         "contact_state": state,
         "slip_distance": slip,
         "gap": np.where(touching, -1e-6, 1e-4),
@@ -156,4 +160,6 @@ def _energies(times: NDArray[np.float64], plate: NDArray[np.float64]) -> dict[st
         "numerical_dissipation": 1e-3 * strain,
         "external_work": 1.021 * strain + friction,
         "energy_imbalance": np.full(times.size, 1e-12),
+        "contact_iterations": np.ones(times.size, dtype=int),
+        "contact_residual": np.zeros(times.size),
     }

@@ -105,8 +105,9 @@ def test_a_truncated_file_is_a_result_error(history, tmp_path):
         read_history(path)
 
 
-def test_snapshots_without_their_fields_are_no_history(tmp_path):
-    xr.Dataset(coords={"time": [0.0], "snapshot_time": [0.0]}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+def test_snapshots_without_their_fields_are_no_history(history, tmp_path):
+    own = history.drop_vars("snapshot_displacement")
+    write_history(own, tmp_path / "other.nc")
     with pytest.raises(ResultError, match=r"other.nc: is no history \(it has no snapshot_displacement\)"):
         read_history(tmp_path / "other.nc")
 

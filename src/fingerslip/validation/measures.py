@@ -219,16 +219,17 @@ def rms_after(history: xr.Dataset, window: SlideWindow, start: float) -> float |
     return float(np.sqrt(np.mean(values**2))) if values.size else None
 
 
-def travel_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float:
+def travel_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float | None:
     """Return the travel of the plate from the start of the slide to `time` [s], over friction times indentation [-].
 
-    The travel is positive whichever way the plate slides.
+    The travel is positive whichever way the plate slides. Without friction or indentation there is none.
     """
     times = history["time"].values
     along = history["counterface_displacement"].values[:, 0] @ slide_tangent(history)
     normal = history["counterface_displacement"].values[window.first, 0] @ counterface_normal(history)
     travel = abs(float(np.interp(time, times, along) - np.interp(window.start, times, along)))
-    return travel / (float(history["counterface_friction_coefficient"].values[0]) * float(normal))
+    scale = float(history["counterface_friction_coefficient"].values[0]) * float(normal)
+    return travel / scale if scale else None
 
 
 def _accelerations(

@@ -91,7 +91,9 @@ def test_known_uncertainties_come_with_the_runs(folder: Path) -> None:
 @pytest.mark.parametrize("changed", [{"compare": None}, {"runs": 3}, {"runs": {"a": {}}}, {"title": None}])
 def test_results_of_another_version_are_refused(folder: Path, changed: dict[str, object]) -> None:
     write_json(folder / "manifest.json", read_json(folder / "manifest.json", "") | changed)
-    with pytest.raises(DamagedError, match=r"manifest\.json: is of another version; run the study again"):
+    with pytest.raises(
+        ResultError, match=r"manifest\.json: is of another version, or damaged at [\w.]+; run the study again"
+    ):
         fs.open_study(folder)
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired
+
+import pydantic
+from typing_extensions import TypedDict
 
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.files import read_json, write_json, write_text
@@ -34,6 +37,41 @@ __all__ = [
 MANIFEST, SUMMARY, SENSITIVITY = "manifest.json", "summary.csv", "sensitivity.csv"
 
 _REPAIR = "run the study again"
+
+
+class _Run(TypedDict):
+    identity: str
+    mesh_hash: str
+    wall_time_s: pydantic.FiniteFloat
+    versions: dict[str, str]
+
+
+class _Refused(TypedDict):
+    swept: dict[str, Any]
+    sampled: dict[str, Any]
+    reason: str
+
+
+class _Stored(TypedDict):
+    """What the manifest of a study holds."""
+
+    study: str
+    title: str
+    description: NotRequired[str]
+    compare: list[str]
+    given: list[str]
+    ranges: NotRequired[dict[str, list[Any]]]
+    design: NotRequired[dict[str, Any]]
+    refused: NotRequired[dict[str, _Refused]]
+    versions: dict[str, str]
+    commit: str | None
+    wall_time_s: pydantic.FiniteFloat
+    report: str
+    derived: dict[str, dict[str, tuple[pydantic.FiniteFloat | None, str]]]
+    runs: dict[str, _Run]
+
+
+_STORED: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(_Stored)
 
 
 def write_summary(study: StudyResult) -> None:
@@ -123,21 +161,11 @@ def stored_manifest(folder: Path) -> dict[str, Any]:
     """Return what made the results of a study."""
     needed = f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote"
     try:
-        manifest = read_json(folder / MANIFEST, _REPAIR)
+        return read_json(folder / MANIFEST, _REPAIR, _STORED)
     except (FileNotFoundError, NotADirectoryError):
         raise ResultError(needed) from None
     except DamagedError as error:
         raise ResultError(f"{needed}: {error}") from None
-    if not _is_of_this_version(manifest):
-        raise DamagedError(str(folder / MANIFEST), "is of another version", _REPAIR)
-    return manifest
-
-
-def _is_of_this_version(manifest: Mapping[str, Any]) -> bool:
-    kinds = {"title": str, "compare": list, "runs": dict}
-    if not all(isinstance(manifest.get(key), kind) for key, kind in kinds.items()):
-        return False
-    return all(isinstance(run, dict) and "identity" in run for run in manifest["runs"].values())
 
 
 def identities(manifest: Mapping[str, Any]) -> dict[str, str]:
