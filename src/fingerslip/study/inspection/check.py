@@ -11,6 +11,7 @@ from fingerslip.dynamics.system.checks import checked
 from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
+from fingerslip.study.running.compiling import compiling_seconds
 from fingerslip.study.running.cost import estimated_seconds, process_bytes
 from fingerslip.study.running.jobs import Job, groups
 from fingerslip.study.running.plan import Plan, plan_studies
@@ -58,7 +59,9 @@ def _note(rows: Sequence[_Row], job_groups: Sequence[Sequence[Job]]) -> str:
     about = "at least" if any(isinstance(row[-2], str) and row[2] == "to do" for row in rows) else "about"
     runs = f"{len(rows)} run{'s' * (len(rows) != 1)}"
     note = f"{runs}, {about} {max(seconds / 60, 0.1):.1f} min of computing in one process."
-    return note + _of_groups(job_groups) + _CONTROLLED * controlled
+    compiling = compiling_seconds(job.model for jobs in job_groups for job in jobs)
+    first = f" Compiling comes first, once on this machine: about {compiling:.0f} s." * bool(compiling)
+    return note + first + _of_groups(job_groups) + _CONTROLLED * controlled
 
 
 def _of_groups(job_groups: Sequence[Sequence[Job]]) -> str:

@@ -186,8 +186,10 @@ def _engine(workers: int, scheduler: str | None) -> Engine:
 def _compute_here(
     workers: int, jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing] | None
 ) -> Computed:
+    from fingerslip.study.running.compiling import compile_ahead
     from fingerslip.study.running.pool import compute_all
 
+    compile_ahead([job.model for job in jobs], progress)
     return compute_all(jobs, workers, progress, drawings)
 
 

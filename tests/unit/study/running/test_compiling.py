@@ -1,0 +1,79 @@
+"""Compiling is a phase of its own, once on a machine."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fingerslip.study.inspection.check import check_studies
+from fingerslip.study.running import compiling
+from fingerslip.study.running.progress import SilentProgress
+from fingerslip.study.running.runner import run_study
+from places import ROOT
+from problems.pushed import push_and_slide
+
+COLD = """
+import logging
+logging.disable()
+from numba.core import event
+import fingerslip as fs
+from fingerslip.study.running.compiling import compile_ahead, kinds_to_compile
+from fingerslip.study.running.progress import SilentProgress
+from physics.pressed_and_slid import models
+for name in ("quasi-static", "solid", "large strain"):
+    model = models()[name]
+    assert kinds_to_compile([model])
+    compile_ahead([model], SilentProgress())
+    assert not kinds_to_compile([model])
+    with event.install_recorder("numba:compile") as recorder:
+        fs.simulate(model)
+    assert len(recorder.buffer) < 10, recorder.buffer
+"""
+
+
+class Heard(SilentProgress):
+    """Keeps the names and the shares that are done."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+        self.shares: list[float] = []
+        self.words: list[str] = []
+
+    def begin(self, names):
+        self.names += names
+
+    def advance(self, _name, fraction):
+        self.shares.append(fraction)
+
+    def say(self, message):
+        self.words.append(message)
+
+
+def test_where_all_is_compiled_nothing_is_said(monkeypatch):
+    monkeypatch.setattr(compiling, "_is_compiled", lambda _: True)
+    heard = Heard()
+    compiling.compile_ahead([push_and_slide()], heard)
+    assert (heard.names, heard.shares, heard.words) == ([], [], [])
+    assert compiling.compiling_seconds([push_and_slide()]) == 0.0
+
+
+def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path: Path, monkeypatch):
+    study = write_study()
+    monkeypatch.setattr(compiling, "_is_compiled", lambda _: False)
+    assert "Compiling comes first, once on this machine: about 20 s." in check_studies([study]).note
+    heard = Heard()
+    run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)
+    assert heard.names[0] == "compiling, once on this machine"
+    assert heard.words[0] == "compiling, once on this machine: takes about 20 s"
+    assert heard.shares[0] == 0.0
+
+
+@pytest.mark.slow
+def test_a_small_block_compiles_nearly_all_that_a_model_of_its_kind_needs(tmp_path: Path):
+    paths = os.pathsep.join([str(ROOT / "tests"), *sys.path])
+    environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", COLD], env=environment, check=True)
