@@ -70,7 +70,7 @@ def _title(file: Traversable) -> str:
 
 def copy_example(name: str, folder: Path) -> Path:
     """Copy a shipped study, the studies that it is based on, and the schema by which editors check it."""
-    shipped = examples()
+    shipped, name = examples(), name.removesuffix(".yaml")
     path = _write(_chosen("study", name, shipped), folder / f"{name}.yaml")
     while base := _BASE.search(shipped[name].read_text(encoding="utf-8")):
         name = base[1]

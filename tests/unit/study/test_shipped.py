@@ -79,7 +79,7 @@ def test_studies_are_those_beside_or_those_that_ship(tmp_path: Path, monkeypatch
 
 
 def test_an_example_is_copied_as_it_is(tmp_path: Path) -> None:
-    written = copy_example("wang2014_table2", tmp_path)
+    written = copy_example("wang2014_table2.yaml", tmp_path)
     assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
 
 

@@ -98,6 +98,7 @@ class Recorder:
         turning = times.size if system.constant_frames() is None else 0
         self._friction = np.zeros((turning, len(system.candidates.nodes), space.dim - 1))
         snapshots = snapshot_steps(times, model.record.snapshots_every)
+        self._has_warned = False
         self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
         sizes = {
             "time": times.size,
@@ -149,14 +150,16 @@ class Recorder:
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
         self._snapshots.record(step, state, self.values)
-        if self._next == self._times.size and state.body is None:
+        is_last = self._next == self._times.size
+        if state.body is None and not self._has_warned and (is_last or step in self._snapshots):
             self._warn_of_inverted_cells(self._system.coordinates.on_mesh(state.displacement))
 
     def _warn_of_inverted_cells(self, displacement: Array) -> None:
-        """Warn where small strain does not hold: cells are turned inside out at the end (n_dofs,) [m]."""
+        """Warn where small strain does not hold: cells are turned inside out (n_dofs,) [m]."""
         space = self._system.space
         inverted = np.flatnonzero(inverted_cells(space, displacement))
         if inverted.size:
+            self._has_warned = True
             place = coordinates(space.mesh.p[:, space.mesh.t[:, inverted[0]]].mean(axis=1))
             _logger.warning(
                 "kinematics: small strain turns %d of %d cells inside out, such as that at %s: write kinematics: "

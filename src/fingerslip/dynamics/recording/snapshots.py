@@ -39,6 +39,10 @@ class SnapshotRecords:
         # Of large strain and of materials that relax, stresses follow from more than what is kept of a state.
         self._of_states = system.body is not None or bool(viscous)
 
+    def __contains__(self, step: int) -> bool:
+        """Tell whether a step is one of the snapshots."""
+        return step in self._numbers
+
     @property
     def steps(self) -> list[int]:
         """The steps."""

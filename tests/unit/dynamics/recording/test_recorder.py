@@ -196,6 +196,21 @@ def test_cells_that_small_strain_turns_inside_out_are_named(element, caplog):
     assert "write kinematics: finite" in caplog.text
 
 
+def test_cells_that_are_inside_out_at_a_snapshot_alone_are_named_once(caplog):
+    ramp = fs.Ramp((0.0, 1.0, 2.0), (0.0, 1.0, 0.0))
+    model = fs.Model(
+        mesh=box("Q4", *[np.linspace(0.0, 1.0, 3)] * 2),
+        materials={"bulk": fs.Elastic(1e3, 0.0, 1.0)},
+        formulation="plane_strain",
+        supports={"top": ("x", "y")},
+        tractions={"bottom": fs.Traction((0.0, 1100.0), ramp)},
+        time=fs.QuasiStatic(0.5, end=2.0),
+        record=fs.Recording(snapshots_every=0.5),
+    )
+    fs.simulate(model)
+    assert caplog.text.count("cells inside out") == 1
+
+
 @pytest.mark.parametrize(
     ("interval", "steps"),
     [
