@@ -42,7 +42,6 @@ def main(results: Path) -> None:
     text = rows_markdown(rows)
     (REFERENCE / "validation.md").write_text(text, encoding="utf-8")
     (REFERENCE / "validation.json").write_text(json.dumps(rows_mapping(rows), indent=2) + "\n", encoding="utf-8")
-    replace_table(ROOT / "docs" / "validation.md", "| quantity | source |", table_of(text, "| quantity | source |"))
     refined = converge(STUDIES / "wang2014_table2.yaml", results_dir=results).markdown
     heading = f"# Numerical uncertainty of the slip events of Table 2\n\nMade by `{MADE}`.\n\n"
     (REFERENCE / "convergence.md").write_text(f"{heading}{refined.rstrip()}\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Every work that code, studies or docs cite stands in the list of references."""
+"""Every work that code, studies or docs cite stands in the list of references; every module is documented once."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
 
-from places import ROOT
+from places import DOCS, ROOT
 
-REFERENCES = ROOT / "docs" / "references.md"
+REFERENCES = DOCS / "references.md"
 _NAME = r"[A-Z][a-z]{2,}"
 _CITATION = re.compile(rf"({_NAME})((?:, {_NAME})*(?: (?:&|and) {_NAME})?(?: et al\.)?),? \(?((?:18|19|20)\d\d)\b")
 # Words that stand before a year without being a name.
@@ -53,3 +53,9 @@ def test_every_key_of_the_bibliography_is_listed() -> None:
     assert len(keys) == bibliography.count("@")
     for name, year in keys:
         assert any(name in entry.split(year)[0] for entry in entries if year in entry), f"{name}{year}"
+
+
+def test_every_module_is_documented_once() -> None:
+    pages = (path.read_text(encoding="utf-8") for path in sorted((DOCS / "api").glob("*.md")))
+    modules = re.findall(r"automodule:: (\S+)", "".join(pages))
+    assert sorted(modules) == sorted(set(modules))

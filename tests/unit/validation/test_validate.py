@@ -89,12 +89,11 @@ def test_missing_study_is_an_error_before_anything_runs(tmp_path: Path) -> None:
     assert not (tmp_path / "results").exists()
 
 
-def test_reference_tables_and_documentation_have_the_same_rows() -> None:
+def test_reference_table_and_numbers_are_the_same_rows() -> None:
     stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
     rows = [Row(**{**entry, "published": as_published(entry["published"])}) for entry in stored]
     page = (ROOT / "results" / "reference" / "validation.md").read_text(encoding="utf-8")
     assert rows_markdown(rows) == page
-    assert page[page.index("| quantity") :] in (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
 
 
 def test_documentation_counts_the_verdicts() -> None:
