@@ -1,4 +1,4 @@
-"""Write results/reference/geometry.md, the figures of docs/geometry.md, and the intervals that `fingerslip validate` shows.
+"""Write results/reference/geometry.md, the figures of docs/geometry.md and the intervals of `fingerslip validate`.
 
 First: fingerslip run studies/wang2014_geometry.yaml studies/wang2014_geometry_3d.yaml
 Then: python docs/figures/make_geometry.py [RESULTS]

@@ -173,7 +173,7 @@ class ReducedBasis:
     """A reduced basis in place of the mesh: static responses to contact, exactly, and a few vibrations.
 
     Those that slow motions of the contact excite are taken, as many as the tolerance needs. Where they do not suffice,
-    the motion is computed on the mesh. See docs/theory.md.
+    the motion is computed on the mesh. See docs/solver.md.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ class Adaptive:
     """Steps that control their own error, and records at times that are chosen apart from them.
 
     Between two knots of the programme and of all ramps there is a whole number of records, and every step ends at or
-    before the next of them. See docs/theory.md for the estimates of the error.
+    before the next of them. See docs/solver.md for the estimates of the error.
 
     Parameters
     ----------
