@@ -45,7 +45,7 @@ def main(results: Path) -> None:
     refined = converge(STUDIES / "wang2014_table2.yaml", results_dir=results).markdown
     heading = f"# Numerical uncertainty of the slip events of Table 2\n\nMade by `{MADE}`.\n\n"
     (REFERENCE / "convergence.md").write_text(f"{heading}{refined.rstrip()}\n", encoding="utf-8")
-    replace_table(ROOT / "docs" / "convergence.md", "| quantity | unit |", table_of(refined, "| quantity | unit |"))
+    renew_rows(ROOT / "docs" / "convergence.md", table_of(refined, "| quantity | unit |"))
     run_studies(tuple(STUDIES / f"{name}.yaml" for name in DETAILS), results_dir=results)
     make_details.main(results)
     make_figures.main(results)
@@ -61,11 +61,12 @@ def table_of(text: str, start: str) -> list[str]:
     return lines[first:last]
 
 
-def replace_table(page: Path, start: str, table: list[str]) -> None:
-    """Put a table in the place of the first one on a page that begins with the same words."""
-    text = page.read_text(encoding="utf-8")
-    old = table_of(text, start)
-    page.write_text(text.replace("\n".join(old), "\n".join(table)), encoding="utf-8")
+def renew_rows(page: Path, table: list[str]) -> None:
+    """Put the rows of a table in the place of those on a page that begin with the same cell."""
+    rows = {row.split("|")[1]: row for row in table}
+    lines = page.read_text(encoding="utf-8").splitlines()
+    renewed = (rows.get(line.split("|")[1], line) if line.startswith("| ") else line for line in lines)
+    page.write_text("\n".join(renewed) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
