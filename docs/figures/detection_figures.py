@@ -51,10 +51,10 @@ def main() -> None:
 
 
 def in_space(results: Path) -> None:
-    """Draw the figure and print the tables of pouring in space."""
+    """Draw the figure and print the tables of pouring in 3D."""
     slides, pours = (open_trials(results / f"{name}_trials") for name in POURING_IN_SPACE)
     detector = trained(slides, "external_markers")
-    figure = draw(pours, POUR_IN_SPACE, detector, "plate", "Pouring in space, 4 mm deep")
+    figure = draw(pours, POUR_IN_SPACE, detector, "plate", "Pouring in 3D, 4 mm deep")
     save_figure(figure, HERE / "slip-pouring-3d.png")
     print_transfer(slides, pours, ("external_markers", "contact"))
 

@@ -103,7 +103,7 @@ def slip_figure(results: Path) -> Figure:
     draw_speeds(speeds, runs_of(results, "viscoelastic"), BLUE, start=1.0)
     relaxing = [run for run in runs_of(results, "viscoelastic_3d") if run.swept[TISSUE] == {"preset": "pulp-relaxing"}]
     draw_speeds(speeds, relaxing, GREEN, start=0.5)
-    places = [("section", BLUE), ("in space", GREEN)]
+    places = [("section", BLUE), ("in 3D", GREEN)]
     speeds.legend(
         handles=[Line2D([], [], color=colour, marker="s", linestyle="", label=words) for words, colour in places],
         loc="center right",

@@ -272,7 +272,7 @@ def nodes(results: Path) -> Table:
             events = run.events.slip
             cost = float(history.attrs["cpu_seconds_stepping"])
             rows.append((*mesh, *times, events.incipient, events.overall, *contact_size(history), cost))
-    title = "The fingertip in space: eight reference nodes, and the contact when the slide begins"
+    title = "The fingertip in 3D: eight reference nodes, and the contact when the slide begins"
     return Table(title, columns, tuple(rows))
 
 

@@ -1,4 +1,4 @@
-"""Draw docs/figures/solid.png, the fingertip in space cut open during the slide, and solid-directions.png.
+"""Draw docs/figures/solid.png, the fingertip in 3D cut open during the slide, and solid-directions.png.
 
 First: fingerslip run studies/wang2014_3d.yaml studies/directions_3d.yaml
 Then: python docs/figures/solid_figure.py [RESULTS]

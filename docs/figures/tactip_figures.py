@@ -145,7 +145,7 @@ def saturation(travel: np.ndarray, pin: np.ndarray) -> float:
 
 
 def draw_gate(folder: Path) -> None:
-    """Draw the displacement of the central pin of the smooth sensor in space, and where it saturates."""
+    """Draw the displacement of the central pin of the smooth sensor in 3D, and where it saturates."""
     save_figure(gate_figure(central_pin(folder)), HERE / "tactip-gate.png")
 
 
@@ -169,7 +169,7 @@ def gate_figure(pins: dict[float, tuple[np.ndarray, np.ndarray]]) -> Figure:
 
 
 def draw_solid() -> None:
-    """Draw the ridged sensor in space, cut open along its plane of symmetry."""
+    """Draw the ridged sensor in 3D, cut open along its plane of symmetry."""
     sensor = presets_of("tactip-ridged-3d").read("tactip-ridged-3d")
     mesh = SensorSolidSizes(contact_size=1e-3, bulk_size=3e-3).build(sensor)
     plotter = pyvista.Plotter(off_screen=True, window_size=(1100, 760))

@@ -170,7 +170,7 @@ def element_errors() -> None:
                     color=colours[kind.element] if kind.integration != "nodal" else "#e08214",
                     label=kind.name if ratio == locking.RATIOS[1] else None,
                 )
-        axes.set(xlabel="unknowns", title=f"{'plane strain' if dim == 2 else 'slice in space'}")
+        axes.set(xlabel="unknowns", title=f"{'plane strain' if dim == 2 else 'slice in 3D'}")
         axes.legend(fontsize=8, loc="lower left", title="dotted ν = 0.48, full ν = 0.4999", title_fontsize=8)
     panels[0].set_ylabel("error in L$_2$ / displacement")
     panels[1].tick_params(labelleft=True)

@@ -281,7 +281,7 @@ def stored_phases(path: str | Path, kind: str) -> list[tuple[float, float]]:
 
 
 def is_solid(history: xr.Dataset) -> bool:
-    """Tell whether a history is one in space, with three components."""
+    """Tell whether a history is one in 3D, with three components."""
     return bool(history.sizes["component"] == len("xyz"))
 
 

@@ -140,7 +140,7 @@ class Contact:
         and the size of its facets.
     search_distance : float, optional
         Nodes with a larger initial gap are no contact candidates [m]; without it one and a half times
-        the approach of the counterface (in space 1.25 times, as long as this is enough), and unlimited
+        the approach of the counterface (in 3D 1.25 times, as long as this is enough), and unlimited
         where loads may bring the body to it.
     programme : tuple of Press, Hold, Slide or Lift, optional
         The counterface's own motion; without it the model's programme.
@@ -227,9 +227,9 @@ class Model:
         answers :class:`~fingerslip.materials.material.Material` or
         :class:`~fingerslip.materials.large_strain.FiniteMaterial`.
     formulation : {'plane_strain', 'plane_stress', 'solid'}
-        The two-dimensional assumption, or 'solid' in space.
+        The two-dimensional assumption, or 'solid' in 3D.
     depth : float
-        Out-of-plane depth [m], so that forces are newtons; not in space.
+        Out-of-plane depth [m], so that forces are newtons; not in 3D.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
         Boundaries, or whole regions, that are fixed, and in which components.
     support_motions : mapping of str to SupportMotion

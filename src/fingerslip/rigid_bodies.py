@@ -182,8 +182,8 @@ class RigidBody(RigidBodyBase):
         body's weight acts there. Needed where it is free about an axis; without it the origin, for the moments that
         histories hold.
     inertia : tuple of float
-        Moments of inertia about axes through the centre [kg m^2]: in space about x, y and z, which have to be its
-        principal axes, in the plane one value about z. Needed where it is free about an axis.
+        Moments of inertia about axes through the centre [kg m^2]: in 3D about x, y and z, which have to be its
+        principal axes, in 2D one value about z. Needed where it is free about an axis.
     filling : Ramp, optional
         Share of the mass whose weight acts, over time, such as that of a jug that is filled; 1 without it. Inertia is
         that of the whole mass at all times, so while a body is being filled, its acceleration is too small.

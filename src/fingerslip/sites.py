@@ -24,7 +24,7 @@ class Site:
     kind : str
         Receptor type, or any word for a site of one's own.
     position : tuple of float
-        Coordinates x, y and in space z [m].
+        Coordinates x, y and in 3D z [m].
     region : str, optional
         Region on whose side of an interface stresses are taken; any where not given.
     """

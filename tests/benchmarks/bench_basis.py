@@ -1,4 +1,4 @@
-"""Time motions on the mesh and in a reduced basis: runs of the paper in the plane and in space, and eight frictions.
+"""Time motions on the mesh and in a reduced basis: runs of the paper in 2D and in 3D, and eight frictions.
 
 Run it as it is: ``python tests/benchmarks/bench_basis.py [--cases plane sweep solid] [--tolerance 1e-4]``. Each case is
 computed in one process: on the mesh, in a basis that is made, and in one that is kept. A step is all of the stepping

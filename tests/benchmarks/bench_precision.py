@@ -1,4 +1,4 @@
-"""What factors of single precision save in space, and what they change.
+"""What factors of single precision save in 3D, and what they change.
 
 Run it as it is: ``python tests/benchmarks/bench_precision.py [--steps 300] [--coarse]``. The fingertip of
 studies/wang2014_3d_tetrahedra.yaml, or of studies/directions_3d.yaml with ``--coarse``, is pressed and slid twice in

@@ -1,9 +1,9 @@
-"""What slides of the sensor cost, and how much they depend on the mesh in space; the tables of docs/tactip.md.
+"""What slides of the sensor cost, and how much they depend on the mesh in 3D; the tables of docs/tactip.md.
 
     OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases section meshes] [--sizes coarse shipped fine]
                                                               [--depths 2 3] [--deepest 3]
 
-`section` is the slide of 47 s in the plane. `meshes` slides the ridged half in space over 14 mm on meshes of which all
+`section` is the slide of 47 s in 2D. `meshes` slides the ridged half in 3D over 14 mm on meshes of which all
 sizes have a common factor, with the surface in patches of one size; memory is that of the largest so far.
 """
 
@@ -53,7 +53,7 @@ def run_of(name: str) -> Run:
 
 
 def section() -> None:
-    """Print what the slide in the plane costs."""
+    """Print what the slide in 2D costs."""
     run = run_of("tactip_slide.yaml")
     mesh, meshing = timed(lambda: build_mesh(run))
     model = build_model(run, mesh)

@@ -1,4 +1,4 @@
-"""The half sensor in space at large strain beside small strain, on one mesh; a table of docs/tactip.md.
+"""The half sensor in 3D at large strain beside small strain, on one mesh; a table of docs/tactip.md.
 
     OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor_large.py [--skins smooth ridged] [--sizes 1.5 4 0.5]
         [--depth 3] [--travel 1.5] [--part 0.25] [--strains small finite]

@@ -1,4 +1,4 @@
-"""Time press and slide in space: the shipped fingertip, a fine contact, eight directions, eight friction coefficients.
+"""Time press and slide in 3D: the shipped fingertip, a fine contact, eight directions, eight friction coefficients.
 
 Run it as it is: ``python tests/benchmarks/bench_solid.py [--nodes 34000] [--steps 300] [--cases shipped ...]``. The
 cases `shipped`, `fine`, `coarse` and `eight` run on the fingertip of the preset: on the linear tetrahedra of

@@ -1,4 +1,4 @@
-"""How the cost of a press and slide in space grows with the mesh: table, fitted exponents and a log-log figure.
+"""How the cost of a press and slide in 3D grows with the mesh: table, fitted exponents and a log-log figure.
 
 Run it as it is: ``python tests/benchmarks/scaling_solid.py [--nodes 2000 5000 ...] [--figure FILE]``. Seconds of
 stepping are for as many steps as asked for, half of them pressing.

@@ -41,7 +41,7 @@ OWN = {
     "bulens2023_pouring_3d": 1e-8,
     **dict.fromkeys(("bulens2023_section_shape", "bulens2023_section_rods", "bulens2023_section_ridges"), 1e-8),
 }
-# Eight to eleven sections of sensors each, large strain, or a finger in space: in the slow tier only.
+# Eight to eleven sections of sensors each, large strain, or a finger in 3D: in the slow tier only.
 LONG = (
     *("finite_strain", "ridged_vs_smooth", "viscoelastic"),
     *("ridged_vs_smooth_large", "tactip_relaxing", "marker_layout", "wang2014_artificial_finger"),
@@ -49,12 +49,12 @@ LONG = (
     *("bulens2023_section_rods", "bulens2023_section_ridges", "bulens2023_pouring"),
 )
 STUDIES = [path for path in SHIPPED if path not in CONTROLLED and path.stem not in OWN]
-# Runs in space press for 0.5 s; some of the slide is as much as a test has time for.
+# Runs in 3D press for 0.5 s; some of the slide is as much as a test has time for.
 START_OF_SLIDE = 0.56
 CONTACT_SIZE, BULK_SIZE, STEP = 0.6e-3, 0.8e-3, 40e-3
 # Of the external work. 1e-6 is wanted; rounding leaves less than 1e-12, and 1e-6 would not see the scheme's own share.
 # So the closed forms are held against steps with factors of double precision, and those of single precision, which
-# MKL PARDISO makes in space, against what is wanted.
+# MKL PARDISO makes in 3D, against what is wanted.
 ALLOWED, WANTED = 1e-9, 1e-6
 
 
@@ -91,7 +91,7 @@ def coarse(run):
 
 
 def coarse_in_space(run):
-    """Return a run in space in few steps on as coarse a mesh as the layers of the skin allow."""
+    """Return a run in 3D in few steps on as coarse a mesh as the layers of the skin allow."""
     changed = coarse(run)
     mesh = replace(changed.study.mesh, contact_size=1.6e-3, bulk_size=3e-3)
     return replace(changed, study=replace(changed.study, mesh=mesh))
@@ -212,7 +212,7 @@ def test_there_are_studies():
     assert STUDIES
 
 
-# Bodies in space take minutes, and thin tissue cannot be meshed coarsely: they are in the slow test only.
+# Bodies in 3D take minutes, and thin tissue cannot be meshed coarsely: they are in the slow test only.
 COARSE = [path for path in STUDIES if "_3d" not in path.stem and not path.stem.endswith("_thickness")]
 
 

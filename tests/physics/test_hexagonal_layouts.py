@@ -1,4 +1,4 @@
-"""A sensor with 127 markers in a hexagonal lattice: its half in space, pressed in a few quasi-static steps."""
+"""A sensor with 127 markers in a hexagonal lattice: its half in 3D, pressed in a few quasi-static steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A finger in space pressed on a plate and slid: balance of forces, symmetry, and slip from the edge inwards."""
+"""A finger in 3D pressed on a plate and slid: balance of forces, symmetry, and slip from the edge inwards."""
 
 from __future__ import annotations
 

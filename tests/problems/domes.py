@@ -1,4 +1,4 @@
-"""A small half dome in space that is pressed and slid along its plane of symmetry."""
+"""A small half dome in 3D that is pressed and slid along its plane of symmetry."""
 
 from __future__ import annotations
 

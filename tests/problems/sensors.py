@@ -1,4 +1,4 @@
-"""Sensors in space, pressed and slid without inertia by a plate of which the body's answers are computed once."""
+"""Sensors in 3D, pressed and slid without inertia by a plate of which the body's answers are computed once."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def pressed_sensor(
     step: float,
     reach: float | None = None,
 ) -> fs.Model:
-    """Return a sensor in space that a plate moves in steps [s], with its internal markers."""
+    """Return a sensor in 3D that a plate moves in steps [s], with its internal markers."""
     plane = fs.Plane((0.0, 1.0, 0.0))
     contact = fs.Contact("contact", plane, friction, normal_penalty=5e9, tangential_penalty=5e9, search_distance=reach)
     return fs.Model(

@@ -19,12 +19,12 @@ def change(**groups: Any) -> Fingertip:
 
 
 def change_solid(**groups: Any) -> Fingertip:
-    """Return the preset in space with some values changed, written as in a study file."""
+    """Return the preset in 3D with some values changed, written as in a study file."""
     return fingertip_from({"preset": "wang2014-3d", **groups}, "finger")
 
 
 def coarse_solid(variant: str = "original") -> Any:
-    """Return a coarse mesh of the preset in space, which is made once."""
+    """Return a coarse mesh of the preset in 3D, which is made once."""
     return _coarse_solid(variant)
 
 

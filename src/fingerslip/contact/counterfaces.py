@@ -174,7 +174,7 @@ class Sphere(_Round):
 
 @parameters
 class Cylinder(_Round):
-    """A rigid cylinder: a disc in the plane, infinitely long in space.
+    """A rigid cylinder: a disc in 2D, infinitely long in 3D.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ class Cylinder(_Round):
         A point of its axis at the start [m]. Without it the cylinder is below the middle of the boundary and just
         touches it.
     axis : tuple of float, optional
-        Direction of its axis in space, perpendicular to `normal` [-]; not in the plane.
+        Direction of its axis in 3D, perpendicular to `normal` [-]; not in 2D.
     """
 
     axis: tuple[float, ...] | None = None
@@ -194,7 +194,7 @@ class Cylinder(_Round):
     def __post_init__(self) -> None:
         super().__post_init__()
         if (self.axis is None) != (self.dim == 2):
-            raise InputError("axis", f"got {self.axis}", "needs a direction in space and none in the plane")
+            raise InputError("axis", f"got {self.axis}", "needs a direction in 3D and none in 2D")
         if self.axis is not None and (len(self.axis) != 3 or abs(_unit(self.axis, "axis") @ self.unit_normal) > 1e-9):
             raise InputError("axis", f"got {self.axis}", "needs three components, perpendicular to the normal")
 

@@ -47,7 +47,7 @@ def tangent_lengths(frames: Array) -> Array:
 def sliding_direction(normal: Array) -> Array:
     """Return the unit tangent along which a counterface slides by default, shape (dim,) [-].
 
-    In the plane, it is the unit normal (dim,) rotated clockwise; in space the x axis, or the z axis where the
+    In 2D, it is the unit normal (dim,) rotated clockwise; in 3D the x axis, or the z axis where the
     counterface faces x.
     """
     if normal.size == 2:

@@ -1,6 +1,6 @@
 """Candidates chosen in two stages: few at first, all that may touch where these were too few.
 
-In space the contact nodes decide what a simulation costs: memory and products grow with the square of their number,
+In 3D the contact nodes decide what a simulation costs: memory and products grow with the square of their number,
 the inverse of their Schur complement with its cube. A boundary seldom touches further out than the counterface goes,
 while the search of :mod:`fingerslip.dynamics.system.checks` reaches half as far again. So the first stage searches a
 quarter further than the counterface goes. Every step tells whether a node outside reaches the counterface; if one does,
@@ -25,7 +25,7 @@ _NEAR = 1.25
 
 
 def narrowed(model: Model) -> Model:
-    """Return a model in space whose automatic search for candidates is short; any other model as it is."""
+    """Return a model in 3D whose automatic search for candidates is short; any other model as it is."""
     if model.mesh.dim() == 2 or model.is_loaded:
         return model
     contacts = tuple(_narrowed(model, number) for number in range(len(model.contacts)))

@@ -58,7 +58,7 @@ def simulate(
         Called after every step with the fraction that is done; True draws a bar on standard error.
     threads : int, optional
         Threads to use at most; without it as many as the cores that this process may use. Below about 15,000 degrees
-        of freedom, in the plane 100,000, the algebra of a system takes one.
+        of freedom, in 2D 100,000, the algebra of a system takes one.
     solver : LinearSolver, optional
         What factorises the matrix; without it the preferred solver that is available, MKL PARDISO before SuperLU.
     bases : BasisStore, optional
@@ -94,7 +94,7 @@ def simulate_together(
 
     The matrix is factorised once, and every step is one substitution for all of them. Motions that are still the same,
     such as those of several sliding directions before the slide, are computed once. The histories are those of
-    :func:`simulate`, but for rounding: in space that of factors of single precision, where motions alone have other
+    :func:`simulate`, but for rounding: in 3D that of factors of single precision, where motions alone have other
     contact candidates.
 
     Parameters

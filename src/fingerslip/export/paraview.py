@@ -137,7 +137,7 @@ def _tensors(history: xr.Dataset, number: int) -> dict[str, Floats]:
 
 
 def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
-    """Return the flat counterfaces as squares, in the plane as lines."""
+    """Return the flat counterfaces as squares, in 2D as lines."""
     half_side = _HALF_SIDE * float(np.ptp(history["node_position"].values, axis=0).max())
     faces = flat_faces(history, number)
     axes = [_axes(face.normal, is_solid(history)) for face in faces]
@@ -150,7 +150,7 @@ def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
 
 
 def _axes(normal: Floats, solid: bool) -> Floats:
-    """Return the corners of a square of side 2 around the origin (4, 3), in the plane the ends of a line (2, 3)."""
+    """Return the corners of a square of side 2 around the origin (4, 3), in 2D the ends of a line (2, 3)."""
     if not solid:
         along = np.array([normal[1], -normal[0], 0.0])
         return np.array([-along, along])

@@ -79,7 +79,7 @@ class Space:
     """Displacement space."""
 
     mesh: Any  # the mesh
-    element: str  # Q4, T3 or T6 in the plane, H8, T4 or T10 in space
+    element: str  # Q4, T3 or T6 in 2D, H8, T4 or T10 in 3D
     full: skfem.CellBasis
     centre: skfem.CellBasis
     mass: skfem.CellBasis

@@ -1,7 +1,7 @@
 """An order of elimination that keeps factors small: nested dissection by level sets.
 
 The middle level of a breadth-first search from one end of a sparse graph cuts it in two. Both halves are ordered
-first and the cut last, and the halves are cut in the same manner (George 1973). On meshes in space the factors become
+first and the cut last, and the halves are cut in the same manner (George 1973). On meshes in 3D the factors become
 a fraction of those of a minimum-degree order.
 """
 

@@ -28,7 +28,7 @@ __all__ = [
 T = TypeVar("T")
 
 # Below this many degrees of freedom, by the dimension of space, the threads of BLAS and PARDISO wait for each other
-# longer than they work. In the plane rows of the factors are short: two threads make the substitution of a step with
+# longer than they work. In 2D rows of the factors are short: two threads make the substitution of a step with
 # 12,600 unknowns at best a quarter faster (0.49 → 0.37 ms) and that of 55,500 no faster, and where anything else runs
 # on the cores, they spin for ten times as long (7 ms).
 _WORTH_THREADS = {2: 100_000, 3: 15_000}

@@ -11,7 +11,7 @@ __all__ = ["SHEARS", "STRAIN_COMPONENTS", "Formulation", "Material"]
 
 Array = NDArray[np.float64]
 
-#: The two-dimensional assumption, or `solid` in space.
+#: The two-dimensional assumption, or `solid` in 3D.
 Formulation = Literal["plane_strain", "plane_stress", "solid"]
 
 #: Pairs of axes of the shear components, by the dimension of space; they follow the normal components.
@@ -24,8 +24,8 @@ STRAIN_COMPONENTS = {dim: dim + len(shears) for dim, shears in SHEARS.items()}
 class Material(Protocol):
     """A law between strain and stress, and what else a model asks of a material.
 
-    Strains are small and come in arrays of shape (n, m), a row for each point: m = 3 components xx, yy, xy in the
-    plane, m = 6 components xx, yy, zz, xy, yz, xz in space. Shears are engineering shears, twice those of the tensor.
+    Strains are small and come in arrays of shape (n, m), a row for each point: m = 3 components xx, yy, xy in
+    2D, m = 6 components xx, yy, zz, xy, yz, xz in 3D. Shears are engineering shears, twice those of the tensor.
     The methods are pure: no mesh, no time. Where the law cannot represent itself in a formulation they raise
     :class:`~fingerslip.errors.InputError` that names the parameter.
     """

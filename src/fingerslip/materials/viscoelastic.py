@@ -1,4 +1,4 @@
-"""Stress and stored energy of Hooke's law whose shear relaxes, from strains with their dashpots in space.
+"""Stress and stored energy of Hooke's law whose shear relaxes, from strains with their dashpots in 3D.
 
 With the strain e and dashpots z_i (:mod:`fingerslip.materials.prony`), both with all three normal components, the
 stress is k tr(e) I + 2 G dev(e - sum s_i z_i), and the energy that springs store
@@ -47,7 +47,7 @@ class Across:
 
 @dataclass(frozen=True)
 class Relaxed:
-    """Strains and dashpots with all normal components, in the order xx, yy, zz, xy and in space yz, xz."""
+    """Strains and dashpots with all normal components, in the order xx, yy, zz, xy and in 3D yz, xz."""
 
     strains: Array  # (..., k), strains [-]
     dashpots: Array  # (t, ..., k), dashpots of t terms [-]
@@ -68,7 +68,7 @@ def across_of(poisson_ratio: float) -> Across:
 
 
 def in_space(strains: Array, across: Array | float = 0.0) -> Array:
-    """Return strains (..., 3 or 6) with a strain (...) across the plane, shape (..., 4 or 6); in space as they are."""
+    """Return strains (..., 3 or 6) with a strain (...) across the plane, shape (..., 4 or 6); in 3D as they are."""
     if strains.shape[-1] == 6:
         return strains
     whole = np.empty((4, *strains.shape[:-1]))

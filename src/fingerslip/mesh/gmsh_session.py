@@ -86,7 +86,7 @@ _Entity = tuple[int, int]
 
 # Kinds of cells in Gmsh by their corners.
 _KINDS = {(2, 3): 2, (2, 4): 3, (3, 4): 4}
-# Straight edges in place of a circle, at least, in the plane.
+# Straight edges in place of a circle, at least, in 2D.
 _SEGMENTS_OF_A_CIRCLE = 20
 _QUADRILATERALS_ONLY = 2
 _PLANE = 2
@@ -110,7 +110,7 @@ def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) ->
     nodes = [(0, gmsh.model.occ.addPoint(*_three(point * MILLIMETRES))) for point in points]
     drawn = {name: [(dim, tag) for tag in tags] for name, tags in shapes.items()}
     try:
-        # In space cutting first takes many times as long; the faces inside covered solids are taken out afterwards.
+        # In 3D cutting first takes many times as long; the faces inside covered solids are taken out afterwards.
         element = _without_overlap(drawn) if dim == _PLANE else drawn
         every = [piece for pieces in element.values() for piece in pieces]
         _, pieces = gmsh.model.occ.fragment(every[:1], [*every[1:], *nodes])

@@ -66,9 +66,9 @@ class _Raw:
 
 
 def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
-    """Read a mesh in the plane or in space with its named groups from any format that meshio reads.
+    """Read a mesh in 2D or in 3D with its named groups from any format that meshio reads.
 
-    Named groups of cells become regions, named groups of lines (in space: triangles or quadrilaterals) become
+    Named groups of cells become regions, named groups of lines (in 3D: triangles or quadrilaterals) become
     boundaries, inside the mesh too. In a Gmsh file these are its physical groups. Plane cells drawn clockwise and
     hexahedra inside out are turned round where the whole region is.
 
@@ -252,7 +252,7 @@ def _without_unused(raw: _Raw) -> _Raw:
 def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
     """Return of each cell the least and the largest corner area, relative to its size squared.
 
-    In space it is the volume between the edges of a corner, relative to the longest of them cubed.
+    In 3D it is the volume between the edges of a corner, relative to the longest of them cubed.
     """
     corners = raw.points[raw.cells[:, : _CELLS[raw.kind].corners]]
     if _CELLS[raw.kind].dim == 3:
@@ -305,7 +305,7 @@ def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
 
 
 def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:
-    """Return the facets between (n, 2) nodes in the plane or (n, 3) or (n, 4) nodes in space."""
+    """Return the facets between (n, 2) nodes in 2D or (n, 3) or (n, 4) nodes in 3D."""
     wanted = np.sort(_corner_numbers(raw)[nodes], axis=1)
     keys, key = _keys(mesh, np.sort(mesh.facets, axis=0).T, wanted)
     order = np.argsort(keys)

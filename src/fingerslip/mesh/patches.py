@@ -23,7 +23,7 @@ _FRONTAL = 6
 
 @dataclass(frozen=True)
 class Triangulation:
-    """Triangles on a surface in space."""
+    """Triangles on a surface in 3D."""
 
     points: Floats  # (n, 3), node positions [m]
     triangles: Integers  # (m, 3), nodes of the triangles, counter-clockwise as seen from outside

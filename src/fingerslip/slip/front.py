@@ -78,7 +78,7 @@ def front_arrivals(
     xarray.DataArray
         Times [s], dimension site, from the one end of the contact to the other: the receptors that lie between the
         outermost nodes in contact at the start of the slide. NaN (missing) where the front does not arrive; no site
-        where there is no slide, or the history is one in space.
+        where there is no slide, or the history is one in 3D.
     """
     settings = settings or EventSettings()
     window = slide_window(history, slide)

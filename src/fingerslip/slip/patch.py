@@ -1,4 +1,4 @@
-"""The contact patch in space: its triangles, its stick zone and annulus of slip, and the strains of the skin on it."""
+"""The contact patch in 3D: its triangles, its stick zone and annulus of slip, and the strains of the skin on it."""
 
 from __future__ import annotations
 
@@ -42,19 +42,19 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     Parameters
     ----------
     history : xarray.Dataset
-        A history in space.
+        A history in 3D.
     counterface : int, optional
         The counterface.
 
     Raises
     ------
     InputError
-        For a history in the plane, or with fewer than three candidates.
+        For a history in 2D, or with fewer than three candidates.
     """
     from scipy.spatial import Delaunay
 
     if not is_solid(history):
-        raise InputError("history", "is two-dimensional", "needs a history in space")
+        raise InputError("history", "is two-dimensional", "needs a history in 3D")
     nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
     if nodes.size < 3:
         raise InputError(
@@ -119,7 +119,7 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
     Parameters
     ----------
     history : xarray.Dataset
-        A history in space.
+        A history in 3D.
     patch : Patch, optional
         The patch; that of the first counterface without it.
 

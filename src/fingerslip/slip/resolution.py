@@ -51,7 +51,7 @@ def record_interval(history: xr.Dataset) -> float | None:
 
 
 def nodes_across(history: xr.Dataset) -> float | None:
-    """Return how many nodes lie across the contact when the slide begins: in space across a disk of as many."""
+    """Return how many nodes lie across the contact when the slide begins: in 3D across a disk of as many."""
     window = slide_window(history)
     if window is None:
         return None

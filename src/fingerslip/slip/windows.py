@@ -214,7 +214,7 @@ def counterface_normal(history: xr.Dataset, counterface: int = 0) -> Floats:
 def slide_tangent(history: xr.Dataset, counterface: int = 0) -> Floats:
     """Return the unit tangent of a counterface along its slide, shape (dim,).
 
-    In the plane it is the normal turned clockwise: (1, 0) for a plate below. In space it is the direction in which the
+    In 2D it is the normal turned clockwise: (1, 0) for a plate below. In 3D it is the direction in which the
     counterface travels furthest along its surface, and x where it does not travel.
     """
     normal = counterface_normal(history, counterface)

@@ -54,12 +54,12 @@ class Specimen(Protocol):
 
     @property
     def formulation(self) -> Formulation:
-        """Formulation of its models in the plane; those in space are `solid`."""
+        """Formulation of its models in 2D; those in 3D are `solid`."""
         ...
 
     @property
     def depth(self) -> float:
-        """Out-of-plane depth of its models in the plane [m]."""
+        """Out-of-plane depth of its models in 2D [m]."""
         ...
 
     def supports(self, dim: int, /) -> Mapping[str, tuple[str, ...]]:

@@ -176,10 +176,10 @@ def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) ->
 
 
 def _solid_rows(evidence: Evidence) -> Iterator[Row]:
-    """Yield the times of the fingertip in space, each in the reading of the paper."""
+    """Yield the times of the fingertip in 3D, each in the reading of the paper."""
     (measures,) = evidence.measured[SOLID]
     for value in published("wang2014-solid").values:
-        name = f"{_words(value.quantity)}, fingertip in space ({SOLID_READINGS[value.reading]})"
+        name = f"{_words(value.quantity)}, fingertip in 3D ({SOLID_READINGS[value.reading]})"
         ours = measures.run.events.reading(value.reading).time(value.quantity)
         uncertainty = _solid_uncertainty(evidence, value)
         yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
@@ -199,7 +199,7 @@ def _solid_uncertainty(evidence: Evidence, value: PublishedValue) -> float | Non
 
 
 def _largest_change(evidence: Evidence, value: PublishedValue) -> float | None:
-    """Return the largest change of a time of the fingertip in space over its refinements [s]; None if one lacks it."""
+    """Return the largest change of a time of the fingertip in 3D over its refinements [s]; None if one lacks it."""
     runs = (*evidence.measured[SOLID], *evidence.refined_solid)
     times = [run.run.events.reading(value.reading).time(value.quantity) for run in runs]
     times_known = [time for time in times if time is not None]

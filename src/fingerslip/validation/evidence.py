@@ -69,7 +69,7 @@ class Evidence:
     measured: Mapping[str, tuple[Measures, ...]]  # the runs by name of the study
     # the runs of Table 2 once more, with another mesh, step, contact stiffness or numerical damping in each tuple
     refined: tuple[tuple[Measures, ...], ...] = ()
-    refined_solid: tuple[Measures, ...] = ()  # the same for the fingertip in space
+    refined_solid: tuple[Measures, ...] = ()  # the same for the fingertip in 3D
     refined_large_strain: tuple[tuple[Measures, ...], ...] = ()  # the same for the section of Table 2 at large strain
 
     def select(self, study: str, conditions: Mapping[str, object]) -> tuple[Measures, ...]:
@@ -172,5 +172,5 @@ def _range(values: Sequence[float | None]) -> float | None:
 
 
 def solid_measures(folder: Path, run: RunResult) -> Measures:
-    """Measure a run of a fingertip in space as `validate` does, from the history in its folder."""
+    """Measure a run of a fingertip in 3D as `validate` does, from the history in its folder."""
     return _measured_in_space(folder, run)

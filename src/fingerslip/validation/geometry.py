@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 #: The studies that sample the unknown dimensions, and what their models are called.
-GEOMETRY: Mapping[str, str] = MappingProxyType({"wang2014_geometry": "section", "wang2014_geometry_3d": "in space"})
+GEOMETRY: Mapping[str, str] = MappingProxyType({"wang2014_geometry": "section", "wang2014_geometry_3d": "in 3D"})
 _NOTE = (
     "Over samples of all dimensions that the paper does not print (studies wang2014_geometry and wang2014_geometry_3d, "
     "docs/geometry.md): 5 % of the samples are earlier than the time below '5 %', and a published time 'within, at "
@@ -63,8 +63,8 @@ GEOMETRY_FILE = RowFile(
     tuple(GEOMETRY),
     GeometryRow,
     {
-        "sites in space": REFERENCE_NODES,
-        "tolerances in space [m]": NODE_TOLERANCES,
+        "sites in 3D": REFERENCE_NODES,
+        "tolerances in 3D [m]": NODE_TOLERANCES,
         "events": asdict(EventSettings()),
         "peaks": asdict(PeakSettings()),
     },
@@ -92,7 +92,7 @@ def allowed_geometry(
 def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
     """Return the rows of one geometry study, each published time in the reading of the paper or the likely ones."""
     model = GEOMETRY[study.folder.name]
-    runs = tuple(_read_in_space(study, run) for run in study.runs) if model == "in space" else study.runs
+    runs = tuple(_read_in_space(study, run) for run in study.runs) if model == "in 3D" else study.runs
     references = [published(name) for name in study.compare]
     return tuple(_geometry_row(interval, model) for interval in published_intervals(runs, references))
 
@@ -110,7 +110,7 @@ def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:
 
 
 def _read_in_space(study: StudyResult, run: RunResult) -> RunResult:
-    """Return a run in space with the events that validation reads at the reference nodes."""
+    """Return a run in 3D with the events that validation reads at the reference nodes."""
     return solid_measures(study.folder / run.name, run).run
 
 

@@ -55,7 +55,7 @@ __all__ = [
 REFERENCE_NODES = tuple(f"skin-{line}{number}" for line in "hv" for number in (2, 3, 4, 5))
 #: Distances from which a node may be said to have left the plate's line [m]; the middle one is in use.
 NODE_TOLERANCES = (20e-6, 50e-6, 100e-6)
-#: How the readings of a run in space are made, in words.
+#: How the readings of a run in 3D are made, in words.
 SOLID_READINGS: Mapping[str, str] = MappingProxyType(
     {
         "slip": "slip map: accumulated slip of a tenth and of all of the area",
@@ -153,7 +153,7 @@ def measure(run: RunResult, history: xr.Dataset) -> Measures:
 
 
 def measure_in_space(run: RunResult, history: xr.Dataset) -> Measures:
-    """Read the numbers of a run in space, whose displacements and accelerations the paper reads at reference nodes."""
+    """Read the numbers of a run in 3D, whose displacements and accelerations the paper reads at reference nodes."""
     readings = {
         tolerance: reference_events(history, REFERENCE_NODES, EventSettings(displacement_tolerance=tolerance))
         for tolerance in NODE_TOLERANCES

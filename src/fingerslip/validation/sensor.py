@@ -201,7 +201,7 @@ _CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], Finding]] = MappingPr
 # What simulates, films and trains is loaded where rows are computed: stored ones are read without it.
 
 
-#: The study to learn from, and the one to be tested on: sections, and sensors in space.
+#: The study to learn from, and the one to be tested on: sections, and sensors in 3D.
 POURING = ("bulens2023_section_slides", "bulens2023_pouring")
 POURING_IN_SPACE = ("bulens2023_dataset", "bulens2023_pouring_3d")
 #: Where the rows are stored.
@@ -244,7 +244,7 @@ def pouring_rows(
         run_studies(paths, results_dir=results, workers=workers, progress=progress)
         section = pouring_of(Path(results), workers)
         space = pouring_in_space(Path(studies), Path(results), workers, progress)
-        return (*rows_of_pouring(section, "section"), *rows_of_pouring(space, "in space"))
+        return (*rows_of_pouring(section, "section"), *rows_of_pouring(space, "in 3D"))
 
     return stored_rows(POURING_FILE, studies, results, computed if compute else None)
 
@@ -265,7 +265,7 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
 
 
 def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
-    """Make both data sets in space, train the forest on the slides and return what it finds while rice is poured.
+    """Make both data sets in 3D, train the forest on the slides and return what it finds while rice is poured.
 
     Data sets that are whole are read back; trials are learned from as in :func:`pouring_of`.
     """
@@ -293,7 +293,7 @@ def _tested(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
 def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
     """Return a row for each published number and statement, in both readings of the onset.
 
-    `where` says of which sensor: 'section' or 'in space'.
+    `where` says of which sensor: 'section' or 'in 3D'.
     """
     from fingerslip.detect.unseen import READINGS
 

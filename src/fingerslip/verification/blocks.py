@@ -1,4 +1,4 @@
-"""Blocks on a frictional plate: dragged, on a spring, set sliding, and in stick-slip; in the plane and in space.
+"""Blocks on a frictional plate: dragged, on a spring, set sliding, and in stick-slip; in 2D and in 3D.
 
 Where all nodes are held along the plate's normal, a plate that comes forward by d gives the uniform pressure k_n d:
 the normal load is known in closed form and constant.
@@ -58,7 +58,7 @@ def dragged(
     Parameters
     ----------
     element : {'Q4', 'H8'}
-        In the plane or in space.
+        In 2D or in 3D.
     friction : FrictionLaw
         Friction on the plate.
     depth : float

@@ -288,10 +288,8 @@ def _locking_in_space() -> tuple[Check, ...]:
 PROBLEMS = (
     Problem("patch", "Uniform stress on a distorted mesh", "Irons & Razzaque 1972", slow=False, compute=_patch),
     Problem("rigid-modes", "Rigid motion without force", "Kinematics", slow=False, compute=_rigid),
-    Problem("convergence-2d", "Manufactured solution in the plane", "Ciarlet 1978", slow=False, compute=_convergence),
-    Problem(
-        "convergence-3d", "Manufactured solution in space", "Ciarlet 1978", slow=False, compute=_convergence_in_space
-    ),
+    Problem("convergence-2d", "Manufactured solution in 2D", "Ciarlet 1978", slow=False, compute=_convergence),
+    Problem("convergence-3d", "Manufactured solution in 3D", "Ciarlet 1978", slow=False, compute=_convergence_in_space),
     Problem("locking-2d", "Pressed thick ring", "Lame 1852; Timoshenko & Goodier", slow=False, compute=_locking),
     Problem("locking-3d", "Slice of a pressed thick ring", "Lame 1852; Timoshenko & Goodier", False, _locking_in_space),
 )

@@ -8,7 +8,7 @@ Tolerances, with cells of 1/20 of the half width: half width and peak pressure 1
 pressure profile 2 % of the peak but next to the edge. Shear traction 5 % of mu p0 beyond two and a half cells from
 the edges of contact and stick zone: an edge lies between nodes, half a cell off at most, and near it the closed form
 goes with the root of the distance, h / (2 a) / sqrt(5 h / a) = 5 %; root mean square 3 %. The flattened profile, whose
-pressure is steeper at the edges, 8 % and 4 %. The half width of the stick zone: a cell. In space the cells are 1/12
+pressure is steeper at the edges, 8 % and 4 %. The half width of the stick zone: a cell. In 3D the cells are 1/12
 of the half width, and half width, peak and profile may be twice as far off, (20/12)^2 = 2.8 rounded down.
 """
 

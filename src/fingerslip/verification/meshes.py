@@ -49,7 +49,7 @@ def box(
     Returns
     -------
     skfem.Mesh
-        With the boundaries left and right across x, bottom and top across the last axis, and in space front and
+        With the boundaries left and right across x, bottom and top across the last axis, and in 3D front and
         back across y.
     """
     kind, quadratic = _KINDS[element]

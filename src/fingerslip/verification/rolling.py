@@ -181,7 +181,7 @@ _SQUEEZE, _TRAVEL = 0.04e-3, 4e-3
 
 
 def _between() -> tuple[Check, ...]:
-    """Roll a cylinder, in space a ball, between two plates, the upper of which moves by u: by u / 2 and u / (2 R).
+    """Roll a cylinder, in 3D a ball, between two plates, the upper of which moves by u: by u / 2 and u / (2 R).
 
     The contacts are as those on a spring: 0.4 %.
     """

@@ -40,7 +40,7 @@ def _up(element: str) -> tuple[float, ...]:
 
 
 def _plane(element: str) -> dict[str, Any]:
-    """Return the formulation, with a depth in the plane that makes its areas those in space."""
+    """Return the formulation, with a depth in the plane that makes its areas those in 3D."""
     if element == "Q4":
         return {"formulation": "plane_strain", "depth": _SIZE}
     return {"formulation": "solid"}

@@ -105,14 +105,14 @@ _TITLE, _SOURCE = "Condensed solver against the full system", "Newton's method"
 PROBLEMS = (
     Problem(
         "condensed-2d",
-        f"{_TITLE}, in the plane",
+        f"{_TITLE}, in 2D",
         _SOURCE,
         slow=False,
         compute=_compare(("Q4", "selective"), ("T3", "selective"), ("T6", "selective"), ("T3", "nodal")),
     ),
     Problem(
         "condensed-3d",
-        f"{_TITLE}, in space",
+        f"{_TITLE}, in 3D",
         _SOURCE,
         slow=True,
         compute=_compare(("H8", "selective"), ("T4", "selective"), ("T10", "selective"), ("T4", "nodal")),

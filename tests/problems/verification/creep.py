@@ -1,6 +1,6 @@
 """Friction that does not creep: a stuck block stays where it is for an hour, just below the limit of friction.
 
-Blocks on a plane, in the plane and in space, loaded with a tangential force of 0.99 mu N and then left alone. What
+Blocks on a plane, in 2D and in 3D, loaded with a tangential force of 0.99 mu N and then left alone. What
 they move beyond their elastic slip, the stretch t / k_t of the tangential penalties, is slip: there must be none.
 """
 
@@ -42,7 +42,7 @@ _HEAVY = 2e9
 class _Block:
     """A block and how it is loaded."""
 
-    element: str  # in the plane or in space
+    element: str  # in 2D or in 3D
     programme: tuple[Phase, ...]  # motion of the plate under it
     supports: Mapping[str, tuple[Component, ...]]  # what is held
     density: float = 1000.0  # [kg/m^3]

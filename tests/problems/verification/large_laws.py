@@ -301,7 +301,7 @@ def _turned(body: Body, case: Case) -> Array:
 
 
 def rotation(angle: float, dim: int) -> Array:
-    """Return the rotation about z, or in space about (1, 1, 1)."""
+    """Return the rotation about z, or in 3D about (1, 1, 1)."""
     sine, cosine = np.sin(angle), np.cos(angle)
     if dim == 2:
         return np.array([[cosine, -sine], [sine, cosine]])

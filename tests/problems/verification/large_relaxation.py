@@ -241,7 +241,7 @@ def _swung(body: Body, law: FiniteMaterial, step: float) -> float:
 def _order() -> tuple[Check, ...]:
     """Pull to and fro by a third of the length.
 
-    In plane stress with Poisson's ratio of 0.49995, the error is of second order in the step but for 1e-5. In space the
+    In plane stress with Poisson's ratio of 0.49995, the error is of second order in the step but for 1e-5. In 3D the
     ratio is 0.499, as larger ones need smaller steps: then the volume leaves 1e-3.
     """
     checks = []
@@ -251,7 +251,7 @@ def _order() -> tuple[Check, ...]:
         checks += [
             absolute(f"{name}: plane stress, force, largest error / largest", 0.0, errors[1], 2e-3),
             absolute(f"{name}: plane stress, order in the step", 2.0, float(np.log2(errors[0] / errors[1])), 0.1),
-            absolute(f"{name}: in space, force, largest error / largest", 0.0, in_space, 5e-3),
+            absolute(f"{name}: in 3D, force, largest error / largest", 0.0, in_space, 5e-3),
         ]
     return tuple(checks)
 

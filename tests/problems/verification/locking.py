@@ -1,6 +1,6 @@
 """Element technology near incompressibility: the error of every kind of element over its degrees of freedom.
 
-A quarter of a thick ring under inner pressure, in plane strain or as a slice in space between two planes of symmetry.
+A quarter of a thick ring under inner pressure, in plane strain or as a slice in 3D between two planes of symmetry.
 Quadratic cells are curved, so that no error of geometry hides theirs.
 """
 
@@ -190,5 +190,5 @@ def _in_space() -> tuple[Check, ...]:
 _SOURCE = "Lame 1852; Babuska & Suri 1992"
 PROBLEMS = (
     Problem("element-errors-2d", "Errors of a pressed ring over unknowns", _SOURCE, False, _in_the_plane),
-    Problem("element-errors-3d", "The same for a slice in space", _SOURCE, slow=True, compute=_in_space),
+    Problem("element-errors-3d", "The same for a slice in 3D", _SOURCE, slow=True, compute=_in_space),
 )

@@ -1,4 +1,4 @@
-"""Candidates in two stages: a short search in space, a long one where it was too short, the same motion in both."""
+"""Candidates in two stages: a short search in 3D, a long one where it was too short, the same motion in both."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def bulged(points):
 
 
 def pressed_pad(**changes):
-    """Return a model in space: a bulged block is pressed by 0.4 mm and slid."""
+    """Return a model in 3D: a bulged block is pressed by 0.4 mm and slid."""
     across = np.linspace(-2.5e-3, 2.5e-3, 9)
     return push_and_slide(
         mesh=box("H8", across, across, np.linspace(0.0, 3e-3, 4), shift=bulged),

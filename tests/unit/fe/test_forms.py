@@ -1,4 +1,4 @@
-"""Stiffness, mass and loads in the plane and in space: exact on linear fields, rigid modes alone free of force."""
+"""Stiffness, mass and loads in 2D and in 3D: exact on linear fields, rigid modes alone free of force."""
 
 from __future__ import annotations
 

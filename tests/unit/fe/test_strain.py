@@ -16,7 +16,7 @@ GRADIENT = {
 
 
 def expected(gradient):
-    """Return the strain by hand: normal strains, then xy, and in space yz and xz."""
+    """Return the strain by hand: normal strains, then xy, and in 3D yz and xz."""
     shears = [(0, 1)] if len(gradient) == 2 else [(0, 1), (1, 2), (0, 2)]
     return np.concatenate([np.diag(gradient), [gradient[i, j] + gradient[j, i] for i, j in shears]])
 

@@ -1,4 +1,4 @@
-"""A history in space whose fields are known: a block of two layers pressed flat, pushed sideways."""
+"""A history in 3D whose fields are known: a block of two layers pressed flat, pushed sideways."""
 
 from __future__ import annotations
 

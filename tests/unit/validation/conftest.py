@@ -23,7 +23,7 @@ def run(swept: dict[str, object], uncertainty: Mapping[str, float] | None = None
 
 
 def in_space(*incipient: float) -> Measures:
-    """Return a run of the fingertip in space whose first reference node leaves the line at these times."""
+    """Return a run of the fingertip in 3D whose first reference node leaves the line at these times."""
     readings = dict(zip(NODE_TOLERANCES, (SlipEvents(time, None, None, 1.24) for time in incipient), strict=True))
     measures = run({})
     events = dataclasses.replace(measures.run.events, displacement=readings[NODE_TOLERANCES[1]])

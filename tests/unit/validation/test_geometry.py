@@ -71,7 +71,7 @@ def test_runs_in_space_are_read_at_the_reference_nodes(tmp_path: Path, monkeypat
     study = dataclasses.replace(study_of(compare="wang2014-solid"), folder=tmp_path / "wang2014_geometry_3d")
     rows = geometry_rows(study)
     assert read == [study.folder / run.name for run in study.runs]
-    assert rows[0].quantity == f"incipient slip, in space ({SOLID_READINGS['slip']})"
+    assert rows[0].quantity == f"incipient slip, in 3D ({SOLID_READINGS['slip']})"
 
 
 @pytest.mark.usefixtures("ran")

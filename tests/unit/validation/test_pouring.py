@@ -41,7 +41,7 @@ def test_every_published_number_and_statement_has_a_row_in_both_readings() -> No
 
 
 def test_gross_slip_that_is_found_contradicts_the_paper() -> None:
-    statement = rows_of_pouring(unseen(gross=3.0), "in space")[5]
+    statement = rows_of_pouring(unseen(gross=3.0), "in 3D")[5]
     assert (statement.ours, statement.verdict) == (1.0, "fails")
 
 
@@ -58,5 +58,5 @@ def test_rows_are_computed_stored_and_read_back(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(pouring, "pouring_in_space", lambda *_: unseen(gross=3.0))
     made = pouring_rows(tmp_path, tmp_path, compute=True)
     assert pouring_rows(tmp_path, tmp_path).rows == made.rows
-    section, space = rows_of_pouring(unseen(gross=None), "section"), rows_of_pouring(unseen(gross=3.0), "in space")
+    section, space = rows_of_pouring(unseen(gross=None), "section"), rows_of_pouring(unseen(gross=3.0), "in 3D")
     assert made.rows == section + space

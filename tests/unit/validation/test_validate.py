@@ -51,13 +51,13 @@ def test_what_the_paper_reads_from_peaks_is_not_compared_with_shares_of_area(evi
 
 
 def test_reference_nodes_have_the_tolerance_and_the_refinements_in_their_uncertainty(evidence: Evidence) -> None:
-    row = next(row for row in rows_of(evidence) if row.quantity.startswith("incipient slip, fingertip in space (eight"))
+    row = next(row for row in rows_of(evidence) if row.quantity.startswith("incipient slip, fingertip in 3D (eight"))
     assert row.ours == pytest.approx(0.79)
     # 0.11 s from 50 to 100 um, 0.02 s from the refinement.
     assert row.uncertainty == pytest.approx(np.hypot(0.11, 0.02))
     assert row.verdict == "agrees"
     alone = dataclasses.replace(evidence, refined_solid=())
-    row = next(row for row in rows_of(alone) if row.quantity.startswith("incipient slip, fingertip in space (eight"))
+    row = next(row for row in rows_of(alone) if row.quantity.startswith("incipient slip, fingertip in 3D (eight"))
     assert row.uncertainty == pytest.approx(0.11)
 
 

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @parameters
 class Anisotropic:
-    """Friction with an elliptic cone: one coefficient along a direction, another across it; for contact in space.
+    """Friction with an elliptic cone: one coefficient along a direction, another across it; for contact in 3D.
 
     The traction (t_1, t_2), along and across, stays in the ellipse (t_1 / along)^2 + (t_2 / across)^2 <= p^2, and slip
     is normal to the ellipse: the associated sliding rule of Michałowski & Mróz (1978).

@@ -1,6 +1,6 @@
 """The contact forces of one step, for any number of candidates.
 
-Few candidates are solved all together, in the plane piece by piece (:mod:`fingerslip.contact.solve.pieces`), in space
+Few candidates are solved all together, in 2D piece by piece (:mod:`fingerslip.contact.solve.pieces`), in 3D
 by compiled code (:mod:`fingerslip.contact.solve.newton`). Of many, most stay
 open: the touching nodes and the nearest open ones form the *working set* on which Newton's method runs
 (:mod:`fingerslip.contact.solve.krylov`). Its forces are then checked on all candidates. Nodes outside the working set

@@ -1,6 +1,6 @@
-"""The contact problem in the plane, piece by piece.
+"""The contact problem in 2D, piece by piece.
 
-In the plane the conditions of :mod:`fingerslip.contact.solve.newton` are linear as long as no node changes its state ::
+In 2D the conditions of :mod:`fingerslip.contact.solve.newton` are linear as long as no node changes its state ::
 
     open     r_n = 0,  r_t = 0
     stick    y_n = 0,  y_t = 0
@@ -85,7 +85,7 @@ def solve_by_pieces(
     *,
     piece: Piece | None = None,
 ) -> tuple[ContactSolution, Piece | None]:
-    """Find the contact forces of one step in the plane.
+    """Find the contact forces of one step in 2D.
 
     Steps are halved until they bring the forces nearer to a solution. Where none does, :func:`solve_friction` takes
     over.

@@ -22,7 +22,7 @@ __all__ = ["Factors"]
 Array = NDArray[np.float64]
 
 # What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
-# the contact. By the processor time of these parts it is about 35 in the plane and 50 to 70 in space, with factors of
+# the contact. By the processor time of these parts it is about 35 in 2D and 50 to 70 in 3D, with factors of
 # single precision, which make both cheaper, as with those of double precision. Numbers and not
 # a clock, so that a motion computed twice is the same to the last bit.
 _COST = {2: 30, 3: 60}
@@ -88,7 +88,7 @@ class Factors:
         An indefinite tangent, such as that of a body under much pressure, is made definite: it then only guides the
         iteration more slowly to the same solution. Its factors are never rough: it may be nearly singular.
         """
-        # The old factors go first: in space there is no memory for both.
+        # The old factors go first: in 3D there is no memory for both.
         self.stepper, self.count = None, self.count + 1
         self._least = self._excess = self._served = 0
         for body in (state,) if ahead is None else (ahead, state):

@@ -43,7 +43,7 @@ _MOST, _HALVINGS, _RENEWALS = 60, 8, 15
 # new factors, and how many once there were some in the step.
 _SLOW, _PATIENCE, _LITTLE = 0.7, 3, 1
 # What contact may miss its law by, relative to the largest force: in the iteration that should be the last, in others
-# over the error of the iterate, and at most. On the shipped fingertip in space this takes as many iterations as 1e-12
+# over the error of the iterate, and at most. On the shipped fingertip in 3D this takes as many iterations as 1e-12
 # does, and moves accelerations by less than the tolerance does.
 _AT_END, _OF_ERROR, _COARSEST = 1e-8, 1e-2, 1e-5
 # Contraction that is expected before any is known.
@@ -115,7 +115,7 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
         if slow >= (_LITTLE if renewals else _PATIENCE):
             if renewals == _RENEWALS:
                 break
-            # Nothing may hold the old factors while new ones are made: in space both would not fit into memory.
+            # Nothing may hold the old factors while new ones are made: in 3D both would not fit into memory.
             mixing, contact = Mixing(), None
             del stepper
             stepper, renewals, slow, last = factors.renew(iterate.body, rough=False), renewals + 1, 0, np.inf

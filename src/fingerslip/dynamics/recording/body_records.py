@@ -73,7 +73,7 @@ class BodyRecords:
         if freedom.body is None:
             return
         number = self._names.index(freedom.body)
-        # The only axis of rotation in the plane is z.
+        # The only axis of rotation in 2D is z.
         axis = freedom.axis if self._system.space.dim == 3 or not freedom.turns else 0
         for name, component in zip(_TURNS if freedom.turns else _SHIFTS, moved, strict=True):
             values[name][:, number, axis] = component
@@ -102,7 +102,7 @@ class BodyRecords:
 
 
 def moments(arms: Array, forces: Array) -> Array:
-    """Return the moments of forces at the end of arms, (..., 3) in space and (..., 1) in the plane [N m].
+    """Return the moments of forces at the end of arms, (..., 3) in 3D and (..., 1) in 2D [N m].
 
     Examples
     --------

@@ -40,7 +40,7 @@ Reals = NDArray[np.floating[Any]]
 
 _COLUMNS_AT_ONCE = 256
 _SPARSE_BELOW = 0.25
-# Size m n of the columns up to which they are faster than the Schur complement (measured): in the plane, where
+# Size m n of the columns up to which they are faster than the Schur complement (measured): in 2D, where
 # rows of A are shorter and columns fill less, this many times larger.
 _COLUMNS_UP_TO, _IN_PLANE = 6_000_000, 12
 _ROW_IN_PLANE = 30

@@ -30,7 +30,7 @@ __all__ = [
 T = TypeVar("T")
 
 # Degrees of freedom from which sharing is worth it, by the dimension of space; the fewest models of a full group.
-# Eight frictions and depths together take 1/1.7 of the CPU time in the plane at 15,000 and 1/1.35 at 5,000.
+# Eight frictions and depths together take 1/1.7 of the CPU time in 2D at 15,000 and 1/1.35 at 5,000.
 _WORTH_SHARING = {2: 5_000, 3: 15_000}
 _FULL = 8
 

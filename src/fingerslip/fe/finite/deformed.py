@@ -32,11 +32,11 @@ class Deformed:
 
     @property
     def log_volume(self) -> Array:
-        """Logarithm of the ratio of volumes, of areas in the plane, shape (n_p,) [-]."""
+        """Logarithm of the ratio of volumes, of areas in 2D, shape (n_p,) [-]."""
         return log_volume_of(self.log_strain[:, : self.squared.shape[1]])
 
     @property
     def volume(self) -> Array:
-        """Ratio of current to reference volume, of areas in the plane, shape (n_p,) [-]."""
+        """Ratio of current to reference volume, of areas in 2D, shape (n_p,) [-]."""
         result: Array = np.sqrt(self.squared[:, 0] * self.squared[:, 1])
         return result if self.squared.shape[1] == 2 else result * np.sqrt(self.squared[:, 2])

@@ -18,7 +18,7 @@ stress changes by ::
 
     2/3 [tr(eps) y + (y:eps) I - q/3 tr(eps) I - q eps]
 
-Tensors are packed: xx, yy, xy, zz in the plane, and xx, yy, zz, xy, yz, xz in space.
+Tensors are packed: xx, yy, xy, zz in 2D, and xx, yy, zz, xy, yz, xz in 3D.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def follow(number, decay, end, start, given0, strain, dashpots0, dashpots):  # t
 
 @numba.njit(cache=True, nogil=True)
 def _unpack(packed, dim, tensor):  # type: ignore[no-untyped-def]
-    """Fill in a tensor (dim, dim), and return its component zz in the plane."""
+    """Fill in a tensor (dim, dim), and return its component zz in 2D."""
     if dim == 2:
         tensor[0, 0], tensor[1, 1] = packed[0], packed[1]
         tensor[0, 1] = tensor[1, 0] = packed[2]
@@ -260,7 +260,7 @@ def add_stiffness(gradients, weights, deformation, current, matrices):  # type: 
 
 @numba.njit(cache=True, nogil=True)
 def _couple(deformation, squared, directions, coupling, current, tensor):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in the derivative of the stress in the plane by the logarithmic strain across, shape (2, 2)."""
+    """Fill in the derivative of the stress in 2D by the logarithmic strain across, shape (2, 2)."""
     across = _unpack(current, 2, tensor)
     third = (across + tensor[0, 0] + tensor[1, 1]) / 3.0
     for i in range(2):
@@ -421,7 +421,7 @@ class Relaxation:
         tensors : (n_p, k + 1) array
             Stress of the shape and its pressure at the end [Pa].
         log_volume, groups : (n_p,) and (n_groups,) array
-            ln J at the end, local and of mean volumes; of areas in the plane [-].
+            ln J at the end, local and of mean volumes; of areas in 2D [-].
         """
         updated = np.column_stack(
             [tensors, self._thinned(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]

@@ -33,7 +33,7 @@ _ALIKE = 1e-5
 
 @numba.njit(cache=True, nogil=True)
 def strains(gradients, nodes, displacement, deformation, squared, directions):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in F (n_p, dim, dim), lambda^2 (n_p, dim) and N (n_p, dim, dim), a column for each direction, in space.
+    """Fill in F (n_p, dim, dim), lambda^2 (n_p, dim) and N (n_p, dim, dim), a column for each direction, in 3D.
 
     `gradients` (n_cells, n_q, n_nodes, dim) [1/m] are those of the shape functions, `nodes` (n_cells, n_nodes) the
     cells' nodes, `displacement` (n_nodes_of_mesh, dim) [m].
@@ -65,7 +65,7 @@ def strains(gradients, nodes, displacement, deformation, squared, directions):  
 
 @numba.njit(cache=True, nogil=True)
 def _deform(gradients, nodes, displacement, deformation, strain):  # type: ignore[no-untyped-def]
-    """Fill in F (3, 3) and the Green-Lagrange strain, xx, yy, zz, xy, xz, yz, at a point in space.
+    """Fill in F (3, 3) and the Green-Lagrange strain, xx, yy, zz, xy, xz, yz, at a point in 3D.
 
     Numbers instead of small arrays make this twice as fast.
     """
@@ -96,7 +96,7 @@ def _deform(gradients, nodes, displacement, deformation, strain):  # type: ignor
 
 @numba.njit(cache=True, nogil=True)
 def strains_in_plane(gradients, nodes, displacement, deformation, squared, directions):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Do as :func:`strains` in the plane, where there is no need to iterate: three times as fast."""
+    """Do as :func:`strains` in 2D, where there is no need to iterate: three times as fast."""
     cells, points, corners, _ = gradients.shape
     worst, least = -1, 0.0
     for c in range(cells):
@@ -148,7 +148,7 @@ def _determinant(matrix):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def nodal_forces(gradients, nodes, weights, deformation, squared, directions, stress, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Add the nodal forces (n_nodes_of_mesh, dim) [N] of principal Kirchhoff stresses (n_p, >= dim) [Pa], in space.
+    """Add the nodal forces (n_nodes_of_mesh, dim) [N] of principal Kirchhoff stresses (n_p, >= dim) [Pa], in 3D.
 
     `weights` (n_p,) [m^3] are the volumes of the points; see :func:`strains` for the others.
     """
@@ -176,7 +176,7 @@ def nodal_forces(gradients, nodes, weights, deformation, squared, directions, st
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def nodal_forces_in_plane(gradients, nodes, weights, deformation, squared, directions, stress, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Do as :func:`nodal_forces` in the plane."""
+    """Do as :func:`nodal_forces` in 2D."""
     cells, points, corners, _ = gradients.shape
     for c in range(cells):
         for q in range(points):

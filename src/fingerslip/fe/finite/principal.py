@@ -1,4 +1,4 @@
-"""Principal values and directions of symmetric tensors in space: Jacobi's rotations, for many points at once.
+"""Principal values and directions of symmetric tensors in 3D: Jacobi's rotations, for many points at once.
 
 A rotation costs two roots and two quotients. In a loop over points, which are lanes of an array, the compiler takes
 several at a time, as many as the processor's vectors hold.

@@ -36,7 +36,7 @@ class _Law(Protocol):
 class Pulled:
     """What the start of a step takes from the stress across, the deviator of J^(-2/3) F Y F^T."""
 
-    in_plane: Array  # (n,), Y:C in the plane [Pa]
+    in_plane: Array  # (n,), Y:C in 2D [Pa]
     across: Array  # (n,), component of Y across the plane [Pa]
 
     def stress(self, log_strain: Array) -> tuple[Array, Array]:

@@ -61,7 +61,7 @@ RUN_DRAWERS: Mapping[str, Callable[[RunSubject], Figure]] = MappingProxyType(
         "reference-nodes": lambda own: reference_nodes_figure(own.history, own.events),
     }
 )
-# Of these the history has to be one in space, or one of a section.
+# Of these the history has to be one in 3D, or one of a section.
 _SOLID = {"slip-frames", "cut", "surface-strain", "reference-nodes", "slip-onset", "stick-ratio"}
 _PLANE = {"slip-map", "slip-maps", "displacement", "acceleration", "strain-energy-density"}
 

@@ -1,4 +1,4 @@
-"""The figure of a fingertip: its two sections and, where it has a shape in space, the finger with its phalanx."""
+"""The figure of a fingertip: its two sections and, where it has a shape in 3D, the finger with its phalanx."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _SECTIONS: Mapping[Section, str] = MappingProxyType(
 
 @styled
 def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
-    """Draw a fingertip: both sections with their layers, and the finger in space, to one scale within each panel."""
+    """Draw a fingertip: both sections with their layers, and the finger in 3D, to one scale within each panel."""
     count = 2 if fingertip.solid is None else 3
     figure, panels = figure_grid(
         count, count, (3.9, 3.4), titled("Fingertip", title), ("x [mm]", "y [mm]"), share="none"
@@ -106,7 +106,7 @@ def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
     _draw_surface(
         axes, fingertip, np.concatenate([phalanx, phalanx[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"]
     )
-    axes.set_title("in space: phalanx and one half of the skin")
+    axes.set_title("in 3D: phalanx and one half of the skin")
     limits = axes.get_xlim(), axes.get_ylim(), axes.get_zlim()
     axes.set_box_aspect([last - first for first, last in limits], zoom=1.2)
     axes.view_init(elev=18.0, azim=-70.0)

@@ -27,24 +27,24 @@ OF_STUDIES: Mapping[str, str] = MappingProxyType(
         "events": "slip events against a swept value, from the start of the slide",
         "slip-maps": "slip maps of all runs",
         "force-ratios": "force ratios of all runs",
-        "slip-onset": "where slip begins, in space",
-        "stick-ratio": "stick ratio against force, in space",
+        "slip-onset": "where slip begins, in 3D",
+        "stick-ratio": "stick ratio against force, in 3D",
     }
 )
 
 #: Figures of a run by their names.
 OF_RUNS: Mapping[str, str] = MappingProxyType(
     {
-        "deformed": "deformed sections, or lit views in space, with a field",
+        "deformed": "deformed sections, or lit views in 3D, with a field",
         "slip-map": "stick and slip over time",
         "forces": "forces and slipping area",
         "energy": "energy balance",
         "displacement": "skin against plate",
         "acceleration": "acceleration at receptors",
         "strain-energy-density": "strain energy density at receptors",
-        "slip-frames": "the contact in space from below",
-        "cut": "stress on a cut in space",
-        "surface-strain": "strain of the skin in space",
+        "slip-frames": "the contact in 3D from below",
+        "cut": "stress on a cut in 3D",
+        "surface-strain": "strain of the skin in 3D",
         "reference-nodes": "motion of the reference nodes",
     }
 )

@@ -44,7 +44,7 @@ Floats = NDArray[np.float64]
 
 # Data of runs in motion on a page; the first run is shown in any case.
 _MOST_BYTES = 10_000_000
-# Times of the slip map and the slider; frames of the body in the plane and in space.
+# Times of the slip map and the slider; frames of the body in 2D and in 3D.
 _MOMENTS, _FRAMES, _SOLID_FRAMES = 300, 31, 16
 _PRESSED = 0.02
 # Share of the frames that show what comes before the slide.
@@ -130,7 +130,7 @@ def _events(events: Events) -> list[dict[str, Any]]:
 
 
 def _map_arrays(history: xr.Dataset, records: NDArray[np.intp]) -> dict[str, NDArray[Any]]:
-    """Return the contact's states at the shown times, along the plate in the plane, and where in space."""
+    """Return the contact's states at the shown times, along the plate in 2D, and where in 3D."""
     states = history["contact_state"].values[records]
     touched = np.flatnonzero((states != OPEN).any(axis=0))
     tangent = slide_tangent(history)

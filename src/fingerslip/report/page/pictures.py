@@ -1,4 +1,4 @@
-"""Which pictures a report shows of a kind of runs: sections, or fingertips in space."""
+"""Which pictures a report shows of a kind of runs: sections, or fingertips in 3D."""
 
 from __future__ import annotations
 

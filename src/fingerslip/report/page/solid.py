@@ -1,4 +1,4 @@
-"""The pictures that a report shows of runs in space."""
+"""The pictures that a report shows of runs in 3D."""
 
 from __future__ import annotations
 
@@ -114,5 +114,5 @@ def _has_snapshots(history: xr.Dataset) -> bool:
     return history.sizes.get("snapshot_time", 0) > 0
 
 
-#: The pictures of runs in space.
+#: The pictures of runs in 3D.
 SOLID = PictureSet(_model, _run, _side_by_side)

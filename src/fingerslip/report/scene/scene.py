@@ -194,7 +194,7 @@ def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.Un
 
 
 def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
-    """Return the outline of a flat counterface with sides of a length [mm], in the plane a line."""
+    """Return the outline of a flat counterface with sides of a length [mm], in 2D a line."""
     import pyvista
 
     centre = 1e3 * face.centre
@@ -216,7 +216,7 @@ def _travel(history: xr.Dataset, counterface: int) -> NDArray[np.float64] | None
 
 
 def _draw_contact(plotter: Any, history: xr.Dataset, number: int) -> None:
-    """Draw what touches in the colours of stick and slip: in space the skin of the contact, in the plane its nodes."""
+    """Draw what touches in the colours of stick and slip: in 3D the skin of the contact, in 2D its nodes."""
     step = nearest_record(history, float(history["snapshot_time"][number]))
     points = 1e3 * in_space(history["contact_position"].values + history["contact_displacement"].values[step])
     patch = contact_patch(history) if is_solid(history) else None

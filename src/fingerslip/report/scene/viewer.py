@@ -188,7 +188,7 @@ def prepare_rendering() -> None:
     window = _working_window()
     if window is None:
         raise ResultError(
-            "pictures in space cannot be drawn here: there is no display, and neither EGL nor OSMesa works; "
+            "pictures in 3D cannot be drawn here: there is no display, and neither EGL nor OSMesa works; "
             "install Mesa (Debian, Ubuntu: sudo apt-get install libegl1 libgl1-mesa-dri; Fedora: sudo dnf install "
             "mesa-libEGL mesa-dri-drivers) or open the run's snapshots.pvd with ParaView on another machine"
         )

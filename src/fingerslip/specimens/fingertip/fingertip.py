@@ -19,10 +19,10 @@ from fingerslip.specimens.protocol import ModelUse
 
 __all__ = ["REFERENCE_NODES", "Fingertip"]
 
-#: Group of the reference nodes h1 to h7 and v1 to v7 of a fingertip in space.
+#: Group of the reference nodes h1 to h7 and v1 to v7 of a fingertip in 3D.
 REFERENCE_NODES = "reference_nodes"
 
-#: Groups of sites that only a fingertip in space has.
+#: Groups of sites that only a fingertip in 3D has.
 _IN_SPACE: Mapping[str, Callable[[FingertipNumbers], tuple[Site, ...]]] = MappingProxyType(
     {REFERENCE_NODES: reference_sites, "external_markers": skin_markers}
 )
@@ -56,8 +56,8 @@ class Fingertip(FingertipNumbers):
     depth : float
         Out-of-plane thickness of the 2D model [m].
     solid : SolidShape, optional
-        What the fingertip in space has beyond its sections. With it the transverse section is the cut x = 0 of the
-        fingertip in space, as the sagittal section is the cut z = 0; without it there are only the sections.
+        What the fingertip in 3D has beyond its sections. With it the transverse section is the cut x = 0 of the
+        fingertip in 3D, as the sagittal section is the cut z = 0; without it there are only the sections.
     """
 
     mesh_sources: ClassVar[tuple[type[MeshSource], ...]] = (MeshSizes, SolidSizes)
@@ -65,7 +65,7 @@ class Fingertip(FingertipNumbers):
 
     @property
     def default_mesh(self) -> MeshSource:
-        """The mesh in space where the fingertip has a shape in space, else that of its section."""
+        """The mesh in 3D where the fingertip has a shape in 3D, else that of its section."""
         return MeshSizes() if self.solid is None else SolidSizes()
 
     @property
@@ -78,7 +78,7 @@ class Fingertip(FingertipNumbers):
         return {"phalanx" if self.phalanx.rigid else "phalanx_dorsal": tuple("xyz"[:dim])}
 
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
-        """Return the sites of groups: kinds of receptors, and in space ``reference_nodes`` and ``external_markers``.
+        """Return the sites of groups: kinds of receptors, and in 3D ``reference_nodes`` and ``external_markers``.
 
         Parameters
         ----------
@@ -113,4 +113,4 @@ def _check_groups(groups: Sequence[str], dim: int) -> None:
         raise InputError("record", f"a fingertip has no '{unknown}'", f"needs some of {', '.join(available)}")
     flat = next((group for group in _IN_SPACE if group in groups and dim == 2), None)
     if flat is not None:
-        raise InputError(f"record.{flat}", "without a fingertip in space", "needs mesh.element T4 or T10")
+        raise InputError(f"record.{flat}", "without a fingertip in 3D", "needs mesh.element T4 or T10")

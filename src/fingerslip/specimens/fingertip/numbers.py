@@ -395,7 +395,7 @@ class Nail:
 
 @parameters
 class SolidShape:
-    """What the fingertip in space has beyond its sections.
+    """What the fingertip in 3D has beyond its sections.
 
     Parameters
     ----------

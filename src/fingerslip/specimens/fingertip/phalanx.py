@@ -1,6 +1,6 @@
 """The phalanx inside a fingertip: its contour in a section and its surface in 3D.
 
-The surface of the distal phalanx in space: sections across the finger, each with the shape of the transverse one.
+The surface of the distal phalanx in 3D: sections across the finger, each with the shape of the transverse one.
 
 The section at x lies between the palmar and the dorsal line of the sagittal contour; its width is the phalanx's there.
 So the cut z = 0 is the sagittal contour, and the cut x = 0 the transverse one.
@@ -130,7 +130,7 @@ def _stretched(fingertip: FingertipNumbers, contour: Floats) -> Floats:
     """Stretch a transverse contour to the height of the sagittal one above the lowest point of the skin."""
     phalanx = fingertip.phalanx
     if phalanx.sagittal.distal_end <= phalanx.corner_radius:
-        fault, allowed = f"got {millimetres(phalanx.sagittal.distal_end)}", "needs to reach beyond x = 0 in space"
+        fault, allowed = f"got {millimetres(phalanx.sagittal.distal_end)}", "needs to reach beyond x = 0 in 3D"
         raise InputError("phalanx.sagittal.distal_end", fault, allowed)
     lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), phalanx.sagittal.dorsal_level
     palmar, dorsal = heights_in_the_middle(contour)
@@ -272,7 +272,7 @@ class _Rows:
 
 
 def phalanx_surface(fingertip: FingertipNumbers) -> PhalanxSurface:
-    """Return the surface of the phalanx of a fingertip in space.
+    """Return the surface of the phalanx of a fingertip in 3D.
 
     Raises
     ------

@@ -76,15 +76,15 @@ _MIDDLE = 3.5
 
 
 def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
-    """Return the candidate receptors in space: those of the sagittal section, in its plane z = 0.
+    """Return the candidate receptors in 3D: those of the sagittal section, in its plane z = 0.
 
-    The mesh in space has a plain epidermis-dermis interface, so FA-I and SA-I sit on it, at the arc lengths at which
+    The mesh in 3D has a plain epidermis-dermis interface, so FA-I and SA-I sit on it, at the arc lengths at which
     the section has its ridges.
 
     Parameters
     ----------
     fingertip : FingertipNumbers
-        A fingertip in space.
+        A fingertip in 3D.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tup
     Parameters
     ----------
     fingertip : FingertipNumbers
-        A fingertip in space.
+        A fingertip in 3D.
     spacing : float, optional
         Distance of the nodes along the skin [m].
 

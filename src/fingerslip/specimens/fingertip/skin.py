@@ -1,6 +1,6 @@
 """The skin of a fingertip: its surface, its relief, and how the plate finds it.
 
-The outer surface of the fingertip in space: its points, its normals, and what lies below it.
+The outer surface of the fingertip in 3D: its points, its normals, and what lies below it.
 
 Every section across the finger is an ellipse between the lowest and the highest line of the sagittal outline; the tip
 is an ellipsoid. Axes as in the sagittal section: x along the finger towards the tip, y up, z across.
@@ -62,10 +62,10 @@ _QUARTER = 60
 
 
 def solid_shape(fingertip: FingertipNumbers) -> SolidShape:
-    """Return what the fingertip in space has beyond its sections."""
+    """Return what the fingertip in 3D has beyond its sections."""
     if fingertip.solid is None:
         repair = "start from the preset wang2014-3d, or give its values"
-        raise InputError("fingertip.solid", "is missing", "needs the widths of the finger in space", repair)
+        raise InputError("fingertip.solid", "is missing", "needs the widths of the finger in 3D", repair)
     return fingertip.solid
 
 

@@ -49,7 +49,7 @@ def _of_another_model(fingertip: FingertipNumbers, path: str, use: ModelUse) -> 
         return "of 2D sections only" if group in _OF_SECTIONS or path == "ridges.enabled" else ""
     other = "transverse" if fingertip.section == "sagittal" else "sagittal"
     if group == "solid":
-        return "of the fingertip in space only"
+        return "of the fingertip in 3D only"
     of_other = group == other or path.startswith(f"phalanx.{other}.")
     if of_other and not (_is_cut_of_finger(fingertip) and ".zone." not in path):
         return f"of the {other} section only"
@@ -101,7 +101,7 @@ def _switched_off(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
 
 
 def _of_an_empty_zone(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
-    """Look at the zones: in space the one across the finger bounds the fingerprint alone."""
+    """Look at the zones: in 3D the one across the finger bounds the fingerprint alone."""
     outline, _, name = path.partition(".")
     if not name.startswith("zone."):
         return ""

@@ -16,7 +16,7 @@ from fingerslip.units import millimetres
 
 __all__ = ["REGIONS", "Part", "TacTipNumbers"]
 
-#: What of the sensor is modelled: its section in the plane, its half z >= 0 or the whole of it in space.
+#: What of the sensor is modelled: its section in 2D, its half z >= 0 or the whole of it in 3D.
 Part = Literal["section", "half", "whole"]
 # Distance of neighbouring rods over their diameter, at least.
 _APART = 1.1

@@ -108,7 +108,7 @@ class Rods:
     Parameters
     ----------
     radius : float
-        Radius, in the plane half the width [m].
+        Radius, in 2D half the width [m].
     embedding : float
         How far a rod reaches into the skin under its crown [m].
     length : float

@@ -100,7 +100,7 @@ def _repeated(half: Floats, ridges: Ridges) -> Floats:
 
 
 def _to_window(dome: Dome, line: Floats, step: float) -> Floats:
-    """Return the points of a line in the plane, continued at its last depth up to the window."""
+    """Return the points of a line in 2D, continued at its last depth up to the window."""
     last, depth = line[-1]
     # The same number of points for both lines of a skin.
     between = np.arange(1, np.ceil((_end(dome, 0.0) - last) / step - 0.5)) * step

@@ -72,7 +72,7 @@ class TacTip(TacTipNumbers):
     Parameters
     ----------
     part : {'section', 'half', 'whole'}
-        What is modelled: the section through the axis, the half z >= 0, or the whole sensor in space.
+        What is modelled: the section through the axis, the half z >= 0, or the whole sensor in 3D.
     dome : Dome
         The surface on which the crowns of the skin lie.
     skin : Skin

@@ -233,7 +233,7 @@ class RecordSettings:
         Kinds of mechanoreceptors of the fingertip at which the motion is recorded.
     reference_nodes : bool
         Whether the reference nodes h1 to h7 and v1 to v7 on the skin and on the tissue are recorded; of the fingertip
-        in space.
+        in 3D.
     groups : tuple of str
         Other groups of the specimen's own sites, such as the `internal_markers` of a sensor.
     sites : tuple of Site

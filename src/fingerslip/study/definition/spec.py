@@ -220,8 +220,8 @@ class Study(SpecimenChoice):
     description : str
         The question that it answers, in a sentence or two; its report begins with it.
     mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
-        Element sizes of the section, with `element` T4 or T10 those of the fingertip in space; without `element` it is
-        the specimen's: a solid where its preset has a shape in space. Or `file` for a mesh that is read, or `skin` and
+        Element sizes of the section, with `element` T4 or T10 those of the fingertip in 3D; without `element` it is
+        the specimen's: a solid where its preset has a shape in 3D. Or `file` for a mesh that is read, or `skin` and
         more for one built from the surfaces of a scan.
     contact : ContactSettings, optional
         Contact with one counterface, by default a plate.
@@ -256,9 +256,9 @@ class Study(SpecimenChoice):
     initial_velocity : tuple of float, optional
         Velocity of the whole deformable body at the start [m/s].
     formulation : {'plane_strain', 'plane_stress', 'solid'}, optional
-        The two-dimensional assumption, or 'solid' in space; without it that of the specimen.
+        The two-dimensional assumption, or 'solid' in 3D; without it that of the specimen.
     depth : float, optional
-        Out-of-plane depth [m], not in space; without it that of the specimen.
+        Out-of-plane depth [m], not in 3D; without it that of the specimen.
     sweep : mapping of str to tuple
         Values by dotted path; the runs are all combinations, the first path varies slowest. Values that change together
         are lists by several paths with commas between them.
@@ -382,7 +382,7 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
 def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a study that says whose mesh it has and of which element, as its specimen does, where it gives only sizes.
 
-    Without this a preset in space would be meshed as a section, because only the kind of element tells them apart.
+    Without this a preset in 3D would be meshed as a section, because only the kind of element tells them apart.
     """
     mesh = mapping.get("mesh", {})
     specimen = _specimen_of(mapping)

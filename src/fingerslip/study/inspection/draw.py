@@ -27,7 +27,7 @@ _FIGURES: Mapping[str, Callable[[Any, str], Figure]] = MappingProxyType(
 
 
 def draw_specimen(target: str, path: Path) -> None:
-    """Draw a fingertip, both sections and the finger in space, or a sensor, cut open and its markers."""
+    """Draw a fingertip, both sections and the finger in 3D, or a sensor, cut open and its markers."""
     if path.suffix not in _SUFFIXES:
         raise InputError("show --figure", f"got '{path}'", f"needs a file that ends in {', '.join(_SUFFIXES)}")
     kind, specimen = _specimen(target)

@@ -197,7 +197,7 @@ def _supports(study: Study, specimen: Specimen | _NoSpecimen, dim: int) -> Mappi
 
 
 def contact_of(settings: ContactSettings, dim: int) -> Contact:
-    """Return the contact that a study describes, in the plane or in space."""
+    """Return the contact that a study describes, in 2D or in 3D."""
     counterface = settings.rigid_counterface
     if dim == 3 and settings.counterface is None and len(settings.normal) == 2:
         counterface = Plane((*settings.normal, 0.0), settings.offset)

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
+import sys
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import fingerslip
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.simulation import simulate
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.model import Contact, Kinematics, Model
@@ -31,6 +34,13 @@ _NAME = "compiling, once on this machine"
 # Functions and CPU seconds of each kind: of 2D those that all kinds share, too. Measured on an empty cache.
 _FUNCTIONS = {(2, "small"): 117, (3, "small"): 39, (2, "finite"): 15, (3, "finite"): 15}
 _SECONDS = {(2, "small"): 20.0, (3, "small"): 12.0, (2, "finite"): 3.0, (3, "finite"): 3.0}
+
+# A function that each kind needs: its file and its name.
+_SAMPLES = {
+    ("small", 2): ("dynamics/step/free_ends.py", "free_ends"),
+    ("small", 3): ("contact/solve/projection.py", "project"),
+    ("finite", 0): ("fe/finite/kernels.py", "stiffness_of_cells"),
+}
 
 Kind = tuple[int, Kinematics]
 
@@ -56,6 +66,8 @@ def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
         return
     from numba.core import event
 
+    from fingerslip.dynamics.simulation import simulate
+
     total = sum(_FUNCTIONS[kind] for kind in kinds)
     progress.say(f"{_NAME}: takes about {sum(_SECONDS[kind] for kind in kinds):.0f} s")
     progress.begin([_NAME])
@@ -78,20 +90,16 @@ def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
 
 
 def _is_compiled(kind: Kind) -> bool:
-    """Tell whether the cache of Numba holds a function of a kind for this processor."""
-    from fingerslip.contact.solve.projection import project
-    from fingerslip.dynamics.step.free_ends import free_ends
-    from fingerslip.fe.finite.kernels import stiffness_of_cells
-
+    """Tell whether Numba keeps a function of a kind, as its file is now; nothing that computes is loaded for that."""
     dim, kinematics = kind
-    function: Any = stiffness_of_cells if kinematics == "finite" else free_ends if dim == 2 else project
-    # Numba has no public way to ask; what it does not tell counts as compiled.
-    try:
-        index = function._cache._cache_file._load_index()  # noqa: SLF001
-        processor = function.targetctx.codegen().magic_tuple()
-    except (AttributeError, OSError):
-        return True
-    return any(processor in key for key in index)
+    source, name = _SAMPLES[kinematics, dim if kinematics == "small" else 0]
+    path = Path(fingerslip.__file__).parent / source
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "numba")  # noqa: PTH111  no error
+    elsewhere = os.environ.get("NUMBA_CACHE_DIR")
+    folders = [Path(elsewhere)] if elsewhere else [path.parent / "__pycache__", home]
+    pattern = f"{path.stem}.{name}-*.py{sys.version_info.major}{sys.version_info.minor}.nbi"
+    indexes = (index for folder in folders for index in folder.rglob(pattern))
+    return any(index.stat().st_mtime >= path.stat().st_mtime for index in indexes)
 
 
 @contextlib.contextmanager

@@ -18,8 +18,8 @@ __all__ = [
     "require_mesh_memory",
 ]
 
-# From the shipped studies alone, by the dimension of space. In the plane about 10,000 unknowns and 600 steps take 1.5
-# to 3.4 s, two runs side by side; in space 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
+# From the shipped studies alone, by the dimension of space. In 2D about 10,000 unknowns and 600 steps take 1.5
+# to 3.4 s, two runs side by side; in 3D 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
 _SECONDS_AT_START = 1.0
 _SECONDS_PER_UNKNOWN = {2: 0.0, 3: 2e-4}
 _SECONDS_PER_UNKNOWN_AND_STEP = {2: 2.5e-7, 3: 2e-6}
@@ -38,7 +38,7 @@ _SECONDS_PER_SQUARE = 1.3e-9
 _MARGIN = 1.5
 
 # What a process that computes takes [bytes]: alone, for each unknown with its factors, for each byte of the records.
-# Measured with the shipped studies: 0.51 and 0.60 GB in the plane, 4 x 0.04 GB of records 0.82 GB, 2.4 GB in space.
+# Measured with the shipped studies: 0.51 and 0.60 GB in 2D, 4 x 0.04 GB of records 0.82 GB, 2.4 GB in 3D.
 _BYTES_OF_PROCESS = 0.4e9
 _BYTES_PER_UNKNOWN = {2: 1.0e4, 3: 3.0e4}
 _BYTES_PER_RECORDED = 1.7

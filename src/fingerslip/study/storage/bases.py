@@ -21,7 +21,7 @@ __all__ = ["BasisFolder"]
 Array = NDArray[np.float64]
 
 _CHECKSUM = 64
-# Bases that are kept: those of the bodies of one sweep. One of the paper's fingertip in space takes 0.5 GB.
+# Bases that are kept: those of the bodies of one sweep. One of the paper's fingertip in 3D takes 0.5 GB.
 _KEPT = 8
 
 _logger = logging.getLogger("fingerslip.study")

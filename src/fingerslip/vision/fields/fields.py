@@ -108,7 +108,7 @@ class RigidMotions:
     """Rigid motions from rest, one for each time; NaN where too few markers are seen."""
 
     translation: Floats  # (n_times, n_axes), mean displacement of the markers that are seen, in units of the positions
-    rotation: Floats  # (n_times,), angle [rad]: in the plane from x towards y, in space without a sign
+    rotation: Floats  # (n_times,), angle [rad]: in 2D from x towards y, in 3D without a sign
     residual: Floats  # (n_times, n_markers, n_axes)
 
 

@@ -1,4 +1,4 @@
-"""Contact in the plane, piece by piece: what the compiled solver finds, with matrices that serve over steps."""
+"""Contact in 2D, piece by piece: what the compiled solver finds, with matrices that serve over steps."""
 
 from __future__ import annotations
 

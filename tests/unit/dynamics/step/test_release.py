@@ -122,7 +122,7 @@ def thrown(dim, alpha, ratio, friction):
     )
 
 
-# In space with one penalty and the larger friction; the others are in the slow tier.
+# In 3D with one penalty and the larger friction; the others are in the slow tier.
 @pytest.mark.parametrize(
     ("alpha", "ratio", "friction", "dim"),
     [

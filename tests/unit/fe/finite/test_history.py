@@ -73,7 +73,7 @@ def test_two_halves_are_nearly_a_step():
 
 
 def test_selective_excess_is_none_at_once_and_the_relaxed_energy_in_the_end():
-    """In space K x^2/2 - G/3 x^2 with what is left of G; in plane stress with the strain across eliminated."""
+    """In 3D K x^2/2 - G/3 x^2 with what is left of G; in plane stress with the strain across eliminated."""
     constants = Constants(2.0, 10.0, 0.4, TERMS)
     along = np.array([[0.1, 0.0], [-0.2, 0.0]])
     modulus, left = 10.0 - 4.0 / 3.0, 1.0 - sum(term.share for term in TERMS)

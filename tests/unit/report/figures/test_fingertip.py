@@ -1,4 +1,4 @@
-"""The picture of a fingertip: both sections, and the finger in space where it has one."""
+"""The picture of a fingertip: both sections, and the finger in 3D where it has one."""
 
 from __future__ import annotations
 

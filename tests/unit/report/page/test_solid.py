@@ -1,4 +1,4 @@
-"""What a report shows of a run in space."""
+"""What a report shows of a run in 3D."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def test_reference_nodes_are_sites_in_space_and_come_after_the_receptors():
     assert finger.sites(("reference_nodes",), 3) == reference_sites(finger)
     both = finger.sites(("FA-I", "reference_nodes"), 3)
     assert [site.kind == "FA-I" for site in both] == sorted((site.kind == "FA-I" for site in both), reverse=True)
-    with pytest.raises(InputError, match=r"record.reference_nodes: without a fingertip in space, .* T4 or T10"):
+    with pytest.raises(InputError, match=r"record.reference_nodes: without a fingertip in 3D, .* T4 or T10"):
         finger.sites(("reference_nodes",), 2)
 
 

@@ -1,4 +1,4 @@
-"""The phalanx in space: its cuts are the contours of the sections, whatever its variant."""
+"""The phalanx in 3D: its cuts are the contours of the sections, whatever its variant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fingerprint in space: along the finger that of the section, none on the back."""
+"""The fingerprint in 3D: along the finger that of the section, none on the back."""
 
 from __future__ import annotations
 

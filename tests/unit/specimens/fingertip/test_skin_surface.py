@@ -1,4 +1,4 @@
-"""The outer surface in space: its cuts are the sections, its normals its gradient, its layers parallel."""
+"""The outer surface in 3D: its cuts are the sections, its normals its gradient, its layers parallel."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def section(name):
 
 
 def in_space(points, name):
-    """Put the points of a section where they are in space."""
+    """Put the points of a section where they are in 3D."""
     along, up = points.T
     zero = np.zeros_like(up)
     return np.column_stack([along, up, zero] if name == "sagittal" else [zero, up, along])

@@ -1,4 +1,4 @@
-"""The shape in space: what it refuses, and that both sections have to fit together."""
+"""The shape in 3D: what it refuses, and that both sections have to fit together."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAIL = {"start": "-4 mm", "end": "5 mm", "half_width": "5 mm", "thickness": "0.5
 
 def test_preset_in_space_keeps_the_sections_of_the_plane_one():
     plane, solid = preset("wang2014-2d"), preset("wang2014-3d")
-    # The half height of the section is calibrated, that of the fingertip in space is not.
+    # The half height of the section is calibrated, that of the fingertip in 3D is not.
     assert dataclasses.replace(plane.sagittal, half_height=6.5e-3) == solid.sagittal
     assert plane.sagittal.half_height == 7e-3
     assert plane.transverse == solid.transverse

@@ -1,4 +1,4 @@
-"""Sites in space: on their surfaces, named as in the paper, found in the mesh."""
+"""Sites in 3D: on their surfaces, named as in the paper, found in the mesh."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def test_a_section_stays_the_same_when_all_unused_values_change(changes, groups)
 @pytest.mark.parametrize(
     ("finger", "use", "path", "reason"),
     [
-        (change(), ModelUse(2), "solid.length", "of the fingertip in space only"),
+        (change(), ModelUse(2), "solid.length", "of the fingertip in 3D only"),
         (change(), ModelUse(2), "transverse.half_width", "of the transverse section only"),
         (change(), ModelUse(2), "receptors.fa_ii_depth", "no FA-II receptors are recorded"),
         (change(), ModelUse(2, groups=EVERYTHING), "receptors.fa_ii_depth", ""),

@@ -122,7 +122,7 @@ def test_resolved_run_reads_back_the_same() -> None:
         ),
         (
             {"friction": DROP, "counterface": {"cylinder": {"radius": "8 mm", "axis": [0, 0, 1]}}},
-            "contact.counterface.cylinder.axis: got (0.0, 0.0, 1.0), needs a direction in space and none in the plane",
+            "contact.counterface.cylinder.axis: got (0.0, 0.0, 1.0), needs a direction in 3D and none in 2D",
         ),
         (
             {"friction": DROP, "counterface": BALL, "offset": "1 mm"},

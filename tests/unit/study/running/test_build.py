@@ -362,5 +362,5 @@ def test_missing_surface_is_named(tmp_path: Path) -> None:
 
 
 def test_reference_nodes_of_a_section_are_refused() -> None:
-    with pytest.raises(InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in space, .* T10"):
+    with pytest.raises(InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
         build_model(run_of(finger(record={"reference_nodes": True})), block_mesh())

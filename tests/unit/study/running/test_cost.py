@@ -19,7 +19,7 @@ def test_estimate_grows_with_unknowns_times_steps() -> None:
 
 
 def test_runs_in_space_are_known_to_take_longer() -> None:
-    """Measured on two cores: the paper's fingertip in space took 57 s, a coarse one 16 s."""
+    """Measured on two cores: the paper's fingertip in 3D took 57 s, a coarse one 16 s."""
     assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
     assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
 
@@ -54,7 +54,7 @@ def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) 
     [
         ((11_858, 606, 4 * 600, 2), True),  # four runs of the paper's section
         ((11_858, 606, 600, 2), False),  # one of them
-        ((70_197, 4_089, 300, 3), False),  # a run of the paper's fingertip in space
+        ((70_197, 4_089, 300, 3), False),  # a run of the paper's fingertip in 3D
         ((70_197, 4_089, 64 * 300, 3), True),  # a large sweep of it
         ((70_197, 13_000, 64 * 300, 3), False),  # with a contact three times as fine
     ],

@@ -1,1 +1,1 @@
-"""How a fingertip is meshed: its sections in the plane, and the fingertip in space."""
+"""How a fingertip is meshed: its sections in 2D, and the fingertip in 3D."""

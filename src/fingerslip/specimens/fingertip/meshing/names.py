@@ -1,4 +1,4 @@
-"""Names of the regions and boundaries of a fingertip's mesh, in the plane and in space."""
+"""Names of the regions and boundaries of a fingertip's mesh, in 2D and in 3D."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 
-# The same over the thickness of the skin where it cannot touch, in the plane.
+# The same over the thickness of the skin where it cannot touch, in 2D.
 _OF_SKIN = 0.6
 
 Floats = NDArray[np.float64]
@@ -56,7 +56,7 @@ class SensorSizes(Protocol):
 
 
 class SolidSizes(SensorSizes, Protocol):
-    """Element sizes in space, where rods have one of their own."""
+    """Element sizes in 3D, where rods have one of their own."""
 
     @property
     def rod_size(self) -> float:

@@ -1,4 +1,4 @@
-"""The mesh of a TacTip in space, half or whole."""
+"""The mesh of a TacTip in 3D, half or whole."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class SensorSectionSizes(MeshSource):
 
 @parameters
 class SensorSolidSizes(MeshSource):
-    """Element sizes and element type of a TacTip in space.
+    """Element sizes and element type of a TacTip in 3D.
 
     Parameters
     ----------

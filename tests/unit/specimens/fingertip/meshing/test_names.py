@@ -14,7 +14,7 @@ def strip(dim: int) -> tuple[skfem.Mesh, np.ndarray, np.ndarray]:
     grid = [np.linspace(0.0, 1.0, 4)] * (dim - 1)
     kind = skfem.MeshQuad1 if dim == 2 else skfem.MeshTet1
     mesh = kind.init_tensor(*grid, np.linspace(0.0, 4.0, 5))
-    # In space the layers lie above each other along y, as in a finger.
+    # In 3D the layers lie above each other along y, as in a finger.
     points = mesh.p if dim == 2 else mesh.p[[0, 2, 1]]
     order = np.argsort(points[1] > 0.0, kind="stable")
     number = np.empty_like(order)

@@ -1,4 +1,4 @@
-"""The mesh of a TacTip in space."""
+"""The mesh of a TacTip in 3D."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_half_of_a_dome(small, mesh):
     cap = np.pi * 8e-3**2 * (10e-3 - 8e-3 / 3) / 2
     assert below == pytest.approx(cap, rel=0.02)
     rods = volume[mesh.subdomains["rods"]].sum()
-    # One on the axis and two in the plane are halves, one is whole.
+    # One on the axis and two in 2D are halves, one is whole.
     assert rods == pytest.approx(2.5 * np.pi * 0.5e-3**2 * 2.5e-3, rel=0.01)
 
 

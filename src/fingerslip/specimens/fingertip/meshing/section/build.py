@@ -47,10 +47,10 @@ _FRONTAL, _FRONTAL_FOR_QUADRILATERALS = 6, 8
 
 @dataclass(frozen=True)
 class CoreMesh:
-    """Mesh of tissue and phalanx, in the plane or in space."""
+    """Mesh of tissue and phalanx, in 2D or in 3D."""
 
     points: Floats  # (n, dim), node positions [m]
-    cells: dict[str, Integers]  # (m, 3), nodes of the cells of `tissue` and `phalanx`, in the plane counter-clockwise
+    cells: dict[str, Integers]  # (m, 3), nodes of the cells of `tissue` and `phalanx`, in 2D counter-clockwise
 
 
 @dataclass(frozen=True)

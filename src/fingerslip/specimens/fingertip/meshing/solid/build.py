@@ -1,4 +1,4 @@
-"""Build the mesh of a fingertip in space."""
+"""Build the mesh of a fingertip in 3D."""
 
 from __future__ import annotations
 
@@ -353,7 +353,7 @@ _SLICES = 400
 
 
 def mesh_solid(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh3D:
-    """Build the mesh of a fingertip in space from a set of sizes; regions and boundaries are those of `build_solid`."""
+    """Build the mesh of a fingertip in 3D from a set of sizes; regions and boundaries are those of `build_solid`."""
     # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
 
     check_skin_fits(fingertip)

@@ -1,4 +1,4 @@
-"""The fingertip in space as a source of meshes."""
+"""The fingertip in 3D as a source of meshes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _Element = Literal["T4", "T10"]
 
 @parameters
 class SolidSizes(MeshSource):
-    """Element sizes and element type of a fingertip in space.
+    """Element sizes and element type of a fingertip in 3D.
 
     Linear tetrahedra lock near incompressibility, so overall slip comes late on them; quadratic
     ones, the default, do not.
@@ -73,7 +73,7 @@ def build_solid(
     contact_reach: float = _DEFAULT.contact_reach,
     element: _Element = _DEFAULT.element,
 ) -> skfem.Mesh3D:
-    """Build the mesh of a fingertip in space, with named regions and boundaries.
+    """Build the mesh of a fingertip in 3D, with named regions and boundaries.
 
     Axes: x along the finger towards the tip, y up (a plate comes from below), z across. The lowest point is at x = 0,
     y = -`half_height`; where the finger is level, the plane z = 0 is its sagittal and x = 0 its transverse section.

@@ -1,4 +1,4 @@
-"""The mesh in space: names, volumes, layers, angles, quality, and the size of the published one."""
+"""The mesh in 3D: names, volumes, layers, angles, quality, and the size of the published one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The phalanx in space as triangles: closed but for its base, on its surface."""
+"""The phalanx in 3D as triangles: closed but for its base, on its surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fingerprint on the skin in space."""
+"""The fingerprint on the skin in 3D."""
 
 from __future__ import annotations
 

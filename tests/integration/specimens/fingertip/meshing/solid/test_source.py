@@ -1,4 +1,4 @@
-"""The source of meshes in space gives the mesh of the function."""
+"""The source of meshes in 3D gives the mesh of the function."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The coarsest finger in space has all names; what does not fit is refused."""
+"""The coarsest finger in 3D has all names; what does not fit is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tissue and phalanx in space: the hull is kept, cells fill it, with the phalanx in a hole or through the cut."""
+"""Tissue and phalanx in 3D: the hull is kept, cells fill it, with the phalanx in a hole or through the cut."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The phalanx in space as triangles: sizes that follow the tissue around it."""
+"""The phalanx in 3D as triangles: sizes that follow the tissue around it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The skin in space: rows at their depths, conforming tetrahedra, and thicknesses that fit."""
+"""The skin in 3D: rows at their depths, conforming tetrahedra, and thicknesses that fit."""
 
 from __future__ import annotations
 

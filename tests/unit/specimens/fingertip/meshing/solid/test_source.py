@@ -1,4 +1,4 @@
-"""The fingertip in space as a source of meshes."""
+"""The fingertip in 3D as a source of meshes."""
 
 from __future__ import annotations
 
