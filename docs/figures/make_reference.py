@@ -15,6 +15,7 @@ from pathlib import Path
 
 import make_details
 import make_figures
+import shrink
 
 from fingerslip.study.convergence.converge import converge
 from fingerslip.study.running.runner import run_studies
@@ -51,6 +52,7 @@ def main(results: Path) -> None:
     make_figures.main(results)
     for name, source in PICTURES.items():
         shutil.copyfile(results / "wang2014_table2" / source, Path(__file__).with_name(name))
+    shrink.main()
 
 
 def table_of(text: str, start: str) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from places import ROOT
+from places import DOCS, ROOT
 
 SCRIPTS = sorted([*(ROOT / "docs" / "figures").glob("*.py"), *(ROOT / "tests" / "benchmarks").glob("*.py")])
 
@@ -38,3 +38,16 @@ def test_there_are_scripts() -> None:
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
 def test_what_a_script_imports_is_there(path: Path) -> None:
     assert not {f"{module}.{name}" for module, name in imported(path) if not is_there(module, name)}
+
+
+def test_figures_of_the_documentation_are_small() -> None:
+    large = {path.name: path.stat().st_size for path in (DOCS / "figures").glob("*") if path.stat().st_size > 150_000}
+    assert large == {}, "run docs/figures/shrink.py"
+
+
+def test_pages_are_short_enough_to_be_read() -> None:
+    words = {
+        path.name: len(path.read_text(encoding="utf-8").split()) for path in [ROOT / "README.md", *DOCS.rglob("*.md")]
+    }
+    assert words.pop("README.md") <= 1200
+    assert max(words.values()) <= 2500
