@@ -31,7 +31,7 @@ from fingerslip.slip import (
     slide_window,
     slipped_fraction,
 )
-from fingerslip.study.storage.reporting import read_stored
+from fingerslip.study.storage.reporting import read_results
 from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, measure
 
 ROOT = Path(__file__).parents[2]
@@ -73,7 +73,7 @@ def main(results: Path) -> None:
 
 def events(study: Path) -> Table:
     """List the slip events of a study."""
-    stored = read_stored(study)
+    stored = read_results(study)
     table = events_table(stored.runs)
     return Table(f"{stored.title}: {table.title.lower()}", table.columns, table.rows)
 
@@ -84,7 +84,7 @@ def fits(study: Path) -> Table:
         *(Column("moment"), Column("slope", "s", 3), Column("at no friction", "s", 3)),
         Column("coefficient of determination", digits=5),
     )
-    runs = read_stored(study).runs
+    runs = read_results(study).runs
     friction = np.array([float(run.swept["contact.friction_coefficient"]) for run in runs])
     rows = []
     for name in ("incipient", "overall"):
@@ -102,7 +102,7 @@ def forces(study: Path) -> Table:
         Column("travel of the plate to overall slip", "mm", 2),
     )
     rows = []
-    for run in read_stored(study).runs:
+    for run in read_results(study).runs:
         history = read_history(study / run.name / HISTORY)
         window = slide_window(history)
         assert window is not None
@@ -115,7 +115,7 @@ def forces(study: Path) -> Table:
 
 def peaks(study: Path, between: tuple[float, float]) -> Table:
     """Count the acceleration peaks before overall slip against what the study sweeps."""
-    stored = read_stored(study)
+    stored = read_results(study)
     columns = (
         *(Column(path.rpartition(".")[2].replace("_", " ")) for path in stored.runs[0].swept),
         *(Column("nodes in contact"), Column("peaks")),
@@ -128,7 +128,7 @@ def peaks(study: Path, between: tuple[float, float]) -> Table:
 
 def drops(study: Path) -> Table:
     """Give overall slip and what friction carries at its largest and at the end."""
-    stored = read_stored(study)
+    stored = read_results(study)
     columns = (
         *(Column(path.rpartition(".")[2].replace("_", " ")) for path in stored.runs[0].swept),
         *(Column("overall slip", "s", 3), Column("largest friction force over normal force", digits=3)),
@@ -170,7 +170,7 @@ def slipped(study: Path) -> Table:
 
 
 def _slipped_rows(study: Path) -> Iterator[tuple[Cell, ...]]:
-    for run in read_stored(study).runs:
+    for run in read_results(study).runs:
         history = read_history(study / run.name / HISTORY)
         window = slide_window(history)
         assert window is not None
@@ -188,7 +188,7 @@ def receptors(study: Path) -> Table:
     """List the largest accelerations by receptor type."""
     kinds = ("FA-I", "SA-I", "SA-II", "FA-II")
     rows = []
-    for run in read_stored(study).runs:
+    for run in read_results(study).runs:
         largest = measure(run, read_history(study / run.name / HISTORY)).largest_acceleration
         rows.append((*run.swept.values(), *(largest[kind] for kind in kinds)))
     columns = (Column("phalanx"), *(Column(kind, "m/s²", 3) for kind in kinds))
@@ -203,7 +203,7 @@ def densities(study: Path) -> Table:
         Column("range after overall slip over mean", digits=4),
     )
     rows: list[tuple[Cell, ...]] = []
-    for run in read_stored(study).runs:
+    for run in read_results(study).runs:
         found = measure(run, read_history(study / run.name / HISTORY)).densities
         assert found is not None
         rows += [
@@ -222,7 +222,7 @@ def vibrations(results: Path) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for name in ("friction", "damping", "fingerprint"):
         study = results / f"wang2014_{name}"
-        for run in read_stored(study).runs:
+        for run in read_results(study).runs:
             found = measure(run, read_history(study / run.name / HISTORY))
             peak = found.overall_peak
             rows.append(
@@ -240,7 +240,7 @@ def accidents(study: Path) -> Table:
         *(Column("overall", "s", 4), Column("height of overall", "m/s²", 2)),
     )
     rows: list[tuple[Cell, ...]] = []
-    for run in read_stored(study).runs:
+    for run in read_results(study).runs:
         found = acceleration_peaks(read_history(study / run.name / HISTORY))
         assert found.largest is not None
         before = [peak for peak in found.peaks if peak.time < found.largest.time]
@@ -264,7 +264,7 @@ def nodes(results: Path) -> Table:
     )
     rows: list[tuple[Cell, ...]] = []
     for name in ("wang2014_3d", "wang2014_3d_tetrahedra", "wang2014_3d_patch"):
-        for run in read_stored(results / name).runs:
+        for run in read_results(results / name).runs:
             history = read_history(results / name / run.name / HISTORY)
             read = [reference_events(history, REFERENCE_NODES, EventSettings(displacement_tolerance=t)) for t in NODES]
             times = (*(one.incipient for one in read), *(one.overall for one in read))

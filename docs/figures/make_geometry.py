@@ -17,7 +17,7 @@ from fingerslip.report.tables.samples import intervals_table, sensitivity_table
 from fingerslip.report.tables.table import Table, to_markdown
 from fingerslip.results import StudyResult
 from fingerslip.sampling import Fit, fits_of
-from fingerslip.study.storage.reporting import read_stored
+from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.summary import SENSITIVITY
 from fingerslip.validation.geometry import GEOMETRY, GEOMETRY_FILE, allowed_geometry, geometry_table
 
@@ -33,7 +33,7 @@ def main() -> None:
     shutil.copyfile(results / GEOMETRY_FILE.name, REFERENCE / GEOMETRY_FILE.name)
     parts = [part(geometry_table(rows))]
     for name in GEOMETRY:
-        study = read_stored(results / name)
+        study = read_results(results / name)
         shutil.copyfile(study.folder / SENSITIVITY, REFERENCE / f"{name}-{SENSITIVITY}")
         fits = [fit for fit in fits_of(study) if (fit.reading, fit.time) == ("slip", "overall")]
         parts += [part(sensitivity_table(fit)) for fit in fits]

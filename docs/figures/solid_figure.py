@@ -18,7 +18,7 @@ from matplotlib.patches import Patch as Swatch
 from fingerslip.history import read_history
 from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.contact import slip_onset_figure
-from fingerslip.report.figures.solid import cropped
+from fingerslip.report.figures.solid import crop
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import still
@@ -54,7 +54,7 @@ def draw_finger(run: Path) -> None:
     left, right = figure.add_axes((0.0, 0.2, 0.52, 0.8)), figure.add_axes((0.59, 0.16, 0.4, 0.74))
     bar = figure.add_axes((0.11, 0.18, 0.3, 0.035))
     options = SceneOptions(cut="z", receptors=False, written=False)
-    left.imshow(cropped([still(history, TIME, options, (1400, 1050))])[0])
+    left.imshow(crop([still(history, TIME, options, (1400, 1050))])[0])
     left.set_axis_off()
     colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
     figure.colorbar(colours, cax=bar, label=SCALARS[options.scalar][0], orientation="horizontal", extend="max")

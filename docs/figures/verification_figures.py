@@ -41,7 +41,7 @@ def mark(axes: Axes, x: np.ndarray, y: np.ndarray, colour: str, label: str) -> N
 def line_contact() -> None:
     """Pressure of Hertz and shear traction of Cattaneo."""
     history = line.pressed_and_slid("round")
-    x, pressure, traction, _ = line.ordered(history)
+    x, pressure, traction, _ = line.order_nodes(history)
     fine = np.linspace(-1.3, 1.3, 1001)
     _, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), sharey=True)
     half_width, peak = line.closed_form(float(history["counterface_force"].values[line.STEPS, 0, 1]))
@@ -96,7 +96,7 @@ def ball() -> None:
 
 def cycle() -> None:
     """Tangential force over displacement of the ball, in one cycle."""
-    history = sphere.cycled()
+    history = sphere.press_and_cycle()
     force, moved = (
         2 * history["counterface_force"].values[10:, 0, 0],
         history["counterface_displacement"].values[10:, 0, 0],

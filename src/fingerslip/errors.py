@@ -18,18 +18,18 @@ __all__ = [
     "ResultError",
     "SlipOutsideContactError",
     "TruncatedVideoError",
-    "shortened",
+    "shorten",
 ]
 
 _LONGEST = 80
 
 
-def shortened(text: str) -> str:
+def shorten(text: str) -> str:
     """Return text as errors show it: on one line, of at most 80 characters.
 
     Examples
     --------
-    >>> len(shortened("9" * 5000 + " mm"))
+    >>> len(shorten("9" * 5000 + " mm"))
     83
     """
     line = " ".join(text.split())

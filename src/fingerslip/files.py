@@ -136,7 +136,7 @@ def alone(mark: Path) -> Iterator[None]:
     mark : Path
         An empty file that is there meanwhile; its folder is made.
     """
-    file = _locked(mark)
+    file = _lock(mark)
     try:
         yield
     finally:
@@ -145,7 +145,7 @@ def alone(mark: Path) -> Iterator[None]:
             remove_empty(mark.parent)
 
 
-def _locked(mark: Path) -> BinaryIO | None:
+def _lock(mark: Path) -> BinaryIO | None:
     """Return a file, open and locked, or None where no lock is to be had.
 
     The process inside takes the file away when it leaves. Whoever waited has then locked a file without a name, beside
@@ -276,7 +276,7 @@ def clean_stale(folder: Path, name: str | None = None) -> None:
     for stem, final in {(match["stem"], match["name"]) for match in matches if match and name in (None, match["name"])}:
         # What cannot be removed, as by another user, does no harm.
         with contextlib.suppress(OSError), contextlib.ExitStack() as locks:
-            if _is_abandoned(folder, stem, locks):
+            if _has_no_writer(folder, stem, locks):
                 _clear(folder, stem, folder / final)
 
 
@@ -292,7 +292,7 @@ def _partial(final: Path, suffix: str = "") -> Iterator[Path]:
     """Give the temporary name of what is to become `final`, locked in the block and removed at its end."""
     stem = f".{final.name}.{secrets.token_hex(4)}"
     mark = final.with_name(f"{stem}.lock")
-    file = _locked(mark) if final.parent.is_dir() else None
+    file = _lock(mark) if final.parent.is_dir() else None
     try:
         if file is not None:
             with contextlib.suppress(OSError):
@@ -328,7 +328,7 @@ def _clear(folder: Path, stem: str, final: Path) -> None:
         _remove(left)
 
 
-def _is_abandoned(folder: Path, stem: str, locks: contextlib.ExitStack) -> bool:
+def _has_no_writer(folder: Path, stem: str, locks: contextlib.ExitStack) -> bool:
     """Tell whether nobody writes under a temporary name any more, and hold its lock as long as `locks`."""
     with contextlib.suppress(FileNotFoundError):
         file = locks.enter_context((folder / f"{stem}.lock").open("r+b"))

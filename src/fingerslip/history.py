@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.errors import ResultError, shortened
+from fingerslip.errors import ResultError, shorten
 from fingerslip.files import write_bytes
 from fingerslip.netcdf import netcdf_bytes, read_netcdf
 
@@ -226,7 +226,7 @@ def read_history(path: str | Path) -> xr.Dataset:
         history = read_netcdf(path)
     # The readers of HDF5 fail in any way on a damaged file.
     except Exception as error:
-        cause = shortened(str(error)) or type(error).__name__
+        cause = shorten(str(error)) or type(error).__name__
         raise ResultError(f"{path}: cannot be read as a history ({cause}); run the study again") from error
     fault = next(_faults(history), "")
     if fault:

@@ -74,8 +74,8 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
 
     with h5py.File(path, "r") as file:
         places = {name: item for name, item in file.items() if not _is_no_variable(item)}
-        stored = {name: _stored(file, name, item) for name, item in places.items()}
-        attributes = _described(file)
+        stored = {name: _variable_in_file(file, name, item) for name, item in places.items()}
+        attributes = _attributes_of(file)
     variables, selected, coordinates = xr.conventions.decode_cf_variables(stored, attributes, decode_times=False)
     return xr.Dataset(variables, attrs=selected).set_coords(coordinates).load()
 
@@ -116,7 +116,7 @@ def _empty_file(pickled: bytes) -> bytes:
 
     outlines, sizes = pickle.loads(pickled)
     with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
-        datasets = {outline.name: _made(file, outline) for outline in outlines}
+        datasets = {outline.name: _make_variable(file, outline) for outline in outlines}
         scales = _scales(file, sizes, datasets)
         for element in outlines:
             if element.name not in scales:
@@ -127,7 +127,7 @@ def _empty_file(pickled: bytes) -> bytes:
     return image
 
 
-def _made(file: Any, outline: _Outline) -> Any:
+def _make_variable(file: Any, outline: _Outline) -> Any:
     """Make the place of a variable, with its attributes and its text."""
     import h5py
 
@@ -176,7 +176,7 @@ def _is_no_variable(item: Any) -> bool:
     return bytes(item.attrs.get("NAME", b"")).startswith(_NO_VARIABLE.partition("{")[0].encode())
 
 
-def _stored(file: Any, name: str, dataset: Any) -> xr.Variable:
+def _variable_in_file(file: Any, name: str, dataset: Any) -> xr.Variable:
     """Return a variable as it stands in the file."""
     import h5py
     import xarray as xr
@@ -188,10 +188,10 @@ def _stored(file: Any, name: str, dataset: Any) -> xr.Variable:
         dimensions: tuple[str, ...] = (name,) if dataset.ndim else ()
     else:
         dimensions = tuple(file[reference[0]].name.removeprefix("/") for reference in references)
-    return xr.Variable(dimensions, values, _described(dataset))
+    return xr.Variable(dimensions, values, _attributes_of(dataset))
 
 
-def _described(owner: Any) -> dict[str, Any]:
+def _attributes_of(owner: Any) -> dict[str, Any]:
     """Return the attributes of a file or of a variable."""
     return {name: _plain(owner.attrs[name]) for name in owner.attrs if name not in _OF_THE_FORMAT}
 

@@ -14,7 +14,7 @@ from fingerslip.slip.finding import find_slip
 from fingerslip.slip.front import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
 from fingerslip.slip.peaks import Peak
-from fingerslip.slip.windows import READINGS, TIMES, event_label, is_defined
+from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +141,7 @@ def quantities(result: RunResult) -> dict[str, Quantity]:
         f"{reading}.{time}": Quantity(f"{event_label(time)} ({words})", "s", result.events.reading(reading).time(time))
         for reading, words in READINGS.items()
         for time in TIMES
-        if is_defined(reading, time) and result.events.reading(reading).recorded
+        if defines_time(reading, time) and result.events.reading(reading).recorded
     }
     numbers = {
         measure.key: Quantity(measure.label, measure.unit.si if measure.unit else "", _float(result, measure.key))

@@ -118,7 +118,7 @@ def read_result(folder: Path, *, is_whole: bool = False) -> RunResult | None:
 
 def stored_result(folder: Path) -> RunResult:
     """Read the result of a finished run as :func:`read_result` does, and say what is wrong with a damaged one."""
-    result, digests = _stored(folder)
+    result, digests = _read_result(folder)
     for name, written in digests.items():
         _check_file(folder / name, written)
     return result
@@ -126,10 +126,10 @@ def stored_result(folder: Path) -> RunResult:
 
 def unchecked_result(folder: Path) -> RunResult:
     """Read the result of a finished run without looking into its other files."""
-    return _stored(folder)[0]
+    return _read_result(folder)[0]
 
 
-def _stored(folder: Path) -> tuple[RunResult, dict[str, str]]:
+def _read_result(folder: Path) -> tuple[RunResult, dict[str, str]]:
     """Return the result of a finished run, and the checksums of its files."""
     fault = "holds no finished run" if folder.is_dir() else "is not there"
     missing = ResultError(f"{folder}: {fault}; {_REPAIR}")

@@ -121,7 +121,7 @@ def refine(series: Series, formal_order: float | None) -> Refinement:
     if formal_order is None:
         largest = max(abs(value - values[0]) for value in values)
         return Refinement("monotone" if settled else "divergent", largest, settled=settled)
-    return _refined(series.sizes, values, formal_order, settled)
+    return _refine(series.sizes, values, formal_order, settled)
 
 
 def combine(values: Sequence[float | None]) -> float | None:
@@ -130,7 +130,7 @@ def combine(values: Sequence[float | None]) -> float | None:
     return math.hypot(*finite) if finite and len(finite) == len(values) else None
 
 
-def _refined(sizes: Sequence[float], values: Sequence[float], formal_order: float, settled: bool) -> Refinement:
+def _refine(sizes: Sequence[float], values: Sequence[float], formal_order: float, settled: bool) -> Refinement:
     if len(values) != _LEVELS:
         raise ValueError(f"needs {_LEVELS} levels, got {len(values)}")
     (coarse, first), (middle, second), (fine, third) = sorted(zip(sizes, values, strict=True), reverse=True)

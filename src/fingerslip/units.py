@@ -11,7 +11,7 @@ from decimal import Decimal, DecimalException
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 
 if TYPE_CHECKING:
     import pint
@@ -144,7 +144,7 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     0.0015
     """
     unit_example = example or si
-    match, text_shown = _QUANTITY.fullmatch(text), shortened(text)
+    match, text_shown = _QUANTITY.fullmatch(text), shorten(text)
     if match is None:
         raise InputError(
             where, f"'{text_shown}' is not a quantity", f"needs a number and a unit such as '1.5 {unit_example}'"
@@ -154,12 +154,12 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
         raise _no_unit(number, si, unit_example, where)
     factor = _factor(unit, si)
     if _COMMA.match(unit) and number.isdecimal():
-        repair = f"write '{shortened(number + unit.replace(',', '.', 1))}'"
+        repair = f"write '{shorten(number + unit.replace(',', '.', 1))}'"
         raise InputError(where, f"got '{text_shown}'", "needs a decimal point, not a comma", repair)
     if factor is None:
-        repair = f"write for example '{shortened(number)} {unit_example}'"
+        repair = f"write for example '{shorten(number)} {unit_example}'"
         raise InputError(where, f"got '{text_shown}'", f"needs a unit of [{si}]", repair)
-    value = _scaled(number, factor)
+    value = _scale(number, factor)
     if not math.isfinite(value) or (value == 0.0 and _NOT_ZERO.match(number)):
         raise InputError(
             where, f"got '{text_shown}'", "needs a number that a computer can hold, between 1e-300 and 1e300"
@@ -167,7 +167,7 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     return value
 
 
-def _scaled(number: str, factor: float) -> float:
+def _scale(number: str, factor: float) -> float:
     """Return a number in decimal text times a factor; infinite where that is too large."""
     # Decimal arithmetic keeps decimal text exact: 0.13 mm is 0.00013, not 0.00013000000000000002.
     inverse = round(1.0 / factor) if factor else 0
@@ -181,7 +181,7 @@ def _scaled(number: str, factor: float) -> float:
 
 def _no_unit(number: object, si: str, example: str, where: str = "") -> InputError:
     """Return the error of a bare number; it names the SI unit too, in which the number may be meant."""
-    text = shortened(str(number))
+    text = shorten(str(number))
     repair = f"write '{text} {example}'" + (f" or '{text} {si}'" if si != example else "")
     return InputError(where, f"'{text}' has no unit", f"needs a unit of [{si}]", repair)
 
@@ -319,7 +319,7 @@ class Unit:
         """Convert an SI value to the display unit."""
         return value * (_factor(self.si, self.shown) or 1.0)
 
-    def _read(self, value: object, from_text: bool) -> object:
+    def _read_value(self, value: object, from_text: bool) -> object:
         if isinstance(value, bool):
             raise InputError("", f"got {str(value).lower()}", f"needs a quantity such as '1.5 {self.shown}'")
         if isinstance(value, str):
@@ -332,7 +332,7 @@ class Unit:
         from pydantic_core import core_schema
 
         def read(value: object, info: core_schema.ValidationInfo) -> object:
-            return self._read(value, bool(info.context and info.context.get("from_text")))
+            return self._read_value(value, bool(info.context and info.context.get("from_text")))
 
         return core_schema.with_info_before_validator_function(read, handler(source))
 

@@ -12,7 +12,16 @@ import problems.verification
 from fingerslip.report.tables.table import to_markdown
 from fingerslip.verification.catalogue import FILES, choose, known_names, problem
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Outcome, Problem, VerificationError, absolute, relative, run, solved, table
+from fingerslip.verification.problem import (
+    Outcome,
+    Problem,
+    VerificationError,
+    absolute,
+    relative,
+    run,
+    solve_problem,
+    table,
+)
 from places import ROOT
 from problems.verification import locking
 
@@ -113,15 +122,15 @@ def pushed(friction, programme, **changes):
 
 def test_friction_that_never_acts_is_refused():
     """At nu = 0, with all nodes held along the plate, pressing alone brings no friction whatever mu is."""
-    solved(pushed(0.0, (fs.Press(0.01, 0.01),)))
+    solve_problem(pushed(0.0, (fs.Press(0.01, 0.01),)))
     with pytest.raises(VerificationError, match="friction never acts"):
-        solved(pushed(0.5, (fs.Press(0.01, 0.01),)))
+        solve_problem(pushed(0.5, (fs.Press(0.01, 0.01),)))
 
 
 def test_deep_penetration_is_refused():
     model = pushed(0.0, (fs.Press(0.01, 0.01),), normal_penalty=1e4)
     with pytest.raises(VerificationError, match="inside the rigid body"):
-        solved(model, penetration=1e-4)
+        solve_problem(model, penetration=1e-4)
 
 
 def test_lost_convergence_fails_the_problem():

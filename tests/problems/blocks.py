@@ -10,7 +10,7 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
 from fingerslip.fe.space import build_space
 from fingerslip.materials.elastic import Elastic
-from fingerslip.verification.meshes import box, jiggled
+from fingerslip.verification.meshes import box, jiggle
 
 ELEMENTS = ("Q4", "T3", "T6")
 
@@ -18,7 +18,7 @@ ELEMENTS = ("Q4", "T3", "T6")
 def distorted(element, count=4):
     """Return the unit square or cube with randomly moved inner vertices."""
     grid = np.linspace(0.0, 1.0, count + 1)
-    return box(element, *(grid,) * (2 if element in ELEMENTS else 3), shift=jiggled(0.25))
+    return box(element, *(grid,) * (2 if element in ELEMENTS else 3), shift=jiggle(0.25))
 
 
 def elastic(youngs_modulus=1e5, poisson_ratio=0.3, density=1000.0):

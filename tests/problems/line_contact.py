@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import fingerslip as fs
-from fingerslip.verification.meshes import box, graded, mirrored
+from fingerslip.verification.meshes import box, grade, mirror
 
 MODULUS, RATIO, RADIUS = 1e5, 0.4999, 200e-3
 PLANE_MODULUS = MODULUS / (1 - RATIO**2)
@@ -24,8 +24,8 @@ def flattened_profile(x):
 
 def model(profile, programme, *, friction=0.5, steps=(20, 0), size=HALF_WIDTH / 20, element="Q4"):
     """Return the body with its lower side along `profile`, at rest below its fixed top, nearly without inertia."""
-    xs = mirrored(graded(1.6 * HALF_WIDTH, size, OUTER, 1.15))
-    ys = graded(2 * HALF_WIDTH, size, OUTER, 1.15)
+    xs = mirror(grade(1.6 * HALF_WIDTH, size, OUTER, 1.15))
+    ys = grade(2 * HALF_WIDTH, size, OUTER, 1.15)
     edge = 2 * HALF_WIDTH
 
     def shift(points):

@@ -34,7 +34,7 @@ from fingerslip.study.inspection.view import _stored_history
 from fingerslip.study.running import runner
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.store import read_run
-from fingerslip.validation.evidence import _measured
+from fingerslip.validation.evidence import _measure
 from robustness.mutants import changed_bytes, changed_data
 from unit.study.block import block_mesh, block_values
 
@@ -116,12 +116,12 @@ def _computed(folder: Path) -> tuple[Path, Path, Path]:
 def _readers(study: Path) -> dict[str, Callable[[], Any]]:
     """Return what reads the results of a study, by its verb."""
     return {
-        "report": lambda: reporting._content(reporting.read_stored(study), {}),
+        "report": lambda: reporting._content(reporting.read_results(study), {}),
         "show": lambda: show(str(study)),
         "show run": lambda: show(str(study / _NAMES[0])),
         "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
         "view": lambda: _view(study / _NAMES[0]),
-        "validate": lambda: [_measured(study / name, read_run(study / name, {})) for name in _NAMES],
+        "validate": lambda: [_measure(study / name, read_run(study / name, {})) for name in _NAMES],
     }
 
 

@@ -77,7 +77,7 @@ class IntegrateAndFire:
     def spikes(self, times: Array, values: Array) -> Sequence[Array]:
         """Return the spike times [s] of k receptors, from times (n,) [s] and the stimulus (n, k)."""
         fine, drive = self._drive(np.asarray(times, dtype=float), np.asarray(values, dtype=float))
-        rows, columns = self._fired(fine, drive)
+        rows, columns = self._find_spikes(fine, drive)
         return [fine[rows[columns == column]] + self.delay for column in range(drive.shape[1])]
 
     def _drive(self, times: Array, values: Array) -> tuple[Array, Array]:
@@ -86,7 +86,7 @@ class IntegrateAndFire:
         step = min(finest, _OF_REST * self.rest) if self.rest else finest
         fine = np.linspace(times[0], times[-1], int(np.ceil((times[-1] - times[0]) / step)) + 1)
         between = np.stack([np.interp(fine, times, column) for column in values.T], axis=1)
-        low = self._low_passed(between, 1.0 / (fine[1] - fine[0]))
+        low = self._low_pass(between, 1.0 / (fine[1] - fine[0]))
         drive = np.zeros_like(low)
         if self.least_steady is not None:
             drive += np.abs(low) / self.least_steady
@@ -94,7 +94,7 @@ class IntegrateAndFire:
             drive += np.abs(np.gradient(low, fine, axis=0)) / self.least_rate
         return fine, drive
 
-    def _low_passed(self, values: Array, rate: float) -> Array:
+    def _low_pass(self, values: Array, rate: float) -> Array:
         """Return values (m, k) without what is above the highest frequency, from rest at the first of them."""
         if self.highest_frequency >= 0.5 * rate:
             return values
@@ -103,7 +103,7 @@ class IntegrateAndFire:
         low: Array = smoothed
         return low
 
-    def _fired(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def _find_spikes(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""
         step = times[1] - times[0]
         left, resting = np.exp(-step / self.membrane_time), round(self.rest / step)

@@ -15,7 +15,7 @@ from fingerslip.model import Model
 
 __all__ = [
     "BandwidthWarning",
-    "filtered",
+    "filter_band",
     "mesh_bandwidth",
     "record_bandwidth",
     "spectrum",
@@ -28,7 +28,7 @@ _ORDER = 3
 _SAME = 1e-6
 
 
-def filtered(values: xr.DataArray, low: float | None = None, high: float | None = None) -> xr.DataArray:
+def filter_band(values: xr.DataArray, low: float | None = None, high: float | None = None) -> xr.DataArray:
     """Return a signal without what is below or above some frequencies.
 
     The filter is a Butterworth filter of third order that looks back only, as a receptor does, and starts at rest at
@@ -55,7 +55,7 @@ def filtered(values: xr.DataArray, low: float | None = None, high: float | None 
     axis, signals = values.get_axis_num("time"), values.values
     for frequency, kind in ((high, "lowpass"), (low, "highpass")):
         if frequency is not None:
-            signals = _passed(signals, signal.butter(_ORDER, frequency, kind, fs=rate, output="sos"), axis)
+            signals = _filter_from_rest(signals, signal.butter(_ORDER, frequency, kind, fs=rate, output="sos"), axis)
     return values.copy(data=signals)
 
 
@@ -88,7 +88,7 @@ def spectrum(values: xr.DataArray) -> xr.DataArray:
     return powers
 
 
-def _passed(values: NDArray[np.float64], sections: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+def _filter_from_rest(values: NDArray[np.float64], sections: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
     """Filter from a state at rest at the first value."""
     moved = np.moveaxis(values, axis, 0)
     rest = signal.sosfilt_zi(sections).reshape(len(sections), 2, *([1] * (moved.ndim - 1))) * moved[0]

@@ -23,6 +23,6 @@ def predict(
     as_json: AsJson = False,
 ) -> None:
     """Predict what a run between those of a study would come to, with its error; nothing is simulated."""
-    from fingerslip.study.inspection.sensitivity import predicted
+    from fingerslip.study.inspection.sensitivity import predict_table
 
-    print_tables([predicted(folder, at, of)], as_json)
+    print_tables([predict_table(folder, at, of)], as_json)

@@ -36,7 +36,7 @@ class Counterface(Protocol):
     def is_flat(self) -> bool:
         """Whether its normal is the same everywhere, so that the frames of contact nodes never turn."""
 
-    def placed(self, points: Array) -> Counterface:
+    def at_start(self, points: Array) -> Counterface:
         """Return the counterface at its start.
 
         Without a given position it just touches `points` (n, dim) [m], the boundary that it may touch.
@@ -92,7 +92,7 @@ class Plane(_Directed):
     def __post_init__(self) -> None:
         _unit(self.normal, "normal")
 
-    def placed(self, points: Array) -> Plane:
+    def at_start(self, points: Array) -> Plane:
         """Return the plane with its offset; it touches `points` (n, dim) [m] where none was given."""
         if self.offset is not None:
             return self
@@ -127,7 +127,7 @@ class _Round(_Directed):
         if self.centre is not None and len(self.centre) != len(self.normal):
             raise InputError("centre", f"got {len(self.centre)} components", f"needs {len(self.normal)}")
 
-    def placed(self, points: Array) -> Self:
+    def at_start(self, points: Array) -> Self:
         """Return the counterface with its centre; it touches `points` (n, dim) [m] where none was given."""
         if self.centre is not None:
             return self

@@ -14,14 +14,14 @@ from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.features import PUBLISHED
 from fingerslip.detect.optional import optional
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 
 __all__ = [
     "CLASSIFIERS",
     "SVM_GRID",
     "Candidate",
     "columns_of",
-    "described",
+    "describe",
     "fit",
     "probabilities",
     "union_of_sets",
@@ -65,7 +65,7 @@ def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for candidate in candidates for name in candidate.sets))
 
 
-def described(candidate: Candidate, seed: int) -> list[Any]:
+def describe(candidate: Candidate, seed: int) -> list[Any]:
     """Return as plain data what a classifier sees and is, with its parameters: fits are the same where this is."""
     grid = {} if candidate.grid is None else dict(candidate.grid(1))
     return [candidate.sets, repr(candidate.make(seed)), grid]
@@ -101,7 +101,7 @@ def fit(
             estimator = _set_up(candidate, values, classes, groups, seed)
             return estimator.fit(_precise(estimator, values), classes)
         except unfinished as error:
-            problem = f"does not converge ({shortened(str(error))})"
+            problem = f"does not converge ({shorten(str(error))})"
             raise InputError(f"classifier {candidate.name}", problem, "needs to", "choose another one") from error
 
 
@@ -167,7 +167,7 @@ def _precise(estimator: Any, values: Values) -> NDArray[Any]:
     return values.astype(np.float64) if hasattr(estimator, "steps") else values
 
 
-def _scaled(*steps: Any) -> Any:
+def _with_scaling(*steps: Any) -> Any:
     return optional("sklearn.pipeline").make_pipeline(optional("sklearn.preprocessing").StandardScaler(), *steps)
 
 
@@ -184,19 +184,19 @@ def _boosting(seed: int) -> Any:
 
 
 def _logistic(seed: int) -> Any:
-    return _scaled(
+    return _with_scaling(
         optional("sklearn.linear_model").LogisticRegression(C=0.1, max_iter=500, tol=1e-3, random_state=seed)
     )
 
 
 def _linear_machine(seed: int) -> Any:
-    return _scaled(_planes(seed))
+    return _with_scaling(_planes(seed))
 
 
 def _radial_machine(seed: int) -> Any:
     # Without a grid gamma is 1 / number of features.
     kernel = optional("sklearn.kernel_approximation").Nystroem(n_components=_COMPONENTS, random_state=seed)
-    return _scaled(kernel, _planes(seed))
+    return _with_scaling(kernel, _planes(seed))
 
 
 def _planes(seed: int) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.motion import Motion, MotionSettings
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.vision.fields.fields import (
     fit_rigid_motions,
     green_strain,
@@ -111,7 +111,7 @@ class FeatureSettings:
     def __post_init__(self) -> None:
         strange = [name for name in self.sets if name not in FEATURE_SETS]
         if strange or not self.sets or len(set(self.sets)) < len(self.sets):
-            fault = f"got {shortened(', '.join(self.sets)) or 'none'}"
+            fault = f"got {shorten(', '.join(self.sets)) or 'none'}"
             raise InputError("features", fault, f"needs some of {', '.join(FEATURE_SETS)}, each once")
 
 
@@ -160,7 +160,7 @@ def _displacement(motion: Motion) -> Columns:
     return {"length": np.linalg.norm(motion.displacement, axis=2)}
 
 
-def _speed(motion: Motion) -> Columns:
+def _speed_columns(motion: Motion) -> Columns:
     return {"length": np.linalg.norm(motion.velocity, axis=2)}
 
 
@@ -248,7 +248,7 @@ def _time(motion: Motion) -> Columns:
 FEATURE_SETS: Mapping[str, FeatureSet] = MappingProxyType(
     {
         "displacement": FeatureSet("length of each marker's displacement since rest", _displacement),
-        "speed": FeatureSet("speed of each marker [1/s]", _speed),
+        "speed": FeatureSet("speed of each marker [1/s]", _speed_columns),
         "components": FeatureSet("displacement and velocity of each marker along x and y", _components),
         "sliding": FeatureSet(
             "displacement and velocity of sectors of each ring, in the frame of the motion", _sliding

@@ -21,10 +21,10 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples, benchmark_test_trials, left_out, samples_of
 from fingerslip.detect.session import Choices
 from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
-from fingerslip.detect.training import candidate_named, train
+from fingerslip.detect.training import candidate_of_name, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.detect.trials import condition_text
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.files import write_text, writing
 from fingerslip.report.figures.detection import (
     assumption_figure,
@@ -63,7 +63,7 @@ def _numbers(where: str, text: str) -> list[float]:
         return [float(part) for part in text.split(",") if part.strip()]
     except ValueError:
         repair = f"write {where} 0,0.1,0.2"
-        raise InputError(where, f"got {shortened(text)!r}", "needs numbers with commas", repair) from None
+        raise InputError(where, f"got {shorten(text)!r}", "needs numbers with commas", repair) from None
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | N
     InputError
         Where there is no data set or classifier, a label is missing, or a level is not possible.
     """
-    pairs, candidate = (levels or Levels()).pairs, candidate_named(classifier)
+    pairs, candidate = (levels or Levels()).pairs, candidate_of_name(classifier)
     trials = open_trials(dataset)
     onsets = choices.onsets(trials)
     samples = samples_of(trials, onsets, FeatureSettings(candidate.sets, choices.motion), choices.sampling)
@@ -201,7 +201,7 @@ def vary(
     ResultError
         Where the folder cannot be written.
     """
-    trials, candidates = open_trials(dataset), [candidate_named(name) for name in classifiers]
+    trials, candidates = open_trials(dataset), [candidate_of_name(name) for name in classifiers]
     # A condition that is not there is told before anything is computed.
     for condition in (*conditions, *each):
         left_out(trials.conditions, condition)
@@ -221,7 +221,7 @@ def vary(
         # A label that never comes may be one of the last assumption: nothing is left of the others.
         store.remove()
         raise
-    inquiry = _varied(trials, varied, conditions, missing)
+    inquiry = _vary(trials, varied, conditions, missing)
     if output is not None:
         write_inquiry(inquiry, output)
     store.remove()
@@ -241,7 +241,7 @@ def _label_sources(trials: TrialSet) -> tuple[list[str], dict[str, int]]:
     }
 
 
-def _varied(
+def _vary(
     trials: TrialSet, varied: Sequence[Sensitivity], conditions: Sequence[str], missing: Mapping[str, int]
 ) -> Inquiry:
     rows = [(f"{score.assumption.quantity}: {score.assumption.value}", score.accuracies) for score in varied]

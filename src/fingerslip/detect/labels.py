@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.motion import markers_of, rest_positions
-from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.files import csv_text, plain_cell, write_text
 from fingerslip.report.tables.table import Column, Missing, Table
 from fingerslip.vision.tracks import seen, tracks_in_metres
@@ -118,11 +118,11 @@ def _rows(path: Path) -> list[dict[str, str | None]]:
     except OSError as error:
         raise InputError(str(path), f"cannot be read ({error.strerror})", "needs a CSV file of onset times") from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(str(path), f"is no CSV ({shortened(str(error))})", "needs text in UTF-8") from error
+        raise InputError(str(path), f"is no CSV ({shorten(str(error))})", "needs text in UTF-8") from error
     if set(names) - set(_COLUMNS) or not {"trial", "incipient_s"} <= set(names) or len(set(names)) < len(names):
         raise InputError(
             str(path),
-            shortened(f"has the columns {', '.join(map(str, names)) or 'none'}"),
+            shorten(f"has the columns {', '.join(map(str, names)) or 'none'}"),
             f"needs {', '.join(_COLUMNS)}",
             "write a first line with these names",
         )
@@ -144,7 +144,7 @@ def seconds(text: str | None, where: str, line: int | None = None) -> float | No
     except ValueError:
         time = math.nan
     if not math.isfinite(time):
-        raise InputError(where, f"got {shortened(repr(text))}", "needs seconds, or nothing where none is", line=line)
+        raise InputError(where, f"got {shorten(repr(text))}", "needs seconds, or nothing where none is", line=line)
     return time
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import features_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import Motion, filled, markers_of, neighbour_weights, velocities
+from fingerslip.detect.motion import Motion, fill_unseen, markers_of, neighbour_weights, velocities
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.track import MarkerStream
@@ -94,13 +94,13 @@ class LiveDetector:
         """
         self._check(frame)
         if self._rest is not None:
-            return [self._found(frame)]
+            return [self._finding(frame)]
         self._waiting.append(frame)
         if len(self._waiting) < self.detector.features.motion.rest_frames:
             return []
         self._rest = self._at_rest()
         self._weights = neighbour_weights(self._rest)
-        decisions = [self._found(entry) for entry in self._waiting]
+        decisions = [self._finding(entry) for entry in self._waiting]
         self._waiting = []
         return decisions
 
@@ -121,7 +121,7 @@ class LiveDetector:
         mean: Floats = np.nansum(positions, axis=0) / visible.sum(axis=0)[:, None]
         return mean
 
-    def _found(self, frame: Frame) -> Finding:
+    def _finding(self, frame: Frame) -> Finding:
         start = clock.perf_counter()
         before = self._recent[-1][0] if self._recent else frame.time
         moved = self._motion(frame)
@@ -139,7 +139,7 @@ class LiveDetector:
         """Return the motion of the newest frame alone."""
         assert self._rest is not None
         visible: NDArray[np.bool_] = np.asarray(np.isfinite(frame.position).all(axis=1))
-        displacement = filled((frame.position - self._rest)[None], visible[None], self._weights)
+        displacement = fill_unseen((frame.position - self._rest)[None], visible[None], self._weights)
         self._recent.append((frame.time, displacement[0], visible))
         times, moved, seen = (np.array(column) for column in zip(*self._recent, strict=True))
         velocity = velocities(times, moved, seen, len(times))[-1:]

@@ -19,9 +19,9 @@ from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import CLASSES
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.optional import optional
-from fingerslip.detect.training import Calibration, Detector, candidate_named
+from fingerslip.detect.training import Calibration, Detector, candidate_of_name
 from fingerslip.digest import file_digest
-from fingerslip.errors import DamagedError, InputError, shortened
+from fingerslip.errors import DamagedError, InputError, shorten
 from fingerslip.files import check_replaceable, new_folder, read_json, write_bytes, write_json, write_text
 from fingerslip.version import __version__
 
@@ -121,7 +121,7 @@ def read_detector(folder: str | Path) -> Detector:
         raise InputError(str(path), f"has no {_DESCRIPTION}", "needs the folder of a detector") from None
     _check_versions(path, described)
     detector = _described_detector(path, described)
-    estimator = _loaded(path / _ESTIMATOR, described.get("sha256"))
+    estimator = _load_estimator(path / _ESTIMATOR, described.get("sha256"))
     _check_estimator(path / _ESTIMATOR, detector, estimator)
     return dataclasses.replace(detector, estimator=estimator)
 
@@ -130,51 +130,51 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
     """Return the detector of a description, without its estimator; its own description must be the same again."""
     try:
         smoother = dict(described["smoother"])
-        sets = candidate_named(described["classifier"]).sets
+        sets = candidate_of_name(described["classifier"]).sets
         detector = Detector(
             classifier=described["classifier"],
             estimator=None,
-            features=FeatureSettings(sets, _typed(MotionSettings, described["motion"])),
-            names=_typed(tuple[str, ...], described["features"]),
-            layout=_typed(str, described["layout"]),
-            layout_in_words=_typed(str, described["layout_in_words"]),
-            smoother=_typed(_SMOOTHERS[smoother.pop("kind")], smoother),
-            thresholds=_typed(Thresholds, described["thresholds"]),
-            calibration=_typed(Calibration, described["calibration"]),
-            data=_typed(str, described["data"]),
-            provenance=_typed(dict[str, Any], described["provenance"]),
+            features=FeatureSettings(sets, _check_type(MotionSettings, described["motion"])),
+            names=_check_type(tuple[str, ...], described["features"]),
+            layout=_check_type(str, described["layout"]),
+            layout_in_words=_check_type(str, described["layout_in_words"]),
+            smoother=_check_type(_SMOOTHERS[smoother.pop("kind")], smoother),
+            thresholds=_check_type(Thresholds, described["thresholds"]),
+            calibration=_check_type(Calibration, described["calibration"]),
+            data=_check_type(str, described["data"]),
+            provenance=_check_type(dict[str, Any], described["provenance"]),
         )
         again = _description(detector) | {name: described[name] for name in ("fingerslip", "scikit_learn", "sha256")}
         wrong = sorted(name for name in {**described, **again} if described.get(name) != again.get(name))
     # Any other value may stand in any place.
     except Exception as error:
-        fault = f"describes no detector ({shortened(str(error))})"
+        fault = f"describes no detector ({shorten(str(error))})"
         raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR) from error
     if wrong:
         raise DamagedError(str(path / _DESCRIPTION), f"has another {wrong[0]!r} than a detector has", _REPAIR)
     return detector
 
 
-def _typed(kind: Any, value: Any) -> Any:
+def _check_type(kind: Any, value: Any) -> Any:
     return pydantic.TypeAdapter(kind).validate_python(value)
 
 
 def _check_versions(path: Path, described: Mapping[str, Any]) -> None:
     if described.get("format") != _FORMAT:
-        fault = f"has the format {shortened(str(described.get('format')))}, not {_FORMAT}"
+        fault = f"has the format {shorten(str(described.get('format')))}, not {_FORMAT}"
         raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
-    installed, written = optional("sklearn").__version__, shortened(str(described.get("scikit_learn")))
+    installed, written = optional("sklearn").__version__, shorten(str(described.get("scikit_learn")))
     if installed.split(".")[:2] != written.split(".")[:2]:
         allowed = f"needs the installed version {installed}"
         raise InputError(
             str(path), f"was made with scikit-learn {written}", allowed, f"{_REPAIR}, or install {written}"
         )
     if described.get("classes") != list(CLASSES):
-        fault = f"has the classes {shortened(str(described.get('classes')))}"
+        fault = f"has the classes {shorten(str(described.get('classes')))}"
         raise DamagedError(str(path / _DESCRIPTION), fault, _REPAIR)
 
 
-def _loaded(path: Path, wanted: object) -> Any:
+def _load_estimator(path: Path, wanted: object) -> Any:
     try:
         with zipfile.ZipFile(path) as packed:
             size = sum(member.file_size for member in packed.infolist())
@@ -183,7 +183,7 @@ def _loaded(path: Path, wanted: object) -> Any:
         if file_digest(path) != wanted:
             raise DamagedError(str(path), f"is not the file that {_DESCRIPTION} names", _REPAIR)
     except (OSError, zipfile.BadZipFile) as error:
-        raise DamagedError(str(path), f"cannot be read ({shortened(str(error))})", _REPAIR) from error
+        raise DamagedError(str(path), f"cannot be read ({shorten(str(error))})", _REPAIR) from error
     store = optional("skops.io")
     try:
         _check_trees(path)
@@ -191,7 +191,7 @@ def _loaded(path: Path, wanted: object) -> Any:
         estimator = None if strange else store.load(path, trusted=sorted(TRUSTED))
     # Whose checksums are right may still be made to fail in any way.
     except Exception as error:
-        raise DamagedError(str(path), f"cannot be read ({shortened(str(error))})", _REPAIR) from error
+        raise DamagedError(str(path), f"cannot be read ({shorten(str(error))})", _REPAIR) from error
     if strange:
         raise InputError(str(path), f"holds the type {strange[0]}", "needs types that are trusted", _REPAIR)
     return estimator
@@ -233,9 +233,9 @@ def _check_estimator(path: Path, detector: Detector, estimator: Any) -> None:
             with np.errstate(all="ignore"):
                 chances = probabilities(estimator, np.zeros((1, seen), dtype=np.float32))
             is_right = chances.shape == (1, 3) and np.isfinite(chances).all() and abs(chances.sum() - 1.0) < 1e-6
-            fault = "" if is_right else f"gives the probabilities {shortened(str(chances.tolist()))}"
+            fault = "" if is_right else f"gives the probabilities {shorten(str(chances.tolist()))}"
     except Exception as error:
-        raise DamagedError(str(path), f"is no classifier ({shortened(str(error))})", _REPAIR) from error
+        raise DamagedError(str(path), f"is no classifier ({shorten(str(error))})", _REPAIR) from error
     if fault:
         raise DamagedError(str(path), fault, _REPAIR)
 
@@ -246,7 +246,7 @@ def _kind_fault(detector: Detector, estimator: Any) -> str:
         return f"sees {seen} features and {len(classes)} classes, not {len(detector.names)} and 3"
     kinds, needed = (
         [type(step) for step in (model, *(step for _, step in getattr(model, "steps", ())))]
-        for model in (estimator, candidate_named(detector.classifier).make(0))
+        for model in (estimator, candidate_of_name(detector.classifier).make(0))
     )
     return "" if kinds == needed else f"is not the classifier {detector.classifier}"
 

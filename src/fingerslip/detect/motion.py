@@ -104,7 +104,7 @@ def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None, kind: 
     chosen = markers_of(tracks, kind)
     rest = rest_positions(chosen, settings.rest_frames)
     visible, time = seen(chosen), chosen["time"].values
-    displacement = filled(chosen["position"].values - rest, visible, neighbour_weights(rest))
+    displacement = fill_unseen(chosen["position"].values - rest, visible, neighbour_weights(rest))
     usable = visible.mean(axis=1) >= settings.least_seen
     ring = chosen["ring"].values.astype(np.intp) if "ring" in chosen.variables else np.zeros(len(rest), dtype=np.intp)
     velocity = velocities(time, displacement, visible, settings.window)
@@ -123,7 +123,7 @@ def neighbour_weights(rest: Floats) -> Floats:
     return weights
 
 
-def filled(displacement: Floats, visible: Bools, weights: Floats) -> Floats:
+def fill_unseen(displacement: Floats, visible: Bools, weights: Floats) -> Floats:
     """Return displacements with those of unseen markers from the seen ones of the same frame; 0 where none is seen.
 
     Arrays: displacement (n_times, n_markers, 2); visible (n_times, n_markers); weights (n_markers, n_markers).

@@ -15,7 +15,7 @@ import numpy as np
 
 from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers
 from fingerslip.detect.trials import CONDITIONS, Trial
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.files import plain_cell
 from fingerslip.units import parse_quantity
 from fingerslip.vision.tables import read_tracks_csv
@@ -65,7 +65,7 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
     try:
         rows = list(csv.DictReader(io.StringIO(Path(path).read_text(encoding="utf-8-sig")), strict=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        fault = f"cannot be read as a table ({shortened(str(error))})"
+        fault = f"cannot be read as a table ({shorten(str(error))})"
         raise InputError(str(path), fault, "needs CSV with a line of names") from error
     conditions: dict[str, dict[str, Any]] = {}
     for line, row in enumerate(rows, start=2):
@@ -142,9 +142,9 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
         raise InputError(where, fault, "needs two recordings that begin and end together", "cut them to one length")
     if tracks["position"].attrs["units"] != outer["position"].attrs["units"]:
         raise InputError(where, f"is in {outer['position'].attrs['units']}", "needs the unit of the inner camera")
-    from fingerslip.vision.cameras.camera import interpolated
+    from fingerslip.vision.cameras.camera import interpolate
 
-    seen = interpolated(outer, time - time[0] + other[0])
+    seen = interpolate(outer, time - time[0] + other[0])
     count, first = outer.sizes["marker"], int(tracks["marker"].max()) + 1
     ring = tracks["ring"].values if "ring" in tracks.variables else np.zeros(tracks.sizes["marker"], dtype=np.int64)
     return make_tracks(

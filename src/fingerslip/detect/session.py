@@ -29,10 +29,10 @@ from fingerslip.detect.tables import (
     left_out_table,
     score_table,
 )
-from fingerslip.detect.training import calibration_count, candidate_named, train
+from fingerslip.detect.training import calibration_count, candidate_of_name, train
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.unseen import on_unseen, unseen_tables
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.files import write_text, writing
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
 
@@ -80,7 +80,7 @@ class Choices:
         """
         words = self.samples.split(",")
         if len(words) != 4 or not all(part.strip().isdecimal() for part in words):
-            raise InputError("--samples", f"got {shortened(self.samples)!r}", "needs four numbers", "write 50,50,50,50")
+            raise InputError("--samples", f"got {shorten(self.samples)!r}", "needs four numbers", "write 50,50,50,50")
         no_slip, first, more, gross = (int(part) for part in words)
         return Sampling(no_slip, first, more, gross, self.least, seed=self.seed)
 
@@ -158,7 +158,7 @@ def evaluate_classifiers(
     """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out."""
     trials = open_trials(dataset)
     onsets = choices.onsets(trials)
-    candidates = [candidate_named(name) for name in classifiers or CLASSIFIERS]
+    candidates = [candidate_of_name(name) for name in classifiers or CLASSIFIERS]
     tests = grouped_folds(trials.names, folds, choices.seed)
     groups = {key: left_out(trials.conditions, key) for key in leave_out}
     begun = begun_evaluation(

@@ -74,7 +74,7 @@ def slide_trial(
     """
     filming = filming or Filming()
     tracks_shown, plate = _after_press(history)
-    tracks = _filmed(seen_with_plate(tracks_shown, plate), filming, seed)
+    tracks = _film_both(seen_with_plate(tracks_shown, plate), filming, seed)
     touching = _touching(tracks_shown, plate)
     labels = {
         "external_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
@@ -109,7 +109,7 @@ def pouring_trial(
     last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
     tracks_shown, plate = tracks_shown.isel(time=slice(0, last)), plate[:last]
     height = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0)
-    tracks = _filmed(seen_with_plate(tracks_shown, height), filming, seed)
+    tracks = _film_both(seen_with_plate(tracks_shown, height), filming, seed)
     fallen_by = np.zeros((len(plate), 3))
     fallen_by[:, 0] = plate[:, 0] - plate[0, 0]
     mark = plate_mark(_cameras_of(filming, seed), fallen_by, tracks_shown["time"].values)
@@ -195,7 +195,7 @@ def _touching(tracks: xr.Dataset, plate: Floats) -> NDArray[np.intp]:
     return touching
 
 
-def _filmed(tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
+def _film_both(tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
     """Return what both cameras see, in pixels, with the markers in their order."""
     return pair_tracks(_cameras_of(filming, seed), tracks)
 

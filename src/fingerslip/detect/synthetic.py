@@ -105,8 +105,8 @@ def synthetic_trial(name: str, slide: SyntheticSlide, sensor: SyntheticSensor | 
     outside = sensor.external.count
     positions = np.concatenate(
         [
-            _filmed(sensor.external.position, travel[:, None] - shear[:, :outside], slide, sensor, draw),
-            _filmed(sensor.internal.position, -_lagging(shear[:, outside:], sensor), slide, sensor, draw),
+            _project(sensor.external.position, travel[:, None] - shear[:, :outside], slide, sensor, draw),
+            _project(sensor.internal.position, -_lagging(shear[:, outside:], sensor), slide, sensor, draw),
         ],
         axis=1,
     )
@@ -190,7 +190,7 @@ def _lagging(shear: Floats, sensor: SyntheticSensor) -> Floats:
     return lagging
 
 
-def _filmed(
+def _project(
     rest: Floats, along: Floats, slide: SyntheticSlide, sensor: SyntheticSensor, draw: np.random.Generator
 ) -> Floats:
     """Return the positions of markers in an image [px]: y points down, noise included."""

@@ -24,7 +24,7 @@ from fingerslip.detect.motion import MotionSettings, markers_of, motion_of
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.detect.trials import layout_digest, layout_text
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,7 @@ __all__ = [
     "Calibration",
     "Detector",
     "calibration_count",
-    "candidate_named",
+    "candidate_of_name",
     "check_tracks_fit",
     "detect",
     "fit_detector",
@@ -71,19 +71,19 @@ class Detector:
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
 
-def candidate_named(name: str) -> Candidate:
+def candidate_of_name(name: str) -> Candidate:
     """Return a classifier by its name, on the features that it has by default or on others.
 
     Examples
     --------
-    >>> candidate_named("forest").sets
+    >>> candidate_of_name("forest").sets
     ('displacement', 'speed')
-    >>> candidate_named("forest:sliding").sets
+    >>> candidate_of_name("forest:sliding").sets
     ('sliding',)
     """
     classifier, separator, sets = name.partition(":")
     if classifier not in CLASSIFIERS:
-        raise InputError("classifier", f"got {shortened(classifier)!r}", f"needs one of {', '.join(CLASSIFIERS)}")
+        raise InputError("classifier", f"got {shorten(classifier)!r}", f"needs one of {', '.join(CLASSIFIERS)}")
     if not separator:
         return CLASSIFIERS[classifier]
     return replace(CLASSIFIERS[classifier], name=name, sets=FeatureSettings(tuple(sets.split("+"))).sets)
@@ -110,7 +110,7 @@ def train(
     onsets : mapping of str to Onsets
         Labels of its trials.
     classifier : str, optional
-        Its name, see :func:`candidate_named`.
+        Its name, see :func:`candidate_of_name`.
     motion, sampling : MotionSettings, Sampling, optional
         How motion is read and frames are sampled.
     names : sequence of str, optional
@@ -128,7 +128,7 @@ def train(
     InputError
         Where the classifier is unknown, a trial lacks a label, or it has too few frames of a class.
     """
-    candidate = candidate_named(classifier)
+    candidate = candidate_of_name(classifier)
     settings = FeatureSettings(candidate.sets, motion or MotionSettings())
     chosen = tuple(trials.names if names is None else names)
     calibration = held_out(chosen, calibration_count(len(chosen), share), seed)

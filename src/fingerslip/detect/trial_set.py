@@ -13,7 +13,7 @@ import numpy as np
 from fingerslip.detect.labels import Onsets, read_labels
 from fingerslip.detect.trials import FILES, Trial, layout_digest, layout_text, read_trial, write_trial
 from fingerslip.digest import digest, file_digest
-from fingerslip.errors import DamagedError, InputError, ResultError, shortened
+from fingerslip.errors import DamagedError, InputError, ResultError, shorten
 from fingerslip.files import check_replaceable, new_folder, read_json, write_json, write_text, writing
 from fingerslip.version import __version__
 from fingerslip.vision.tracks import read_tracks
@@ -114,13 +114,13 @@ def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes
             trial = read_trial(source)
             described.add(trial)
             with writing(final):
-                shutil.copytree(source, partial / trial.name, copy_function=_linked)
+                shutil.copytree(source, partial / trial.name, copy_function=_link)
             described.entries[trial.name] = _entry(trial, partial / trial.name)
         described.write(partial, title, notes)
     return open_trials(final)
 
 
-def _linked(source: str, target: str) -> None:
+def _link(source: str, target: str) -> None:
     """Give a file a second name, or copy it where the file system cannot."""
     try:
         Path(target).hardlink_to(source)
@@ -260,4 +260,4 @@ def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield name, f"{len(values)} values from {np.min(numbers):.6g} to {np.max(numbers):.6g}"
         else:
             texts = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in values)
-            yield name, shortened(", ".join(sorted(texts)))
+            yield name, shorten(", ".join(sorted(texts)))

@@ -15,7 +15,7 @@ import numpy as np
 
 from fingerslip.detect.labels import Onsets, read_labels, write_labels
 from fingerslip.digest import digest
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.files import read_json, write_json
 from fingerslip.units import format_quantity
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
@@ -81,7 +81,7 @@ class Trial:
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
-            raise InputError("trial", f"is named {shortened(repr(self.name))}", "needs letters, digits, '.', '_', '-'")
+            raise InputError("trial", f"is named {shorten(repr(self.name))}", "needs letters, digits, '.', '_', '-'")
         check_tracks(self.tracks, f"trial {self.name}")
         check_conditions(self.conditions, f"trial {self.name}")
 
@@ -94,7 +94,7 @@ def check_conditions(conditions: Mapping[str, Any], where: str) -> None:
             allowed = (
                 "needs a finite number" if name in CONDITIONS else "needs a finite number, text, true, false or null"
             )
-            raise InputError(f"{where}: {name}", f"got {shortened(repr(value))}", allowed)
+            raise InputError(f"{where}: {name}", f"got {shorten(repr(value))}", allowed)
 
 
 def condition_text(name: str, value: str) -> str:

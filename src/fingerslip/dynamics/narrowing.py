@@ -16,7 +16,7 @@ from fingerslip.dynamics.system.motion import largest_approach
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
 
-__all__ = ["narrowed"]
+__all__ = ["with_short_search"]
 
 # Search distance of the first stage over the approach of the counterface. Measured on the shipped fingertip pressed by
 # 2 mm: 0.91 in the press, up to 1.18 after 5 mm of slide in eight directions, as the pad rolls across. Too short a
@@ -24,16 +24,16 @@ __all__ = ["narrowed"]
 _NEAR = 1.25
 
 
-def narrowed(model: Model) -> Model:
+def with_short_search(model: Model) -> Model:
     """Return a model in 3D whose automatic search for candidates is short; any other model as it is."""
     if model.mesh.dim() == 2 or model.is_loaded:
         return model
-    contacts = tuple(_narrowed(model, number) for number in range(len(model.contacts)))
+    contacts = tuple(_with_reach(model, number) for number in range(len(model.contacts)))
     same = all(contact is other for contact, other in zip(contacts, model.contacts, strict=True))
     return model if same else replace(model, contacts=contacts)
 
 
-def _narrowed(model: Model, number: int) -> Contact:
+def _with_reach(model: Model, number: int) -> Contact:
     contact = model.contacts[number]
     if contact.search_distance is not None:
         return contact

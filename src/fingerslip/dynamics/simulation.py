@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.adaptive.march import march_adaptive
 from fingerslip.dynamics.finite.march import march_finite
 from fingerslip.dynamics.motions import Marched, Motions, march_motions
-from fingerslip.dynamics.narrowing import narrowed
+from fingerslip.dynamics.narrowing import with_short_search
 from fingerslip.dynamics.progress import Progress, shown_progress
 from fingerslip.dynamics.recording.provenance import labelled_history
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
-from fingerslip.dynamics.reduced.march import BasisStore, march_reduced
+from fingerslip.dynamics.reduced.march import BasisStore, march_in_basis
 from fingerslip.dynamics.step.sharing import check_same_matrix
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import build_system
@@ -137,7 +137,7 @@ def _in_two_stages(
     models: Sequence[Model], run: Callable[[Sequence[Model]], tuple[xr.Dataset, ...]]
 ) -> tuple[xr.Dataset, ...]:
     """Simulate with few contact candidates, and with all where these are too few."""
-    near = list(map(narrowed, models))
+    near = list(map(with_short_search, models))
     if all(first is other for first, other in zip(near, models, strict=True)):
         return run(models)
     try:
@@ -189,7 +189,7 @@ def _simulate(
         each = [march_finite(motions, number) for number in range(len(models))]
         return tuple(_history(motion, 0, watch) for motion in each)
     basis = models[0].basis
-    marched = march_reduced(motions, basis, bases) if basis else None
+    marched = march_in_basis(motions, basis, bases) if basis else None
     if marched is None:
         marched = march_motions(motions, systems, {"basis": "full"})
     _logger.info("%s, %s", marched.steppers[0].solver.name, marched.steppers[0].condensed.description)

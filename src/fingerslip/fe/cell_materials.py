@@ -52,7 +52,7 @@ def cell_materials(
     _check_dimension(space, formulation)
     small = {name: small_strain_law(material) for name, material in materials.items()}
     for name, material in small.items():
-        _check_represented(name, material, formulation, space.element)
+        _check_formulation(name, material, formulation, space.element)
     return CellMaterials(tuple(small.values()), _numbers(space, materials), formulation)
 
 
@@ -67,7 +67,7 @@ def finite_cell_materials(
             has = f"got {type(material).__name__}, a law of small strain"
             repair = "take NeoHookean with the same constants, or kinematics 'small'"
             raise InputError(f"materials.{name}", has, "finite kinematics need a law of large strain", repair)
-        _check_represented(name, material.at_rest(), formulation, space.element)
+        _check_formulation(name, material.at_rest(), formulation, space.element)
         result[name] = material
     return CellMaterials(tuple(result.values()), _numbers(space, materials), formulation)
 
@@ -83,7 +83,7 @@ def _check_dimension(space: Space, formulation: Formulation) -> None:
         raise InputError("formulation", f"got {formulation} for a mesh in {space.dim} dimensions", allowed)
 
 
-def _check_represented(name: str, material: Material, formulation: Formulation, element: str) -> None:
+def _check_formulation(name: str, material: Material, formulation: Formulation, element: str) -> None:
     try:
         material.dilatational_modulus(formulation)
     except InputError as error:

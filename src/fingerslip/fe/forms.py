@@ -64,7 +64,7 @@ def stiffness_matrix(
     check_integration(space.element, integration)
     everywhere = np.arange(space.mesh.nelements)
     matrices = _stiffness_of_cells(space, materials, integration)
-    stiffness = _summed(matrices, cell_dofs(space.full, everywhere), space.n_dofs)
+    stiffness = _sum_cells(matrices, cell_dofs(space.full, everywhere), space.n_dofs)
     if integration == "nodal":
         stiffness = stiffness + _nodal_dilatation(space, _dilatational_moduli(materials))
     return sparse.csr_matrix(depth * stiffness)
@@ -80,7 +80,7 @@ def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integr
         if integration == "nodal" or is_mean_of_cell(space.element, integration):
             tangent[: space.dim, : space.dim] -= modulus
         for cells in _chunks(element):
-            matrices[cells] = _integrated(space, cells, tangent)
+            matrices[cells] = _integrate(space, cells, tangent)
             if is_mean_of_cell(space.element, integration):
                 matrices[cells] += _mean_dilatation(space, cells, modulus)
     return matrices
@@ -101,12 +101,12 @@ def shear_matrices(
     matrices = np.zeros((2, element.size, size, size))
     for rows in _chunks(np.arange(element.size)):
         cells, weights = element[rows], moduli[element[rows], None, None]
-        matrices[0, rows] = weights * _integrated(space, cells, unit)
+        matrices[0, rows] = weights * _integrate(space, cells, unit)
         if is_mean_of_cell(space.element, integration):
             matrices[1, rows] = weights * _mean_dilatation(space, cells, 1.0)
         elif integration != "nodal":
-            matrices[1, rows] = weights * _integrated(space, cells, dilatation)
-    first, second = (_summed(part, cell_dofs(space.full, element), space.n_dofs) for part in matrices)
+            matrices[1, rows] = weights * _integrate(space, cells, dilatation)
+    first, second = (_sum_cells(part, cell_dofs(space.full, element), space.n_dofs) for part in matrices)
     if integration == "nodal":
         second = _nodal_dilatation(space, moduli)
     return sparse.csr_matrix(depth * first), sparse.csr_matrix(depth * second)
@@ -129,7 +129,7 @@ def _chunks(cells: Cells) -> Iterator[Cells]:
         yield cells[start : start + _CHUNK]
 
 
-def _integrated(space: Space, cells: Cells, tangent: Array) -> Array:
+def _integrate(space: Space, cells: Cells, tangent: Array) -> Array:
     """Return the integral of B^T D B over each of the cells, shape (k, n_local, n_local)."""
     strain = strain_operator(space.full, cells)
     stress = (tangent @ strain) * space.full.dx[cells][:, :, None, None]
@@ -184,11 +184,11 @@ def mass_matrix(space: Space, materials: CellMaterials[Law], depth: float) -> sp
     products = (shapes[:, :, None] * shapes[:, None, :]).reshape(len(shapes), -1)
     weights = depth * materials.density[:, None] * basis.dx
     matrices = (weights @ products).reshape(-1, basis.Nbfun, basis.Nbfun)
-    of_one_component = _summed(matrices, basis.element_dofs.T, len(space.positions))
+    of_one_component = _sum_cells(matrices, basis.element_dofs.T, len(space.positions))
     return sparse.kron(of_one_component, sparse.identity(space.dim), format="csr")
 
 
-def _summed(matrices: Array, dofs: NDArray[np.int32], size: int) -> sparse.csr_matrix:
+def _sum_cells(matrices: Array, dofs: NDArray[np.int32], size: int) -> sparse.csr_matrix:
     """Sum the matrices of cells (k, n, n) on their degrees of freedom (k, n), shape (size, size)."""
     count = dofs.shape[1]
     entries = (np.repeat(dofs, count, axis=1).ravel(), np.tile(dofs, (1, count)).ravel())

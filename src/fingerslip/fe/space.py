@@ -153,14 +153,14 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
 def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
     """Return the sorted nodes of a named boundary, shape (k,)."""
     if name not in space.known_nodes:
-        facets = _named(space.mesh.boundaries, name, "boundary")
+        facets = _group_facets(space.mesh.boundaries, name, "boundary")
         space.known_nodes[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
     return space.known_nodes[name].copy()
 
 
 def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
     """Return the sorted nodes of a named region, shape (k,)."""
-    cells = _named(space.mesh.subdomains, name, "region")
+    cells = _group_facets(space.mesh.subdomains, name, "region")
     return np.unique(space.full.element_dofs[:, cells]).astype(np.int64)
 
 
@@ -191,13 +191,13 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     uniform traction times the areas are its consistent nodal forces.
     """
     if name not in space.known_lengths:
-        facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
+        facets = np.asarray(_group_facets(space.mesh.boundaries, name, "boundary"))
         basis = skfem.FacetBasis(space.mesh, space.scalar_element, _mapping(space.mesh), facets=facets)
         space.known_lengths[name] = _shape_function.assemble(basis)
     return depth * space.known_lengths[name]
 
 
-def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
+def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
     sets = table or {}
     if name not in sets:
         has = ", ".join(sorted(sets)) or "none"

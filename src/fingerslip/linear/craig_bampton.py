@@ -140,7 +140,7 @@ def vibrations(body: StaticResponses, start: Array, count: int, following: int =
     """
     shapes, excited = np.zeros((body.stiffness.shape[0], 0), order="F"), start
     while excited.shape[1] and shapes.shape[1] < count + following:
-        excited = _added(body, body.give_way(body.mass @ excited), shapes)
+        excited = _additions(body, body.give_way(body.mass @ excited), shapes)
         shapes = np.hstack([shapes, excited])
     squares, slow = _ritz(body, shapes[:, :count])
     return Vibrations(np.sqrt(squares), slow, shapes[:, count : count + following])
@@ -154,7 +154,7 @@ def _ritz(body: StaticResponses, shapes: Array) -> tuple[Array, Array]:
     return squares, np.asfortranarray(shapes @ vectors)
 
 
-def _added(body: StaticResponses, fields: Array, shapes: Array) -> Array:
+def _additions(body: StaticResponses, fields: Array, shapes: Array) -> Array:
     """Return what fields (n, k) add to shapes (n, s), orthonormal in the mass, what they add most of first."""
     lengths = np.sqrt(np.einsum("ij,ij->j", fields, body.mass @ fields))
     fields = fields[:, lengths > 0.0] / lengths[lengths > 0.0]
@@ -225,7 +225,7 @@ def craig_bampton(
     if further:
         inner = np.stack(further, axis=1)
         inner[body.interface] = 0.0
-        shapes = np.hstack([shapes, _added(body, inner, shapes)])
+        shapes = np.hstack([shapes, _additions(body, inner, shapes)])
     stiff, heavy = body.stiffness @ shapes, body.mass @ shapes
     mass, at_rows = responses
     size = body.interface.size
@@ -234,7 +234,7 @@ def craig_bampton(
     whole = np.block([[mass, coupling], [coupling.T, shapes.T @ heavy]])
     squares, vectors = linalg.eigh(stiffness, whole, overwrite_a=True, overwrite_b=True, check_finite=False)
     of_shapes, at_interface = np.ascontiguousarray(vectors[size:]), np.ascontiguousarray(vectors[:size])
-    following_squares, following = _ritz(body, _added(body, vibrations.following, shapes))
+    following_squares, following = _ritz(body, _additions(body, vibrations.following, shapes))
     return CraigBampton(
         eigenvalues=np.maximum(squares, 0.0),
         interface=body.interface,

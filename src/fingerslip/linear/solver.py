@@ -175,10 +175,10 @@ def factorise_around(
         For a matrix that is not positive definite.
     """
     factor, schur = (solver or preferred_solver()).factorise_around(matrix, interface)
-    return factor, _inverted(schur)
+    return factor, _invert(schur)
 
 
-def _inverted(matrix: Reals) -> Reals:
+def _invert(matrix: Reals) -> Reals:
     """Invert a symmetric positive definite matrix (m, m) in its own memory."""
     # LAPACK works on columns; the transpose is the same matrix in that order.
     factorise, invert = linalg.get_lapack_funcs(("potrf", "potri"), (matrix,))

@@ -38,9 +38,9 @@ __all__ = [
     "chosen_bulk_modulus",
     "deviator",
     "isochoric_tangent",
-    "linearised",
+    "linearise",
     "log_volume_of",
-    "summed",
+    "sum_columns",
     "volumetric_energy",
 ]
 
@@ -107,7 +107,7 @@ _STRETCHES = 400
 _NOTHING = 1e-12
 
 
-def summed(values: Array) -> Array:
+def sum_columns(values: Array) -> Array:
     """Return the sums (n,) of the columns of (n, 3) values; of logarithmic strains this is ln J."""
     total: Array = values[:, 0] + values[:, 1] + values[:, 2]
     return total
@@ -115,7 +115,7 @@ def summed(values: Array) -> Array:
 
 def deviator(values: Array) -> Array:
     """Return (n, 3) values less the mean of their rows."""
-    return values - (summed(values) / 3.0)[:, None]
+    return values - (sum_columns(values) / 3.0)[:, None]
 
 
 def isochoric_tangent(rates: Array) -> Array:
@@ -124,7 +124,7 @@ def isochoric_tangent(rates: Array) -> Array:
     Arrays: rates (n, 3) [Pa].
     """
     tangent = (rates[:, :, None] + rates[:, None, :]) / -3.0
-    tangent += (summed(rates) / 9.0)[:, None, None]
+    tangent += (sum_columns(rates) / 9.0)[:, None, None]
     diagonal = np.einsum("nii->ni", tangent)
     diagonal += rates
     return tangent
@@ -155,7 +155,7 @@ def chosen_bulk_modulus(shear_modulus: float, bulk_modulus: float | None, poisso
     return float(bulk_modulus)  # type: ignore[arg-type]
 
 
-def linearised(
+def linearise(
     shear_modulus: float, bulk_modulus: float, poisson_ratio: float | None, density: float, prony: Prony = ()
 ) -> Elastic:
     """Return the law at small strain; `poisson_ratio` [-] where it is known, so that no digit of it is lost."""

@@ -23,8 +23,8 @@ from fingerslip.materials.large_strain import (
     chosen_bulk_modulus,
     deviator,
     isochoric_tangent,
-    linearised,
-    summed,
+    linearise,
+    sum_columns,
     volumetric_energy,
 )
 from fingerslip.materials.prony import Prony, check_prony
@@ -72,20 +72,20 @@ class PowersOfStretches:
 
     def at_rest(self) -> Elastic:
         """Return the law at small strain."""
-        return linearised(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
+        return linearise(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
 
     def stored_energy(self, log_strain: Array) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
-        shape, energy = deviator(log_strain), self.volumetric(summed(log_strain))[0]
+        shape, energy = deviator(log_strain), self.volumetric(sum_columns(log_strain))[0]
         for modulus, exponent in self.powers:
-            energy += modulus / exponent * summed(np.expm1(exponent * shape))
+            energy += modulus / exponent * sum_columns(np.expm1(exponent * shape))
         return energy
 
     def kirchhoff_stress(self, log_strain: Array) -> Array:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
         shape = deviator(log_strain)
         powers = sum(modulus * np.exp(exponent * shape) for modulus, exponent in self.powers)
-        return deviator(np.asarray(powers)) + (self.bulk * summed(log_strain))[:, None]
+        return deviator(np.asarray(powers)) + (self.bulk * sum_columns(log_strain))[:, None]
 
     def kirchhoff_tangent(self, log_strain: Array) -> Array:
         """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""

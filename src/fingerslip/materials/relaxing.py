@@ -101,7 +101,7 @@ def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, gu
     strain = deviator(guess) + log_volume[:, None] / 3.0
     for _ in range(_LIMIT):
         missing = (material.kirchhoff_stress(strain) - stress) @ SHAPES.T
-        change = np.clip(_solved(SHAPES @ material.kirchhoff_tangent(strain) @ SHAPES.T, missing), -_LARGEST, _LARGEST)
+        change = np.clip(_solve(SHAPES @ material.kirchhoff_tangent(strain) @ SHAPES.T, missing), -_LARGEST, _LARGEST)
         strain -= change @ SHAPES
         if np.abs(change).max(initial=0.0) <= _LAST:
             return strain
@@ -109,7 +109,7 @@ def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, gu
     raise FingerslipError(f"{where}; the law is not stable at this strain")
 
 
-def _solved(matrices: Array, vectors: Array) -> Array:
+def _solve(matrices: Array, vectors: Array) -> Array:
     """Return the solutions (n, 2) of equations with matrices (n, 2, 2)."""
     (first, beside), (other, last) = matrices.transpose(1, 2, 0)
     determinant = first * last - beside * other

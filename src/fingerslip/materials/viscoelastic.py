@@ -17,7 +17,7 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.materials.prony import Recurrence, recurrence
 
-__all__ = ["Across", "Relaxed", "across_of", "followed", "in_space", "stored_energy", "stress"]
+__all__ = ["Across", "Relaxed", "across_of", "follow_strains", "in_space", "stored_energy", "stress"]
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def in_space(strains: Array, across: Array | float = 0.0) -> Array:
     return np.moveaxis(whole, 0, -1)
 
 
-def followed(material: Elastic, strains: Array, formulation: Formulation, step: float) -> Relaxed:
+def follow_strains(material: Elastic, strains: Array, formulation: Formulation, step: float) -> Relaxed:
     """Return strains that start from rest, with their dashpots.
 
     Arrays: strains (n_times, ..., m) [-]; step [s].
@@ -85,11 +85,13 @@ def followed(material: Elastic, strains: Array, formulation: Formulation, step: 
     dashpots = follow.followed(strains)
     if formulation != "plane_stress":
         return Relaxed(in_space(strains), in_space(dashpots))
-    thinned, thinning = _thinned(material, strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1), follow)
+    thinned, thinning = _thickness_strain(
+        material, strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1), follow
+    )
     return Relaxed(in_space(strains, -thinned), in_space(dashpots, -thinning))
 
 
-def _thinned(material: Elastic, along: Array, dashpots: Array, follow: Recurrence) -> tuple[Array, Array]:
+def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: Recurrence) -> tuple[Array, Array]:
     """Return w (n_times, ...) and its dashpots (t, n_times, ...), from the strain along the plane and its dashpots."""
     across, count = across_of(material.poisson_ratio), len(follow.shares)
     share = float(follow.shares @ follow.end)

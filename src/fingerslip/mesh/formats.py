@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.errors import MeshError, shortened
+from fingerslip.errors import MeshError, shorten
 from fingerslip.files import new_files
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def read_file(file: Path, needed: str) -> meshio.Mesh:
     # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
     except (Exception, SystemExit) as error:
         cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
-        raise MeshError(str(file), f"cannot be read ({shortened(cause)})", needed, _AGAIN) from error
+        raise MeshError(str(file), f"cannot be read ({shorten(cause)})", needed, _AGAIN) from error
     _check_numbers(file, data)
     return data
 
@@ -75,7 +75,7 @@ def _guarded_meshio() -> Any:
     import meshio
 
     for name in [name for name in sys.modules if name.startswith("meshio.")]:
-        vars(sys.modules[name])["open"] = _opened
+        vars(sys.modules[name])["open"] = _open
     wkt = sys.modules["meshio.wkt._wkt"]
     pattern = wkt.tin_pattern.replace(wkt.float_pattern, r"[+-]?(?:\d++\.?\d*+|\.\d++)").replace(",?)*", ",?)*+")
     vars(wkt)["tin_re"] = re.compile(pattern)
@@ -83,7 +83,7 @@ def _guarded_meshio() -> Any:
 
 
 @contextlib.contextmanager
-def _opened(path: str | Path, mode: str = "r") -> Iterator[Any]:
+def _open(path: str | Path, mode: str = "r") -> Iterator[Any]:
     with open(path, mode) as file:  # noqa: PTH123  in place of the builtin
         yield _EndingFile(file) if "r" in mode else file
 
@@ -101,12 +101,12 @@ class _EndingFile:
         return iter(self._file)
 
     def read(self, *size: int) -> Any:
-        return self._counted(self._file.read(*size))
+        return self._count(self._file.read(*size))
 
     def readline(self, *size: int) -> Any:
-        return self._counted(self._file.readline(*size))
+        return self._count(self._file.readline(*size))
 
-    def _counted(self, content: Any) -> Any:
+    def _count(self, content: Any) -> Any:
         self._ends = 0 if content else self._ends + 1
         if self._ends > _ENDS:
             raise EOFError("it ends too early")

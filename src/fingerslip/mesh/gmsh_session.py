@@ -20,7 +20,7 @@ from fingerslip.errors import MeshError
 __all__ = [
     "MILLIMETRES",
     "Fragments",
-    "fragmented",
+    "fragment",
     "generate",
     "gmsh_session",
     "length_unit",
@@ -102,7 +102,7 @@ class Fragments:
     region: Integers  # (m,), number of the region of each cell, in the order in which they were named
 
 
-def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> dict[str, list[int]]:
+def fragment(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> dict[str, list[int]]:
     """Cut shapes of Gmsh's OpenCASCADE kernel along each other.
 
     Arrays: points (k, dim) [m].
@@ -129,12 +129,12 @@ def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) ->
 def _without_inner_faces(volumes: Sequence[int]) -> list[int]:
     """Make one volume of those that touch, as faces between them would leave slivers; return the tags."""
     faces = [[face for _, face in gmsh.model.getBoundary([(3, tag)], oriented=False)] for tag in volumes]
-    joined = [_joined([(volumes[row], faces[row]) for row in group]) for group in _touching(faces)]
+    joined = [_join([(volumes[row], faces[row]) for row in group]) for group in _touching(faces)]
     gmsh.model.occ.synchronize()
     return sorted(joined)
 
 
-def _joined(pieces: Sequence[tuple[int, list[int]]]) -> int:
+def _join(pieces: Sequence[tuple[int, list[int]]]) -> int:
     """Make one volume of pieces and their faces; it keeps the faces that it shares with others, as they are."""
     if len(pieces) == 1:
         return pieces[0][0]

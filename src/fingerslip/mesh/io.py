@@ -12,7 +12,7 @@ import skfem
 from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
-from fingerslip.errors import MeshError, shortened
+from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells
 from fingerslip.units import LengthUnit, coordinates, metres
@@ -92,19 +92,19 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     InputError
         Where the unit is unknown.
     """
-    mesh = _read(Path(path), metres(unit))
+    mesh = _read_in_metres(Path(path), metres(unit))
     check_folds(mesh, turned_cells(mesh), str(path))
     return mesh
 
 
-def _read(file: Path, scale: float) -> skfem.Mesh:
+def _read_in_metres(file: Path, scale: float) -> skfem.Mesh:
     """Read a mesh whose lengths are of a unit of `scale` [m]."""
     data = read_file(file, "needs a file that meshio reads")
     data.points = scale * np.asarray(data.points, dtype=float)
     if any(key.startswith("skfem:") for key in data.cell_data):
         return _read_own(file, data)
-    raw = _without_unused(_raw(file, data))
-    cells = _turned(raw)
+    raw = _drop_unused(_raw(file, data))
+    cells = _orient(raw)
     if raw.kind == "hexahedron":
         cells = cells[:, _HEXAHEDRON]
     mesh = _CELLS[raw.kind].mesh(np.ascontiguousarray(raw.points.T), np.ascontiguousarray(cells.T))
@@ -146,7 +146,7 @@ def _check_names(file: Path, mesh: skfem.Mesh) -> None:
         sign = unkept.search(name)
         if sign:
             allowed = f"needs names without {sign[0]!r} in {file.suffix}"
-            raise MeshError(str(file), f"has the name {shortened(repr(name))}", allowed, "rename it")
+            raise MeshError(str(file), f"has the name {shorten(repr(name))}", allowed, "rename it")
 
 
 def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
@@ -157,7 +157,7 @@ def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     try:
         mesh = from_meshio(data)
     except (IndexError, KeyError, TypeError, ValueError) as error:
-        fault = f"is damaged: its groups do not fit its cells ({shortened(str(error))})"
+        fault = f"is damaged: its groups do not fit its cells ({shorten(str(error))})"
         raise MeshError(str(file), fault, "needs a file as write_mesh writes it", "write it again") from None
     # Reading back sets orientations of inner facets at random; boundaries here have none.
     boundaries = {name: np.array(facets, dtype=np.int32) for name, facets in (mesh.boundaries or {}).items()}
@@ -240,7 +240,7 @@ def _unique_cells(cells: Integers, corners: int) -> tuple[Integers, Integers]:
     return cells[first[order]], rank[same.ravel()]
 
 
-def _without_unused(raw: _Raw) -> _Raw:
+def _drop_unused(raw: _Raw) -> _Raw:
     """Drop nodes that no cell uses, such as Gmsh's construction points."""
     used = np.unique(raw.cells)
     new = np.full(len(raw.points), -1)
@@ -276,7 +276,7 @@ def _check_shapes(raw: _Raw) -> None:
         raise _bad_cell(raw, int(wrong[0]), "inverted or flat")
 
 
-def _turned(raw: _Raw) -> Integers:
+def _orient(raw: _Raw) -> Integers:
     """Return all cells counter-clockwise, hexahedra with positive volume.
 
     A region of cells that are turned throughout is turned round, a mixture is an error.

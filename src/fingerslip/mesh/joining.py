@@ -103,12 +103,12 @@ def _boundaries(meshes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the boundaries; facets are numbered by their vertices, and so in the order of the bodies."""
     firsts = _firsts([mesh.nfacets for mesh in meshes.values()])
     return {
-        f"{name}_{name_of_set}": _shifted(boundary, int(first))
+        f"{name}_{name_of_set}": _shift(boundary, int(first))
         for (name, mesh), first in zip(meshes.items(), firsts, strict=True)
         for name_of_set, boundary in (mesh.boundaries or {}).items()
     }
 
 
-def _shifted(facets: Any, first: int) -> Any:
+def _shift(facets: Any, first: int) -> Any:
     moved = np.asarray(facets) + first
     return OrientedBoundary(moved, facets.ori) if isinstance(facets, OrientedBoundary) else moved

@@ -45,7 +45,7 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
             gmsh.model.mesh.generate(2)
         except Exception as error:
             raise MeshError("surface", f"Gmsh says '{error}'", "needs a surface that Gmsh can mesh") from error
-        return _read(patches, unit)
+        return _read_triangles(patches, unit)
 
 
 def _numbers(grid: Floats, is_open: bool) -> Integers:
@@ -129,7 +129,7 @@ def _set_sizes(number: Integers, grid: Floats, sizes: Floats) -> None:
     gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL)
 
 
-def _read(patches: list[int], unit: float) -> Triangulation:
+def _read_triangles(patches: list[int], unit: float) -> Triangulation:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     nodes = np.concatenate([gmsh.model.mesh.getElementsByType(_TRIANGLE, patch)[1] for patch in patches])
     used, triangles = np.unique(nodes, return_inverse=True)

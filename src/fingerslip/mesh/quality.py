@@ -233,7 +233,7 @@ def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
     shared = np.flatnonzero(np.bincount(sides.ravel()) > 1)
     if shared.size:
-        raise MeshError(where, _folded(mesh, sides, shared), *_remedy(mesh))
+        raise MeshError(where, _describe_folds(mesh, sides, shared), *_remedy(mesh))
 
 
 def _is_in_front(mesh: skfem.Mesh, turned: Booleans) -> Booleans:
@@ -260,7 +260,7 @@ def _runs_up(nodes: Integers) -> Booleans:
     return np.asarray(nodes[(least + 1) % count, facets] < nodes[least - 1, facets])
 
 
-def _folded(mesh: skfem.Mesh, sides: Integers, shared: Integers) -> str:
+def _describe_folds(mesh: skfem.Mesh, sides: Integers, shared: Integers) -> str:
     """Say which cells share sides of facets, and where; `shared` are the numbers of these sides."""
     places = mesh.p[:, mesh.facets[:, shared[:_SHOWN] // 2]].mean(axis=1).T
     pairs = [np.flatnonzero((sides == side).any(axis=0))[:2] for side in shared[:_SHOWN]]

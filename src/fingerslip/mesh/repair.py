@@ -13,9 +13,9 @@ from fingerslip.mesh.gmsh_session import Fragments
 from fingerslip.mesh.quality import tetrahedron_margins
 
 __all__ = [
-    "repaired",
+    "repair_tetrahedra",
     "scaled_jacobians",
-    "smoothed",
+    "smooth",
 ]
 
 
@@ -58,7 +58,7 @@ class _Change:
     margin: float
 
 
-def repaired(fragments: Fragments, fixed: Floats) -> Fragments:
+def repair_tetrahedra(fragments: Fragments, fixed: Floats) -> Fragments:
     """Return tetrahedra of which fewer are refused by :func:`fingerslip.mesh.quality.check_quality`, or none.
 
     At each refused cell the best of several changes is made, if the worst cell around it gets better and none is turned
@@ -192,7 +192,7 @@ def scaled_jacobians(points: Floats, cells: Integers) -> Floats:
     return least
 
 
-def smoothed(points: Floats, cells: Integers, fixed: Flags) -> Floats:
+def smooth(points: Floats, cells: Integers, fixed: Flags) -> Floats:
     """Return node positions in which no node's worst cell is worse than before.
 
     Each sweep moves the free nodes of badly shaped cells half way to the mean of their neighbours, and takes back
@@ -204,11 +204,11 @@ def smoothed(points: Floats, cells: Integers, fixed: Flags) -> Floats:
     for _ in range(_SWEEPS_SMOOTHING):
         quality = _node_quality(before, cells)
         moving = ~fixed & (quality < _GOOD_ENOUGH)
-        before = _accepted(before, _moved(before, cells, moving), cells, quality)
+        before = _accept_moves(before, _move(before, cells, moving), cells, quality)
     return before
 
 
-def _moved(points: Floats, cells: Integers, moving: Flags) -> Floats:
+def _move(points: Floats, cells: Integers, moving: Flags) -> Floats:
     start, end = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
     first, second = np.concatenate([start, end]), np.concatenate([end, start])
     count = np.bincount(first, minlength=len(points))
@@ -218,7 +218,7 @@ def _moved(points: Floats, cells: Integers, moving: Flags) -> Floats:
     return moved
 
 
-def _accepted(before: Floats, after: Floats, cells: Integers, quality: Floats) -> Floats:
+def _accept_moves(before: Floats, after: Floats, cells: Integers, quality: Floats) -> Floats:
     """Take back the moves of all nodes of cells at which quality falls, until none does."""
     while True:
         worse = _node_quality(after, cells) < quality

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.units import millimetres
 
-__all__ = ["GROWTH", "ElementSizes", "check_sizes", "graded", "size_at", "subdivide"]
+__all__ = ["GROWTH", "ElementSizes", "check_sizes", "grade", "size_at", "subdivide"]
 
 Floats = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def check_sizes(contact_size: float, bulk_size: float) -> None:
         raise InputError("bulk_size", fault, f"needs >= {millimetres(contact_size)} (contact_size)")
 
 
-def graded(positions: Floats, sizes: Floats) -> Floats:
+def grade(positions: Floats, sizes: Floats) -> Floats:
     """Divide a length into an even number of parts of the wanted sizes.
 
     Arrays: positions (n,) [m]; sizes (n,) [m]; returns (m,).
@@ -84,7 +84,7 @@ def subdivide(curve: Floats, sizes: Floats, turn: float) -> Floats:
     corner = angle > turn / 2
     wanted = _graded_along(step, _limited_by_bends(step, np.where(corner, 0.0, angle), sizes, turn))
     limits = np.concatenate([[0], np.flatnonzero(corner) + 1, [len(curve) - 1]])
-    pieces = [_divided(curve[a : b + 1], wanted[a : b + 1]) for a, b in itertools.pairwise(limits)]
+    pieces = [_divide(curve[a : b + 1], wanted[a : b + 1]) for a, b in itertools.pairwise(limits)]
     return np.vstack([piece[:-1] for piece in pieces] + [curve[-1:]])
 
 
@@ -111,7 +111,7 @@ def _graded_along(step: Floats, sizes: Floats) -> Floats:
     return np.minimum(forward, backward)
 
 
-def _divided(curve: Floats, sizes: Floats) -> Floats:
+def _divide(curve: Floats, sizes: Floats) -> Floats:
     step = np.linalg.norm(np.diff(curve, axis=0), axis=1)
     count = np.concatenate([[0.0], np.cumsum(step * (1 / sizes[1:] + 1 / sizes[:-1]) / 2)])
     wanted = np.linspace(0.0, count[-1], int(np.ceil(count[-1])) + 1)

@@ -25,7 +25,7 @@ __all__ = [
     "MeshSource",
     "MeshTable",
     "choose_source",
-    "inspected",
+    "inspect_mesh",
     "marks",
     "mesh_size_note",
 ]
@@ -53,7 +53,7 @@ class InspectedMesh:
     suffix: str = ".msh"  # suffix of the file that it is best written to, where nothing else is said
 
 
-def inspected(mesh: skfem.Mesh) -> InspectedMesh:
+def inspect_mesh(mesh: skfem.Mesh) -> InspectedMesh:
     """Return a mesh with the quality of its cells, region by region."""
     rows = tuple(
         (
@@ -121,7 +121,7 @@ class MeshSource(Protocol):
 
     def inspect(self, specimen: Any, /) -> InspectedMesh:
         """Return the mesh [m] with tables of what is worth knowing of it, the quality of its cells first."""
-        return inspected(self.build(specimen))
+        return inspect_mesh(self.build(specimen))
 
     def key(self, specimen: Any, /) -> str:
         """Return the hash of all that decides the mesh: parameters, shape of the specimen, content of files."""
@@ -158,13 +158,13 @@ def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
     values : mapping of str to object
         What the file says.
     """
-    named = [source for source in sources if not values.keys().isdisjoint(_required(source))]
-    of_sizes = [source for source in sources if not _required(source)]
+    named = [source for source in sources if not values.keys().isdisjoint(_required_names(source))]
+    of_sizes = [source for source in sources if not _required_names(source)]
     names = {name for source in of_sizes for name in marks(source)} & values.keys()
     marked = [source for source in of_sizes if names and _allows(source, {name: values[name] for name in names})]
     result = [*named, *marked, *of_sizes]
     if not result:
-        needed = " or ".join(", ".join(_required(source)) for source in sources)
+        needed = " or ".join(", ".join(_required_names(source)) for source in sources)
         raise InputError("mesh", "does not say where the mesh comes from", f"needs {needed}")
     return result[0]
 
@@ -182,7 +182,7 @@ def _allows(source: type, values: Mapping[str, Any]) -> bool:
     return all(value in marks_of_source.get(name, ()) for name, value in values.items())
 
 
-def _required(source: type) -> tuple[str, ...]:
+def _required_names(source: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(source) if field.default is field.default_factory is MISSING)
 
 

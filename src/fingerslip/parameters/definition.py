@@ -17,7 +17,7 @@ from typing import Annotated, Any, TypeVar, dataclass_transform
 import pydantic
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 
-from fingerslip.errors import InputError, Mistakes, shortened
+from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters.dotted import walk
 from fingerslip.parameters.fields import type_hints, unit_of
 from fingerslip.parameters.mistakes import in_order, mistakes_in
@@ -88,7 +88,7 @@ NonNegativeNumber = Annotated[Number, pydantic.Field(ge=0)]
 def _no_null(name: str) -> str:
     """Refuse what no system takes as the name of a file."""
     if "\0" in name:
-        raise InputError("", f"got {shortened(repr(name))}", "needs the name of a file")
+        raise InputError("", f"got {shorten(repr(name))}", "needs the name of a file")
     return name
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pydantic
 
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.parameters.dotted import is_below, joined, known_part
 from fingerslip.parameters.fields import Location, locate
 from fingerslip.units import Unit
@@ -95,9 +95,9 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
         repair = f"did you mean '{near}'?" if near else ""
         yield InputError(where, "is not known", f"may be one of {', '.join(_known_keys(location))}", repair)
     else:
-        needed = _PLAIN_NEEDS.get(detail["type"]) or _need(str(detail["msg"]), location.unit)
+        needed = _PLAIN_NEEDS.get(detail["type"]) or _words_of_need(str(detail["msg"]), location.unit)
         value = detail["input"]
-        fault = "is empty" if value is None else f"got {_shown(value, location.unit)}"
+        fault = "is empty" if value is None else f"got {_show(value, location.unit)}"
         yield InputError(where, fault, needed)
 
 
@@ -110,13 +110,13 @@ def _nearest_key(location: Location) -> str:
     return near[0] if near else ""
 
 
-def _shown(value: object, unit: Unit | None) -> str:
+def _show(value: object, unit: Unit | None) -> str:
     if unit and isinstance(value, int | float) and not isinstance(value, bool):
         return unit.format(value)
-    return shortened(repr(value))
+    return shorten(repr(value))
 
 
-def _need(message: str, unit: Unit | None) -> str:
+def _words_of_need(message: str, unit: Unit | None) -> str:
     text = message.removeprefix("Input should be ").removeprefix("Value error, ")
     for words, sign in _SIGNS.items():
         text = text.replace(words, f"a {'value' if unit else 'number'} {sign}")

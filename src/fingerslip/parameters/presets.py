@@ -68,7 +68,7 @@ class Presets(Generic[T]):
 
     def read(self, name: str) -> T:
         """Return the parameter set of a preset."""
-        return from_mapping(self.kind, _nested(self._document(name, "preset")), f"preset {name}")
+        return from_mapping(self.kind, _nest(self._document(name, "preset")), f"preset {name}")
 
     def table(self, name: str) -> tuple[PresetValue, ...]:
         """Return every value of a preset with its source, the assumed ones first."""
@@ -98,17 +98,17 @@ class Presets(Generic[T]):
         if "preset" not in mapping:
             raise InputError(joined(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
         changes = {key: value for key, value in mapping.items() if key != "preset"}
-        values = _nested(self._document(str(mapping["preset"]), joined(where, "preset")))
-        return from_mapping(self.kind, self._merged(self.kept(values, changes), changes), where)
+        values = _nest(self._document(str(mapping["preset"]), joined(where, "preset")))
+        return from_mapping(self.kind, self._merge(self.kept(values, changes), changes), where)
 
-    def _merged(self, base: _Group, changes: _Group) -> dict[str, Any]:
+    def _merge(self, base: _Group, changes: _Group) -> dict[str, Any]:
         return {**base, **dict(self._merge_items(base, changes))}
 
     def _merge_items(self, base: _Group, changes: _Group) -> Iterator[tuple[str, Any]]:
         for key, value in changes.items():
             inner = base.get(key)
             if isinstance(inner, Mapping) and isinstance(value, Mapping):
-                yield key, self._merged(self.kept(inner, value), value)
+                yield key, self._merge(self.kept(inner, value), value)
             else:
                 yield key, value
 
@@ -117,7 +117,7 @@ class Presets(Generic[T]):
             near = difflib.get_close_matches(name, self.names, n=1)
             repair = f"did you mean '{near[0]}'?" if near else ""
             raise InputError(where, f"'{name}' is not known", f"needs one of {', '.join(self.names)}", repair)
-        return _read(self.package, name)
+        return _read_preset(self.package, name)
 
 
 def _note(entry: _Group) -> str:
@@ -129,7 +129,7 @@ def _text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
+def _nest(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return a preset's values as nested plain data."""
     nested: dict[str, Any] = {}
     for path, entry in document["values"].items():
@@ -146,7 +146,7 @@ def _folder(package: str) -> Traversable:
 
 
 @functools.cache
-def _read(package: str, name: str) -> dict[str, Any]:
+def _read_preset(package: str, name: str) -> dict[str, Any]:
     text = _folder(package).joinpath(f"{name}.yaml").read_text(encoding="utf-8")
     document: dict[str, Any] = parse_document(text, f"{name}.yaml").content
     return document

@@ -84,14 +84,14 @@ class _ForEditors(GenerateJsonSchema):
         words, defaults = field_words(cls), _defaults(cls)
         for name, key in definition.get("properties", {}).items():
             key.pop("title", None)
-            if described := _joined(words.get(name, ""), key.get("description", "")):
+            if described := _join_words(words.get(name, ""), key.get("description", "")):
                 key["description"] = described
             if name in defaults:
                 key["default"] = defaults[name]
         return definition | {"description": _plain((inspect.getdoc(cls) or "").partition("\n\n")[0])}
 
 
-def _joined(words: str, of_the_type: str) -> str:
+def _join_words(words: str, of_the_type: str) -> str:
     """Return the words of a field and those of its type as sentences."""
     return " ".join(f"{part.rstrip('.')}." for part in (words, of_the_type) if part)
 

@@ -24,7 +24,7 @@ from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.representer import SafeRepresenter
 from ruamel.yaml.resolver import BaseResolver
 
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 
 __all__ = ["Document", "parse_document", "to_text"]
 
@@ -123,7 +123,7 @@ def parse_document(text: str, where: str) -> Document:
     {'time': 1, 'time.step': 2}
     """
     lines: dict[str, int] = {}
-    root = _composed(text, where)
+    root = _compose(text, where)
     if root is None:
         return Document(None, lines)
     return Document(_Builder(where, lines, count(1)).value(root, "", 0), lines)
@@ -158,7 +158,7 @@ def _entry(key: str, pickled: bytes) -> str:
     return stream.getvalue()
 
 
-def _composed(text: str, where: str) -> Node | None:
+def _compose(text: str, where: str) -> Node | None:
     reader = YAML(typ="safe", pure=True)
     reader.Resolver = _CoreSchema
     reader.max_depth = _DEEPEST
@@ -222,7 +222,7 @@ class _Builder:
             if len(key.value) > _LONGEST:
                 raise self._error(key, f"found a key of {len(key.value)} characters", f"needs at most {_LONGEST}")
             if key.value in seen:
-                raise self._error(key, f"found key '{shortened(key.value)}' twice", _NEEDED)
+                raise self._error(key, f"found key '{shorten(key.value)}' twice", _NEEDED)
             seen.add(key.value)
             self.lines[f"{path}{key.value}"] = key.start_mark.line + 1
             yield key.value, item
@@ -239,7 +239,7 @@ class _Builder:
         name = tag.removeprefix(_CORE)
         if not kind.pattern.match(node.value):
             raise self._error(
-                node, f"found '{shortened(node.value)}' with the tag !!{name}", f"needs a value of type {name}"
+                node, f"found '{shorten(node.value)}' with the tag !!{name}", f"needs a value of type {name}"
             )
         if name == "int" and len(node.value) > _LONGEST:  # larger than any float, and slow to read and print
             raise self._error(node, f"found a number of {len(node.value)} digits", f"needs at most {_LONGEST}")

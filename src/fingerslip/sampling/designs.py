@@ -18,10 +18,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
 from fingerslip.slip import measures
-from fingerslip.slip.windows import LATENCY, READINGS, TIMES, event_label, is_defined
+from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.units import si_quantity
 
 __all__ = [
@@ -32,13 +32,13 @@ __all__ = [
     "block_size",
     "design_size",
     "draw_shares",
-    "encoded",
+    "encode",
     "inputs_of",
     "needs_power_of_two",
     "output_names",
     "output_of",
     "required_output",
-    "varied",
+    "varied_values",
 ]
 
 
@@ -149,12 +149,12 @@ class Input:
         """
         if self.choices:
             if value not in self.choices:
-                raise InputError(self.path, f"got {shortened(repr(value))}", f"needs one of {self._shown()}")
+                raise InputError(self.path, f"got {shorten(repr(value))}", f"needs one of {self._show()}")
             return tuple(float(value == choice) for choice in self.choices)
         number = _number(value)
         if number is None or number[1] != self.unit or not self.low <= number[0] <= self.high:
-            allowed = f"needs {self._shown()}, the range of the runs"
-            raise InputError(self.path, f"got {shortened(repr(value))}", allowed, "predictions outside are guesses")
+            allowed = f"needs {self._show()}, the range of the runs"
+            raise InputError(self.path, f"got {shorten(repr(value))}", allowed, "predictions outside are guesses")
         return ((number[0] - self.low) / (self.high - self.low),)
 
     def at(self, share: float) -> Any:
@@ -164,13 +164,13 @@ class Input:
         value = min(max(self.low + share * (self.high - self.low), self.low), self.high)
         return f"{value!r} {self.unit}" if self.unit else value
 
-    def _shown(self) -> str:
+    def _show(self) -> str:
         if self.choices:
             return ", ".join(map(str, self.choices))
         return f"{self.low:.6g} to {self.high:.6g} {self.unit}".strip()
 
 
-def varied(run: RunResult) -> dict[str, Any]:
+def varied_values(run: RunResult) -> dict[str, Any]:
     """Return the swept and sampled values of a run by dotted path, without the numbers of samples and repeats."""
     values = {path: value for path, value in run.swept.items() if path not in (SAMPLE, REPEAT)}
     return {**values, **run.sampled}
@@ -178,14 +178,14 @@ def varied(run: RunResult) -> dict[str, Any]:
 
 def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
     """Return what differs between runs, in the order of their values."""
-    paths = dict.fromkeys(path for run in runs for path in varied(run))
-    inputs = tuple(_inputs(paths, [varied(run) for run in runs]))
+    paths = dict.fromkeys(path for run in runs for path in varied_values(run))
+    inputs = tuple(_inputs(paths, [varied_values(run) for run in runs]))
     if not inputs:
         raise InputError("study", "has runs that do not differ", "needs values that are swept or sampled")
     return inputs
 
 
-def encoded(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
+def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
     """Return the columns of a run or of what is to be predicted."""
     missing = [variable.path for variable in inputs if variable.path not in values]
     if missing:
@@ -247,7 +247,7 @@ def _event_names() -> dict[str, tuple[str, str]]:
     names = {}
     for reading in READINGS:
         for time in TIMES:
-            if is_defined(reading, time):
+            if defines_time(reading, time):
                 words = time if time == LATENCY else f"{time}_slip"
                 names[words if reading == "slip" else f"{words}_{reading}"] = (reading, time)
     return names

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.results import SAMPLE, RunResult, StudyResult
-from fingerslip.sampling.designs import Input, block_size, draw_shares, encoded, required_output
+from fingerslip.sampling.designs import Input, block_size, draw_shares, encode, required_output
 from fingerslip.sampling.sensitivity import groups_of
 from fingerslip.sampling.surrogate import Validation, fit_surrogate
 
@@ -101,7 +101,7 @@ def _sobol_of_surrogate(group: Mapping[str, Any], runs: Sequence[RunResult], out
     surrogate = fit_surrogate(runs, output)
     paths = tuple(variable.path for variable in surrogate.inputs)
     shares = draw_shares("saltelli", _ON_SURROGATE, len(paths), _SEED)
-    columns = np.array([_encoded(surrogate.inputs, row) for row in shares])
+    columns = np.array([_encode(surrogate.inputs, row) for row in shares])
     indices = _sobol(paths, surrogate.means(columns))
     values = np.array([variable for run in runs if (variable := required_output(run, output).value) is not None])
     quantity = required_output(runs[0], output)
@@ -119,8 +119,8 @@ def _sobol_of_surrogate(group: Mapping[str, Any], runs: Sequence[RunResult], out
     )
 
 
-def _encoded(inputs: Sequence[Input], shares: Array) -> Array:
-    return encoded(
+def _encode(inputs: Sequence[Input], shares: Array) -> Array:
+    return encode(
         inputs, {variable.path: variable.at(float(share)) for variable, share in zip(inputs, shares, strict=True)}
     )
 

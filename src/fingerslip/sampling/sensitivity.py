@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
-from fingerslip.slip.windows import READINGS, TIMES, is_defined
+from fingerslip.slip.windows import READINGS, TIMES, defines_time
 from fingerslip.units import split_quantity
 
 __all__ = [
@@ -198,7 +198,7 @@ def fits_of(study: StudyResult) -> tuple[Fit, ...]:
         fit_samples(members, study.ranges, reading, time, group)
         for reading in READINGS
         for time in TIMES
-        if is_defined(reading, time)
+        if defines_time(reading, time)
         for group, members in groups_of(study.runs)
     )
     return tuple(fit for fit in fits if fit is not None)

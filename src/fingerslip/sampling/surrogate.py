@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.results import RunResult
-from fingerslip.sampling.designs import Input, encoded, inputs_of, required_output, varied
+from fingerslip.sampling.designs import Input, encode, inputs_of, required_output, varied_values
 
 __all__ = ["Prediction", "Surrogate", "Validation", "fit_surrogate"]
 
@@ -74,7 +74,7 @@ class Surrogate:
         InputError
             For values that are missing or outside those of the runs.
         """
-        mean, deviation = self.process.predict(encoded(self.inputs, values)[None, :], return_std=True)
+        mean, deviation = self.process.predict(encode(self.inputs, values)[None, :], return_std=True)
         middle, half = float(mean[0]), _LIKELY * float(deviation[0])
         return Prediction(middle, middle - half, middle + half)
 
@@ -108,7 +108,7 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     """
     inputs = inputs_of(runs)
     unit = required_output(runs[0], output).unit
-    pairs = [(encoded(inputs, varied(run)), required_output(run, output).value) for run in runs]
+    pairs = [(encode(inputs, varied_values(run)), required_output(run, output).value) for run in runs]
     valued = [(columns, value) for columns, value in pairs if value is not None]
     distinct: dict[bytes, tuple[Array, float]] = {}
     for columns, value in valued:
@@ -121,16 +121,16 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     )
     if np.ptp(values) == 0.0:
         raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
-    process = _fitted(columns, values, None)
+    process = _fit(columns, values, None)
     validation = replace(
-        _validated(columns, values, process, seed),
+        _validate(columns, values, process, seed),
         repeated=len(valued) - len(distinct),
         missing=len(pairs) - len(valued),
     )
     return Surrogate(output, unit, inputs, validation, process)
 
 
-def _fitted(columns: Array, values: Array, start: Any) -> Any:
+def _fit(columns: Array, values: Array, start: Any) -> Any:
     """Return a process fitted to values (n,) at columns (n, n_columns); `start` is a fitted one to begin from."""
     processes = _module("sklearn.gaussian_process")
     kernels = _module("sklearn.gaussian_process.kernels")
@@ -143,12 +143,12 @@ def _fitted(columns: Array, values: Array, start: Any) -> Any:
         return process.fit(columns, values)
 
 
-def _validated(columns: Array, values: Array, process: Any, seed: int) -> Validation:
+def _validate(columns: Array, values: Array, process: Any, seed: int) -> Validation:
     fold = np.random.default_rng(seed).permutation(values.size) % _FOLDS
     mean, deviation = np.empty_like(values), np.empty_like(values)
     for number in range(_FOLDS):
         left = fold == number
-        fit = _fitted(columns[~left], values[~left], process)
+        fit = _fit(columns[~left], values[~left], process)
         mean[left], deviation[left] = fit.predict(columns[left], return_std=True)
     errors = mean - values
     return Validation(

@@ -96,7 +96,7 @@ def stick_slip_cycles(history: xr.Dataset) -> int | None:
 
     peaks, _ = find_peaks(friction)
     falls = [_fall_behind(friction, peak) for peak in peaks]
-    return _counted(friction, peaks[np.array(falls, dtype=float) >= _LEAST_FALL * largest], _LEAST_FALL * largest)
+    return _count_peaks(friction, peaks[np.array(falls, dtype=float) >= _LEAST_FALL * largest], _LEAST_FALL * largest)
 
 
 def _fall_behind(friction: Floats, peak: int) -> float:
@@ -107,7 +107,7 @@ def _fall_behind(friction: Floats, peak: int) -> float:
     return float(behind[0] - until.min())
 
 
-def _counted(friction: Floats, peaks: NDArray[np.intp], least: float) -> int:
+def _count_peaks(friction: Floats, peaks: NDArray[np.intp], least: float) -> int:
     """Count peaks between which the force falls by at least `least` [N]."""
     count, last = 0, None
     for peak in peaks:

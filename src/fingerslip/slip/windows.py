@@ -28,8 +28,8 @@ __all__ = [
     "SlideWindow",
     "contact_forces",
     "counterface_normal",
+    "defines_time",
     "event_label",
-    "is_defined",
     "slide_tangent",
     "slide_window",
     "split_along",
@@ -167,7 +167,7 @@ def event_label(time: str) -> str:
     return LATENCY if time == LATENCY else f"{EVENTS[time]} slip"
 
 
-def is_defined(reading: str, time: str) -> bool:
+def defines_time(reading: str, time: str) -> bool:
     """Tell whether a reading defines a time: no acceleration peak belongs to 48 % slip."""
     return (reading, time) != ("acceleration", "noticed")
 

@@ -31,7 +31,7 @@ __all__ = [
 SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType({"fingertip": FINGERTIPS, "tactip": TACTIPS})
 
 
-def _checked(kind: str) -> pydantic.AfterValidator:
+def _checker(kind: str) -> pydantic.AfterValidator:
     """Return a check of the values of a specimen, which are kept as they are written."""
 
     def check(values: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -51,8 +51,8 @@ class SpecimenChoice:
         `preset` and the values that differ from it.
     """
 
-    fingertip: Annotated[Mapping[str, Any], _checked("fingertip")] | None = field(default=None, kw_only=True)
-    tactip: Annotated[Mapping[str, Any], _checked("tactip")] | None = field(default=None, kw_only=True)
+    fingertip: Annotated[Mapping[str, Any], _checker("fingertip")] | None = field(default=None, kw_only=True)
+    tactip: Annotated[Mapping[str, Any], _checker("tactip")] | None = field(default=None, kw_only=True)
 
     @property
     def specimen_kind(self) -> str | None:

@@ -181,12 +181,12 @@ class Study:
         return plan_mapping(self.mapping, self.source, Path(results) / self.folder_name)
 
     def __repr__(self) -> str:
-        title, swept = _shown(self.mapping)
+        title, swept = _summary(self.mapping)
         return f"<Study {title!r}: {', '.join(f'{path} ({words})' for path, words in swept) or 'one run'}>"
 
     def _repr_html_(self) -> str:
         """Return the study as notebooks show it: its title and what it sweeps."""
-        title, swept = _shown(self.mapping)
+        title, swept = _summary(self.mapping)
         rows = "".join(f"<tr><td>{html.escape(path)}</td><td>{html.escape(words)}</td></tr>" for path, words in swept)
         head = "<tr><th>value</th><th>in the runs</th></tr>"
         return f"<b>Study: {html.escape(title)}</b><table>{head}{rows}</table>"
@@ -228,7 +228,7 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value]
 
 
-def _shown(mapping: Mapping[str, Any]) -> tuple[str, list[tuple[str, str]]]:
+def _summary(mapping: Mapping[str, Any]) -> tuple[str, list[tuple[str, str]]]:
     """Return the title of a study, and what changes from run to run in words."""
     sample = mapping.get("sample") or {}
     swept = [(path, f"{len(values)} values") for path, values in (mapping.get("sweep") or {}).items()]

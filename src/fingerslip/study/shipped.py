@@ -31,13 +31,13 @@ def _studies_folder() -> Traversable:
     return packed if packed.is_dir() else Path(str(resources.files("fingerslip"))).parents[1] / "studies"
 
 
-def _named(folder: Traversable) -> dict[str, Traversable]:
+def _files_by_name(folder: Traversable) -> dict[str, Traversable]:
     files = [file for file in folder.iterdir() if file.name.endswith(".yaml")]
     return {file.name.removesuffix(".yaml"): file for file in sorted(files, key=lambda file: file.name)}
 
 
 #: The templates of new study files, by name.
-TEMPLATES: Mapping[str, Traversable] = _named(_data("templates"))
+TEMPLATES: Mapping[str, Traversable] = _files_by_name(_data("templates"))
 
 
 def studies_folder() -> Path:
@@ -48,7 +48,7 @@ def studies_folder() -> Path:
 
 def examples() -> dict[str, Traversable]:
     """Return the shipped studies by name."""
-    return _named(_studies_folder())
+    return _files_by_name(_studies_folder())
 
 
 def example_path(name: str) -> Path | None:

@@ -62,7 +62,7 @@ def linear_in_friction(evidence: Evidence) -> Finding:
         determination(_FRICTIONS, [getattr(run.run.events.slip, event) for run in runs])
         for event in ("incipient", "overall")
     ]
-    number = _combined(min, fits)
+    number = _combine(min, fits)
     return Finding(number, None if number is None else number >= _LINEAR_FROM)
 
 
@@ -90,7 +90,7 @@ def surface_receptors_feel_more(evidence: Evidence) -> Finding:
 
 def edges_first(evidence: Evidence) -> Finding:
     """How much later the centre of the contact slips than its edges."""
-    return _above(_combined(min, [phalanx.centre_after_edge for phalanx in evidence.phalanges(TABLE2)]), 0.0)
+    return _above(_combine(min, [phalanx.centre_after_edge for phalanx in evidence.phalanges(TABLE2)]), 0.0)
 
 
 def density_rises(evidence: Evidence) -> Finding:
@@ -113,8 +113,8 @@ def density_larger_in_b(evidence: Evidence) -> Finding:
     densities = _original_densities(evidence)
     if densities is None:
         return Finding()
-    least = [_combined(min, _density_ratios(densities, *areas)) for areas in (("B", "A"), ("A", "B"))]
-    return _above(_combined(max, least), 1.0)
+    least = [_combine(min, _density_ratios(densities, *areas)) for areas in (("B", "A"), ("A", "B"))]
+    return _above(_combine(max, least), 1.0)
 
 
 def _density_ratios(densities: Densities, first: str, other: str) -> list[float | None]:
@@ -136,33 +136,35 @@ def scaled_middle_peaks_merge(evidence: Evidence) -> Finding:
 
 def fingerprint_adds_noise(evidence: Evidence) -> Finding:
     """Noise floor with ripples over that without."""
-    pairs = zip(_printed(evidence, True), _printed(evidence, False), strict=True)
-    return _above(_combined(min, [_ratio(on.peaks.noise_floor, off.peaks.noise_floor) for on, off in pairs]), 1.0)
+    pairs = zip(_printed_measures(evidence, True), _printed_measures(evidence, False), strict=True)
+    return _above(_combine(min, [_ratio(on.peaks.noise_floor, off.peaks.noise_floor) for on, off in pairs]), 1.0)
 
 
 def fingerprint_hides_incipient(evidence: Evidence) -> Finding:
     """Phalanges with a peak of incipient slip, without and with ripples."""
     without, with_them = (
-        sum(run.incipient_peak is not None for run in _printed(evidence, state)) for state in (False, True)
+        sum(run.incipient_peak is not None for run in _printed_measures(evidence, state)) for state in (False, True)
     )
     return _lost(without, with_them)
 
 
 def fingerprint_leaves_overall(evidence: Evidence) -> Finding:
     """Phalanges whose peak of overall slip is found with ripples."""
-    count = sum(run.overall_peak is not None for run in _printed(evidence, True))
+    count = sum(run.overall_peak is not None for run in _printed_measures(evidence, True))
     return Finding(float(count), count == len(VARIANTS))
 
 
 def fingerprint_flattened_peak(evidence: Evidence) -> Finding:
     """Height of the peak of overall slip with ripples, flattened over the others."""
-    original, flattened, scaled = (_overall_height(run) for run in _printed(evidence, True))
-    return _above(_ratio(flattened, _combined(max, [original, scaled])), 1.0)
+    original, flattened, scaled = (_overall_height(run) for run in _printed_measures(evidence, True))
+    return _above(_ratio(flattened, _combine(max, [original, scaled])), 1.0)
 
 
 def fingerprint_scaled_vibrates(evidence: Evidence) -> Finding:
     """Vibration after overall slip of the scaled phalanx, with over without ripples."""
-    return _above(_ratio(_printed(evidence, True)[2].rms_after, _printed(evidence, False)[2].rms_after), 1.0)
+    return _above(
+        _ratio(_printed_measures(evidence, True)[2].rms_after, _printed_measures(evidence, False)[2].rms_after), 1.0
+    )
 
 
 def low_friction_vibrates(evidence: Evidence) -> Finding:
@@ -242,7 +244,7 @@ def _frictions(evidence: Evidence) -> tuple[Measures, ...]:
     return tuple(evidence.one(_FRICTION, {FRICTION: friction}) for friction in _FRICTIONS)
 
 
-def _printed(evidence: Evidence, enabled: bool) -> tuple[Measures, ...]:
+def _printed_measures(evidence: Evidence, enabled: bool) -> tuple[Measures, ...]:
     return evidence.phalanges(_FINGERPRINT, {FINGERPRINT: enabled})
 
 
@@ -258,10 +260,10 @@ def _overall_height(measures: Measures) -> float | None:
 def _smallest_step(values: Sequence[float | None]) -> float | None:
     """Return the smallest rise between neighbours, None where a value is missing."""
     pairs = list(pairwise(values))
-    return _combined(min, [None if a is None or b is None else b - a for a, b in pairs])
+    return _combine(min, [None if a is None or b is None else b - a for a, b in pairs])
 
 
-def _combined(combine: Callable[[list[float]], float], values: Sequence[float | None]) -> float | None:
+def _combine(combine: Callable[[list[float]], float], values: Sequence[float | None]) -> float | None:
     numbers = [value for value in values if value is not None]
     return combine(numbers) if numbers and len(numbers) == len(values) else None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.published import PublishedValue, published
 from fingerslip.report.tables.table import Table, to_markdown
 from fingerslip.results import RunResult
@@ -345,7 +345,7 @@ def _papers(only: str | None, computed: Collection[str]) -> tuple[str, ...]:
     if only is None:
         return PAPERS
     if only not in PAPERS:
-        raise InputError("--only", f"got {shortened(only)!r}", f"needs one of {', '.join(PAPERS)}")
+        raise InputError("--only", f"got {shorten(only)!r}", f"needs one of {', '.join(PAPERS)}")
     for part in computed:
         if PARTS[part] != only:
             raise InputError(f"--{part}", f"is of {PARTS[part]}", f"needs no --only {only}", "leave one of them out")

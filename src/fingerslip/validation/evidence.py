@@ -118,7 +118,7 @@ def gather(
         converge(paths[name], results_dir=results, only=chosen, workers=workers, progress=progress)
     outcomes = run_studies(tuple(paths.values()), results_dir=results, workers=workers, progress=progress)
     measured = {
-        name: tuple(_measured(outcome.folder / run.name, run) for run in outcome.runs)
+        name: tuple(_measure(outcome.folder / run.name, run) for run in outcome.runs)
         for name, outcome in zip(STUDIES, outcomes, strict=True)
         if name != SOLID
     }
@@ -126,13 +126,13 @@ def gather(
     measured[SOLID] = tuple(_measured_in_space(solid.folder / run.name, run) for run in solid.runs)
     return Evidence(
         measured,
-        _refined(paths[TABLE2], results, _measured),
-        tuple(entry for (entry,) in _refined(paths[SOLID], results, _measured_in_space)),
-        _refined(paths[LARGE_STRAIN], results, _measured, _FINITE),
+        _measure_levels(paths[TABLE2], results, _measure),
+        tuple(entry for (entry,) in _measure_levels(paths[SOLID], results, _measured_in_space)),
+        _measure_levels(paths[LARGE_STRAIN], results, _measure, _FINITE),
     )
 
 
-def _refined(
+def _measure_levels(
     study: Path,
     results: str | Path,
     measured: Callable[[Path, RunResult], Measures],
@@ -146,7 +146,7 @@ def _refined(
     )
 
 
-def _measured(folder: Path, run: RunResult) -> Measures:
+def _measure(folder: Path, run: RunResult) -> Measures:
     return measure(run, read_history(folder / HISTORY))
 
 

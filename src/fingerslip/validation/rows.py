@@ -158,7 +158,7 @@ def _verdict(difference: float | None, uncertainty: float | None, resolution: fl
 
 def _cells(row: Row) -> tuple[Cell, ...]:
     named = f"{row.statement} ({row.quantity})" if row.statement else row.quantity
-    return (named, row.source, _published(row), *_numbers(row), row.unit, row.verdict, row.basis)
+    return (named, row.source, _published_cell(row), *_numbers(row), row.unit, row.verdict, row.basis)
 
 
 def _numbers(row: Row) -> tuple[Cell, Cell, Cell]:
@@ -169,7 +169,7 @@ def _numbers(row: Row) -> tuple[Cell, Cell, Cell]:
     return row.ours, difference, Missing.NOT_STUDIED if row.uncertainty is None else row.uncertainty
 
 
-def _published(row: Row) -> Cell:
+def _published_cell(row: Row) -> Cell:
     if isinstance(row.published, tuple):
         return " to ".join(f"{value:g}" for value in row.published)
     return Missing.NOT_DEFINED if row.published is None else f"{row.published:g}"
@@ -215,13 +215,13 @@ def stored_rows(
         return Stored(rows, computed=True)
     for path in (Path(results) / file.name, Path(results) / "reference" / file.name):
         try:
-            return _read(file, path, Path(studies))
+            return _read_rows(file, path, Path(studies))
         except FileNotFoundError:
             continue
     return Stored((), f"No {file.kind} are stored; {file.command} computes them, which takes {file.effort}.")
 
 
-def _read(file: RowFile[R], path: Path, studies: Path) -> Stored[R]:
+def _read_rows(file: RowFile[R], path: Path, studies: Path) -> Stored[R]:
     stored: Any = read_json(path, f"run {file.command}")
     try:
         rows = tuple(file.row(**_values(entry)) for entry in stored["rows"])

@@ -129,10 +129,10 @@ def sensor_rows(
         repair = "name the folder of the shipped studies, or run in the folder of the project"
         raise InputError(str(path), "is not there", f"validate needs the study {SENSOR}", repair)
     (outcome,) = run_studies([path], results_dir=results, workers=workers, progress=progress)
-    return rows_of_sensor(_measured(outcome))
+    return rows_of_sensor(_measure(outcome))
 
 
-def _measured(study: StudyResult) -> tuple[SensorMeasures, ...]:
+def _measure(study: StudyResult) -> tuple[SensorMeasures, ...]:
     return tuple(measure_sensor(run, read_history(study.folder / run.name / HISTORY)) for run in study.runs)
 
 
@@ -154,24 +154,24 @@ def _nearest(counts: Sequence[int | None], wanted: float) -> float | None:
     return min(numbers, key=lambda count: abs(count - wanted)) if numbers else None
 
 
-def _of_ridged(measured: Sequence[SensorMeasures], name: str) -> float | None:
+def _least_of_ridges(measured: Sequence[SensorMeasures], name: str) -> float | None:
     """Return the least of a number over the runs with ridges; None where one of them lacks it."""
     values = [getattr(slide, name) for slide in measured if slide.ridged]
     return float(min(values)) if values and None not in values else None
 
 
 def _centre_last(measured: Sequence[SensorMeasures]) -> Finding:
-    number = _of_ridged(measured, "before_centre")
+    number = _least_of_ridges(measured, "before_centre")
     return Finding() if number is None else Finding(number, number >= 1.0)
 
 
 def _repeats(measured: Sequence[SensorMeasures]) -> Finding:
-    number = _of_ridged(measured, "cycles")
+    number = _least_of_ridges(measured, "cycles")
     return Finding() if number is None else Finding(number, number >= _CYCLES)
 
 
 def _centre_ahead(measured: Sequence[SensorMeasures]) -> Finding:
-    number = _of_ridged(measured, "ahead")
+    number = _least_of_ridges(measured, "ahead")
     return Finding() if number is None else Finding(number, number > 1.0)
 
 
@@ -261,7 +261,7 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
         write_trials(film_results(results / name), results / f"{name}_trials", name.replace("_", " "))
         for name in POURING
     )
-    return _tested(slides, pours, workers)
+    return _test(slides, pours, workers)
 
 
 def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
@@ -275,10 +275,10 @@ def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: S
         simulate_trials(studies / f"{name}.yaml", results / f"{name}_trials", workers=workers, progress=progress)
         for name in POURING_IN_SPACE
     )
-    return _tested(slides, pours, workers)
+    return _test(slides, pours, workers)
 
 
-def _tested(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
+def _test(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
     from fingerslip.detect.samples import Sampling, benchmark_test_trials
     from fingerslip.detect.training import train
     from fingerslip.detect.unseen import on_unseen

@@ -22,9 +22,9 @@ from fingerslip.programme import Hold, Press, Slide
 from fingerslip.sites import Site
 from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS", "STICK_SLIP", "Spring", "coulomb_oscillator", "dragged", "stick_slip"]
+__all__ = ["PROBLEMS", "STICK_SLIP", "Spring", "coulomb_oscillator", "drag_block", "stick_slip"]
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ PRESSURE = _PENALTY * _DEPTH
 SHEAR_STIFFNESS = 1.0 / (_HEIGHT / (_MODULUS / 2) + 1.0 / _PENALTY)
 
 
-def _held(element: str) -> tuple[Component, ...]:
+def _support_components(element: str) -> tuple[Component, ...]:
     return ("y",) if element == "Q4" else ("z",)
 
 
@@ -43,7 +43,7 @@ def _formulation(element: str) -> Any:
     return "plane_strain" if element == "Q4" else "solid"
 
 
-def dragged(
+def drag_block(
     element: str,
     friction: FrictionLaw,
     *,
@@ -87,19 +87,19 @@ def dragged(
         mesh=box(element, grid, height) if plane else box(element, grid, grid, height),
         materials={"bulk": Elastic(_MODULUS, 0.0, 1.0)},
         formulation=_formulation(element),
-        supports={"bulk": _held(element), "top": ("x",) if plane else ("x", "y")},
+        supports={"bulk": _support_components(element), "top": ("x",) if plane else ("x", "y")},
         contacts=(contact,),
         programme=(Press(depth, depth / step), Slide(travel, speed, direction or None)),
         time=QuasiStatic(step),
     )
-    return solved(model, penetration=depth * (1 + 1e-9))
+    return solve_problem(model, penetration=depth * (1 + 1e-9))
 
 
 def _drag() -> tuple[Check, ...]:
     """Everything is linear or Coulomb's law: rounding."""
     checks: list[Check] = []
     for element in _ELEMENTS:
-        history = dragged(element, Coulomb(_MU))
+        history = drag_block(element, Coulomb(_MU))
         moved = history["counterface_displacement"].values[1:, 0, 0]
         traction = history["tangential_traction"].values[1:, :, 0]
         expected = np.minimum(SHEAR_STIFFNESS * moved, _MU * PRESSURE)[:, None]
@@ -180,7 +180,7 @@ def _on_spring(
         initial_velocity=(velocity, 0.0, 0.0)[: 2 if plane else 3],
         record=Recording(sites=(Site("block", "", (0.0,) * (2 if plane else 3)),)),
     )
-    return solved(model, penetration=1e-3 * (1 + 1e-9))
+    return solve_problem(model, penetration=1e-3 * (1 + 1e-9))
 
 
 # Comes to rest near the middle of the dead zone, where a little error does not add a half cycle.
@@ -266,7 +266,7 @@ def _sliding() -> tuple[Check, ...]:
             initial_velocity=(speed, 0.0, 0.0)[: 2 if plane else 3],
         )
         # A thousandth of the height: the leading edge bears several times the mean pressure rho g h = 490 Pa.
-        history = solved(model, penetration=50e-6)
+        history = solve_problem(model, penetration=50e-6)
         position = history["contact_displacement"].values[:, :, 0].mean(axis=1)
         velocity = history["contact_velocity"].values[:, :, 0].mean(axis=1)
         stop = _stopping_time(history["time"].values, velocity / speed)

@@ -15,7 +15,7 @@ from fingerslip.programme import Hold
 from fingerslip.sites import Site
 from fingerslip.timing import TimeStepping
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -40,7 +40,7 @@ def _oscillator(step: float, end: float, alpha: float) -> Any:
         time=TimeStepping(step, alpha, end=end),
         record=Recording(sites=(Site("end", "", (_LENGTH, 0.0)),)),
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 _ROTATION = float(np.sqrt(3.0)) * _WAVE_SPEED / _LENGTH
@@ -116,7 +116,7 @@ def _spectrum(element: str) -> tuple[Check, ...]:
         time=TimeStepping(1 / (250 * first), 0.0, end=16 / first),
         record=Recording(sites=(Site("end", "", position),)),
     )
-    history = solved(model)
+    history = solve_problem(model)
     end = history["displacement"].values[:, 0, 0]
     peaks = _peaks(end, float(model.time.step), [first * (2 * n - 1) for n in (1, 2, 3)])
     return tuple(
@@ -171,7 +171,7 @@ def _strike(element: str) -> tuple[Check, ...]:
         time=TimeStepping(round_trip / 400, -0.1),
     )
     # The wave's pressure E v0 / c over the penalty is 3 um; twice that while the front rings.
-    history = solved(model, penetration=2e-3 * speed / _WAVE_SPEED)
+    history = solve_problem(model, penetration=2e-3 * speed / _WAVE_SPEED)
     at, force = history["time"].values / round_trip, history["counterface_force"].values[:, 0, -1]
     plateau = force[(at > 0.1) & (at < 0.9)]
     impulse = float(force.sum()) * round_trip / 400
@@ -213,7 +213,7 @@ def _driven() -> tuple[Check, ...]:
             contacts=(contact,),
             time=TimeStepping(period / 500, end=0.9 * period),
         )
-        history = solved(model, penetration=2.1 * force / (1e2 * _MODULUS * area))
+        history = solve_problem(model, penetration=2.1 * force / (1e2 * _MODULUS * area))
         exact = force / stiffness * (1 - np.cos(rotation * history["time"].values))
         displacement = -history["counterface_displacement"].values[:, 0, -1]
         error = float(np.abs(displacement - exact).max() / exact.max())

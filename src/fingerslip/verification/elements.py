@@ -20,8 +20,8 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.model import Component, Model, Recording
 from fingerslip.timing import QuasiStatic
-from fingerslip.verification.meshes import box, jiggled, split_boundary
-from fingerslip.verification.problem import Check, Problem, absolute, solved
+from fingerslip.verification.meshes import box, jiggle, split_boundary
+from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -51,9 +51,9 @@ def _formulation(element: str) -> Formulation:
     return "plane_strain" if element in _PLANE else "solid"
 
 
-def _distorted(element: str) -> Any:
+def _distort(element: str) -> Any:
     axes = [np.linspace(0.0, 1.0, 4)] * (2 if element in _PLANE else 3)
-    return box(element, *axes, shift=jiggled(0.25))
+    return box(element, *axes, shift=jiggle(0.25))
 
 
 def _static(
@@ -70,13 +70,13 @@ def _static(
         integration=integration,
         record=Recording(snapshots_every=1.0),
     )
-    history = solved(model)
+    history = solve_problem(model)
     return history["node_position"].values, history["snapshot_displacement"].values[-1]
 
 
 def _patch_error(element: str, integration: Integration) -> float:
     """Return the largest nodal error of uniform stress and of simple shear, over the largest displacement."""
-    mesh = _distorted(element)
+    mesh = _distort(element)
     dim = mesh.dim()
     shear_modulus = _MODULUS / (2 * (1 + _RATIO))
     stress = np.array([3.0, -1.0, 2.0])[:dim]
@@ -124,7 +124,7 @@ def _rigid() -> tuple[Check, ...]:
     """Rigid motion strains nothing; the eigenvalue after the last rigid one is far above rounding."""
     checks = []
     for element, integration in _ELEMENTS:
-        space, _, stiffness = _stiffness(_distorted(element), Elastic(_MODULUS, _RATIO, 1.0), integration)
+        space, _, stiffness = _stiffness(_distort(element), Elastic(_MODULUS, _RATIO, 1.0), integration)
         modes = _rigid_modes(space.positions).reshape(-1, space.n_dofs)
         forces = np.abs(stiffness @ modes.T).max() / (np.abs(stiffness).max() * np.abs(modes).max())
         values = np.linalg.eigvalsh(stiffness.toarray())
@@ -250,7 +250,7 @@ def _ring_ratio(element: str, integration: Integration, ratio: float) -> float:
         integration=integration,
         record=Recording(snapshots_every=1.0),
     )
-    history = solved(model)
+    history = solve_problem(model)
     positions, displacement = history["node_position"].values[:, :2], history["snapshot_displacement"].values[-1, :, :2]
     radius = np.linalg.norm(positions, axis=1)
     inner = np.abs(radius - _INNER) < 1e-3

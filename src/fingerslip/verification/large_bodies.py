@@ -21,7 +21,7 @@ from fingerslip.programme import Ramp
 from fingerslip.sites import Site
 from fingerslip.timing import QuasiStatic
 from fingerslip.verification.meshes import box, split_boundary
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -34,7 +34,7 @@ def _with_shear_modulus(shear: float, ratio: float) -> NeoHookean:
     return NeoHookean(2.0 * shear * (1.0 + ratio), ratio, 1000.0)
 
 
-def _loaded(
+def _load_in_steps(
     mesh: Any,
     law: NeoHookean,
     supports: Mapping[str, tuple[Component, ...]],
@@ -59,7 +59,7 @@ def _loaded(
         depth=depth,
         record=Recording(sites=tuple(Site(name, "", position) for name, position in sites.items())),
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 _SHEAR, _CUBE_RATIO = 10e3, 0.4995
@@ -84,7 +84,7 @@ def _cube() -> tuple[Check, ...]:
     checks = []
     for element, integration in (("H8", "selective"), ("T4", "nodal"), ("T10", "full")):
         mesh = box(element, grid, grid, grid)
-        history = _loaded(
+        history = _load_in_steps(
             mesh,
             law,
             supports,
@@ -179,7 +179,7 @@ def _blown(element: str, integration: Integration) -> tuple[float, float, float]
         supports = {"front": ("y",), "back": ("x",), "bottom": ("z",), "top": ("z",)}
     middle = 0.5 * (_INNER + _OUTER)
     diagonal = (np.sqrt(0.5), np.sqrt(0.5)) if plane else (np.sqrt(0.5), np.sqrt(0.5), 0.0)
-    history = _loaded(
+    history = _load_in_steps(
         mesh,
         _with_shear_modulus(_SHEAR, _TUBE_RATIO),
         supports,
@@ -236,7 +236,7 @@ def _cook() -> tuple[Check, ...]:
 def cook_tip(element: str, integration: Integration, cells: int) -> float:
     """Return how far the upper right corner of Cook's panel rises, in the unit of its length of 48."""
     grid = np.linspace(0.0, 1.0, cells + 1)
-    history = _loaded(
+    history = _load_in_steps(
         box(element, grid, grid, shift=_panel),
         NeoHookean(240.565, 0.4999, 1.0),
         {"left": ("x", "y")},
@@ -301,7 +301,7 @@ def _bent(element: str, load: float) -> tuple[float, float]:
     along = np.linspace(0.0, length, 51)
     mesh = box(element, along, thin) if plane else box(element, along, thin, thin)
     force = load * modulus / 12.0 / length**2
-    history = _loaded(
+    history = _load_in_steps(
         mesh,
         NeoHookean(modulus, 0.0, 1.0),
         {"left": ("x", "y") if plane else ("x", "y", "z")},

@@ -28,8 +28,8 @@ from fingerslip.materials.prony import Prony
 from fingerslip.model import Component, Contact, Model
 from fingerslip.programme import Phase, Press, Slide
 from fingerslip.timing import QuasiStatic
-from fingerslip.verification.meshes import box, graded, mirrored
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.meshes import box, grade, mirror
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
 __all__ = [
     "PROBLEMS",
@@ -37,7 +37,7 @@ __all__ = [
     "closed_form",
     "line_model",
     "nearest_step",
-    "ordered",
+    "order_nodes",
     "pressed_and_slid",
     "semicircle",
 ]
@@ -55,7 +55,7 @@ def _flat(x: Array) -> Array:
     return 0.0 * x
 
 
-def _flattened(x: Array) -> Array:
+def _flatten(x: Array) -> Array:
     """Return the lower side of a body that is flat in its middle: a quartic, and straight from 2 half widths on."""
     edge = 2 * HALF_WIDTH
     near = np.minimum(np.abs(x), edge)
@@ -76,8 +76,8 @@ def line_model(
 ) -> Model:
     """Return a body with its lower side along `profile`, held at its top, and `cells` in the half width."""
     size = HALF_WIDTH / cells
-    xs = mirrored(graded(1.6 * HALF_WIDTH, size, OUTER, 1.15))
-    heights = graded(2 * HALF_WIDTH, size, OUTER, 1.15)
+    xs = mirror(grade(1.6 * HALF_WIDTH, size, OUTER, 1.15))
+    heights = grade(2 * HALF_WIDTH, size, OUTER, 1.15)
 
     def shift(points: Array) -> Array:
         moved = points.copy()
@@ -113,13 +113,13 @@ def pressed_and_slid(case: str) -> xr.Dataset:
     slide = 0.64 * depth
     # Both phases take one second, so that both have 40 steps.
     programme = (Press(depth, depth), Slide(slide, slide))
-    profile, body = (_flat, Cylinder(RADIUS)) if case == "round" else (_flattened, Plane())
-    return _solved(line_model("Q4", profile, body, programme), depth)
+    profile, body = (_flat, Cylinder(RADIUS)) if case == "round" else (_flatten, Plane())
+    return _solve(line_model("Q4", profile, body, programme), depth)
 
 
-def _solved(model: Model, depth: float) -> xr.Dataset:
+def _solve(model: Model, depth: float) -> xr.Dataset:
     """Compute a model; a penetration above 2 % of the approach would be seen in the closed forms."""
-    return solved(model, penetration=0.02 * depth)
+    return solve_problem(model, penetration=0.02 * depth)
 
 
 def closed_form(force: float) -> tuple[float, float]:
@@ -134,7 +134,7 @@ def semicircle(x: Array, half_width: float) -> Array:
     return root
 
 
-def ordered(history: xr.Dataset) -> tuple[Array, Array, Array, Array]:
+def order_nodes(history: xr.Dataset) -> tuple[Array, Array, Array, Array]:
     """Return x of the contact nodes (n,) [m], and along it pressure, friction traction [Pa] and state (n_times, n)."""
     order = np.argsort(history["contact_position"].values[:, 0], kind="stable")
     pressure, state = history["normal_traction"].values[:, order], history["contact_state"].values[:, order]
@@ -155,8 +155,8 @@ def _hertz(element: str, cells: int, factor: float) -> tuple[Check, ...]:
     """Press without friction; `factor` widens the tolerances of the module's head for larger cells."""
     depth = 3e-6
     body = Cylinder(RADIUS) if element == "Q4" else Cylinder(RADIUS, (0.0, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
-    history = _solved(line_model(element, _flat, body, (Press(depth, depth),), cells=cells, mu=0.0), depth)
-    x, pressures, _, _ = ordered(history)
+    history = _solve(line_model(element, _flat, body, (Press(depth, depth),), cells=cells, mu=0.0), depth)
+    x, pressures, _, _ = order_nodes(history)
     width = 1.0 if element == "Q4" else HALF_WIDTH / cells
     force = float(history["counterface_force"].values[-1, 0, -1]) / width
     half_width, peak = closed_form(force)
@@ -193,7 +193,7 @@ def _forces(history: xr.Dataset, step: int) -> tuple[float, float]:
 
 def _cattaneo() -> tuple[Check, ...]:
     history = pressed_and_slid("round")
-    x, _, tractions, states = ordered(history)
+    x, _, tractions, states = order_nodes(history)
     checks: list[Check] = []
     for wanted in (0.3, 0.6, 0.9):
         step = nearest_step(history, wanted)
@@ -226,7 +226,7 @@ def _ciavarella_jaeger() -> tuple[Check, ...]:
     checks: list[Check] = []
     for case, largest, rms in (("round", 0.05, 0.03), ("flattened", 0.08, 0.04)):
         history = pressed_and_slid(case)
-        x, pressures, tractions, _ = ordered(history)
+        x, pressures, tractions, _ = order_nodes(history)
         step = nearest_step(history, 0.5)
         normal, tangential = _forces(history, step)
         loads = history["counterface_force"].values[: STEPS + 1, 0, 1]

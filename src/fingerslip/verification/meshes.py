@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.mesh.facets import outward_normals
 
-__all__ = ["box", "graded", "jiggled", "mirrored", "split_boundary"]
+__all__ = ["box", "grade", "jiggle", "mirror", "split_boundary"]
 
 Array = NDArray[np.float64]
 Shift = Callable[[Array], Array]
@@ -80,7 +80,7 @@ def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
     return mesh.with_boundaries(boundaries), names, np.ascontiguousarray(normals.T)
 
 
-def jiggled(amount: float) -> Shift:
+def jiggle(amount: float) -> Shift:
     """Return a shift of the inner vertices, at random by up to `amount` times the mean cell size."""
 
     def shift(points: Array) -> Array:
@@ -94,7 +94,7 @@ def jiggled(amount: float) -> Shift:
     return shift
 
 
-def graded(fine: float, size: float, outer: float, ratio: float) -> Array:
+def grade(fine: float, size: float, outer: float, ratio: float) -> Array:
     """Return coordinates (n,) [m] from 0, uniform within the fine zone and growing geometrically up to `outer`.
 
     Units: fine [m]; size [m]; outer [m]; ratio [-].
@@ -105,6 +105,6 @@ def graded(fine: float, size: float, outer: float, ratio: float) -> Array:
     return np.concatenate([inner, fine + reach[:count] * (outer - fine) / reach[count - 1]])
 
 
-def mirrored(coordinates: Array) -> Array:
+def mirror(coordinates: Array) -> Array:
     """Return coordinates (n,) [m] from 0 on, mirrored to both sides, shape (2 n - 1,) [m]."""
     return np.concatenate([-coordinates[:0:-1], coordinates])

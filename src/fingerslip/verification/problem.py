@@ -25,7 +25,7 @@ __all__ = [
     "number_table",
     "relative",
     "run",
-    "solved",
+    "solve_problem",
     "table",
 ]
 
@@ -104,7 +104,7 @@ def run(problem: Problem) -> Outcome:
         return Outcome(problem, (absolute("could not be computed", 0.0, np.nan, 0.0),), str(error))
 
 
-def solved(model: Model, penetration: float | None = None) -> xr.Dataset:
+def solve_problem(model: Model, penetration: float | None = None) -> xr.Dataset:
     """Simulate a model and hold its history against what every history has to keep.
 
     Units: penetration [m].

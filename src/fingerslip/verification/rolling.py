@@ -23,7 +23,7 @@ from fingerslip.programme import Hold, Ramp, Slide
 from fingerslip.rigid_bodies import BodyLoad, Dampers, RigidBody, Springs
 from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, relative, solved
+from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -121,7 +121,9 @@ def _spring() -> tuple[Check, ...]:
         body = _body(element, _RADIUS, springs=Springs(x=_STIFFNESS), dampers=slow, loads=loads)
         contact = Contact("top", _face(element, _RADIUS), Coulomb(0.8), _PENALTY, _PENALTY, rigid_body="cylinder")
         pad = _pad(element, np.linspace(-2e-3, 3e-3, 51), is_finite=strain == "finite")
-        moved, angle = _end(solved(Model(**pad, contacts=(contact,), bodies={"cylinder": body}, time=time)), element)
+        moved, angle = _end(
+            solve_problem(Model(**pad, contacts=(contact,), bodies={"cylinder": body}, time=time)), element
+        )
         where = f"{element}, {strain} strain, {type(time).__name__}"
         checks += [
             relative(f"{where}: way [m]", exact, moved, 0.004),
@@ -150,7 +152,7 @@ def _incline() -> tuple[Check, ...]:
         sine, cosine = np.sin(np.arctan(slope)), np.cos(np.arctan(slope))
         pad = _pad(element, np.linspace(-1e-3, 16e-3, 86), modulus=4e6, is_finite=strain == "finite")
         contact = Contact("top", _face(element, _RADIUS), Coulomb(_FRICTION), _PENALTY, _PENALTY, rigid_body="cylinder")
-        history = solved(
+        history = solve_problem(
             Model(
                 **pad,
                 contacts=(contact,),
@@ -203,7 +205,7 @@ def _between() -> tuple[Check, ...]:
             for face, up in (("low_top", -1.0), ("high_bottom", 1.0))
         )
         law = low["materials"]["bulk"]
-        history = solved(
+        history = solve_problem(
             Model(
                 **low
                 | {
@@ -256,7 +258,7 @@ def _travel() -> tuple[Check, ...]:
             programme=(Hold(0.1), Slide(_ACROSS, 0.05, _above(element, 1.0, 0.0)), Hold(0.1)),
         )
         contact = Contact("top", Plane(_above(element, 0.0, -1.0), 0.0), Coulomb(0.0), _PENALTY, rigid_body="plate")
-        history = solved(Model(**pad, contacts=(contact,), bodies={"plate": body}, time=QuasiStatic(0.01)))
+        history = solve_problem(Model(**pad, contacts=(contact,), bodies={"plate": body}, time=QuasiStatic(0.01)))
         areas, at = history["contact_area"].values, history["contact_position"].values[:, 0]
         reference = float(areas @ at**2) / (_HEIGHT / 1e6 + 1.0 / _PENALTY) + 0.5e6 * 2e-3 * _HEIGHT * _WIDTH / 3.0
         where = f"{element}, {strain} strain"

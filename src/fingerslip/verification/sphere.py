@@ -24,10 +24,10 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Contact, Model
 from fingerslip.programme import Phase, Press, Slide
 from fingerslip.timing import QuasiStatic
-from fingerslip.verification.meshes import box, graded, mirrored
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.meshes import box, grade, mirror
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS", "cycled", "mindlin_displacement", "radii", "slid"]
+__all__ = ["PROBLEMS", "mindlin_displacement", "press_and_cycle", "radii", "slid"]
 
 Array = NDArray[np.float64]
 
@@ -44,9 +44,9 @@ _PRESS_STEPS, _SLIDE_STEPS = 10, 20
 
 
 def _model(programme: tuple[Phase, ...], steps: int) -> Model:
-    along = mirrored(graded(1.25 * CONTACT_RADIUS, SIZE, OUTER, 2.0))
-    aside = graded(1.25 * CONTACT_RADIUS, SIZE, OUTER, 2.0)
-    heights = graded(0.75 * CONTACT_RADIUS, SIZE, OUTER, 1.8)
+    along = mirror(grade(1.25 * CONTACT_RADIUS, SIZE, OUTER, 2.0))
+    aside = grade(1.25 * CONTACT_RADIUS, SIZE, OUTER, 2.0)
+    heights = grade(0.75 * CONTACT_RADIUS, SIZE, OUTER, 1.8)
     contact = Contact(
         boundary="bottom",
         counterface=Sphere(RADIUS, centre=(0.0, 0.0, -RADIUS)),
@@ -75,11 +75,11 @@ def _press() -> Press:
 def slid() -> xr.Dataset:
     """Return the history of a press (10 steps) and a slide into overall slip (20 steps)."""
     distance = 1.2 * OVERALL * MU * APPROACH
-    return solved(_model((_press(), Slide(distance, distance)), _SLIDE_STEPS), penetration=0.02 * APPROACH)
+    return solve_problem(_model((_press(), Slide(distance, distance)), _SLIDE_STEPS), penetration=0.02 * APPROACH)
 
 
 @cache
-def cycled() -> xr.Dataset:
+def press_and_cycle() -> xr.Dataset:
     """Return the history of a press (10 steps), a slide (20 steps), one back (40) and one forth (40)."""
     start_of_unloading = (1 - (1 - 0.8) ** (2 / 3)) * OVERALL * MU * APPROACH
     forth, back = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
@@ -89,7 +89,7 @@ def cycled() -> xr.Dataset:
         Slide(2 * start_of_unloading, start_of_unloading, back),
         Slide(2 * start_of_unloading, start_of_unloading, forth),
     )
-    return solved(_model(programme, _SLIDE_STEPS), penetration=0.02 * APPROACH)
+    return solve_problem(_model(programme, _SLIDE_STEPS), penetration=0.02 * APPROACH)
 
 
 def _normal_force(history: xr.Dataset) -> Array:
@@ -194,7 +194,7 @@ def _stick_checks(history: xr.Dataset, ratio: Array) -> tuple[Check, ...]:
 
 
 def _cycle() -> tuple[Check, ...]:
-    history = cycled()
+    history = press_and_cycle()
     normal = float(_normal_force(history)[_PRESS_STEPS])
     tangential, moved = _tangential_force(history), history["counterface_displacement"].values[:, 0, 0]
     turn, back = _PRESS_STEPS + _SLIDE_STEPS, _PRESS_STEPS + 3 * _SLIDE_STEPS

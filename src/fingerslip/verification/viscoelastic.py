@@ -27,7 +27,7 @@ from fingerslip.sites import Site
 from fingerslip.timing import QuasiStatic, TimeStepping, Timing
 from fingerslip.verification.line import line_model
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
 __all__ = ["PROBLEMS", "complex_modulus", "ramp_response"]
 
@@ -98,7 +98,7 @@ def _block(
         time=time,
         record=_at_the_top(len(axes)),
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 def _at_the_top(dim: int) -> Recording:
@@ -149,7 +149,7 @@ def _tension_error(formulation: Formulation, step: float) -> float:
         support_motions={"right": SupportMotion((_SHIFT, *[0.0] * (len(axes) - 1)), Ramp((0.0, duration), (0.0, 1.0)))},
         time=QuasiStatic(step, end=1.0),
     )
-    history = solved(model)
+    history = solve_problem(model)
     bulk, left = _MODULUS / (3 * (1 - 2 * _RATIO)), 1.0 - _ONE[0].share
     at_once, in_the_end = (9 * bulk * modulus / (3 * bulk + modulus) for modulus in (_SHEAR, left * _SHEAR))
     slower = (3 * bulk + _SHEAR) / (3 * bulk + left * _SHEAR)
@@ -274,12 +274,12 @@ def _hertz() -> tuple[Check, ...]:
     depth, terms = 3e-6, (PronyTerm(0.4, 0.2), PronyTerm(0.3, 2.0))
     programme = (Press(depth, depth), Hold(2.0))
     histories = [
-        solved(line_model("Q4", lambda x: 0.0 * x, Cylinder(200e-3), programme, cells=8, mu=0.0, prony=layers))
+        solve_problem(line_model("Q4", lambda x: 0.0 * x, Cylinder(200e-3), programme, cells=8, mu=0.0, prony=layers))
         for layers in ((), terms)
     ]
     elastic, viscous = (history["counterface_force"].values[:, 0, 1] for history in histories)
     times = histories[0]["time"].values
-    expected = _superposed(elastic, times, terms)
+    expected = _superpose(elastic, times, terms)
     widths = [int((history["normal_traction"].values[-1] > 0).sum()) for history in histories]
     return (
         absolute("force, largest error / largest", 0.0, float(np.abs(viscous - expected).max() / elastic.max()), 2e-3),
@@ -290,7 +290,7 @@ def _hertz() -> tuple[Check, ...]:
     )
 
 
-def _superposed(elastic: Array, times: Array, terms: Prony) -> Array:
+def _superpose(elastic: Array, times: Array, terms: Prony) -> Array:
     """Return the force of a body that relaxes, from the elastic force at equal steps, linear within each."""
     step = float(times[1])
     sum_of_steps = np.zeros_like(elastic)

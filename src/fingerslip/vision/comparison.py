@@ -82,11 +82,11 @@ def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
         rms=float(np.sqrt(np.mean((tracked - true)[good] ** 2))) if good.any() else None,
         largest=float(np.nanmax(error)) if np.isfinite(error).any() else None,
         kept=float(good.sum() / max(visible.sum(), 1)),
-        swapped=int(_swapped(tracked, true, error)),
+        swapped=int(_count_swaps(tracked, true, error)),
     )
 
 
-def _swapped(tracked: Floats, true: Floats, error: Floats) -> int:
+def _count_swaps(tracked: Floats, true: Floats, error: Floats) -> int:
     """Count positions that are nearer to another marker, frame by frame to keep memory small."""
     count = 0
     for here, true_points, limit in zip(tracked, true, error, strict=True):

@@ -131,17 +131,21 @@ class Pen:
     def circle(self, centre: Floats, radius: float, colour: Colour, bold: int = 1) -> None:
         """Draw a circle of a radius [px], lines `bold` times as wide as thin ones."""
         size = round(radius * 2**_FINE)
-        self.cv2.circle(self.picture, _fixed(centre), size, colour, self.line * bold, self.cv2.LINE_AA, _FINE)
+        self.cv2.circle(self.picture, _fixed_point(centre), size, colour, self.line * bold, self.cv2.LINE_AA, _FINE)
 
     def arrow(self, position: Floats, vector: Floats, colour: Colour) -> None:
         """Draw an arrow at a place; none where it is shorter than half a pixel."""
         if np.isfinite(vector).all() and np.hypot(*vector) > 0.5:
             for start, end in pairwise(_arrow(position, vector, self.line)):
-                self.cv2.line(self.picture, _fixed(start), _fixed(end), colour, self.line, self.cv2.LINE_AA, _FINE)
+                self.cv2.line(
+                    self.picture, _fixed_point(start), _fixed_point(end), colour, self.line, self.cv2.LINE_AA, _FINE
+                )
 
     def segment(self, start: Floats, end: Floats, colour: Colour) -> None:
         """Draw a line twice as wide as thin ones between two places."""
-        self.cv2.line(self.picture, _fixed(start), _fixed(end), colour, 2 * self.line, self.cv2.LINE_AA, _FINE)
+        self.cv2.line(
+            self.picture, _fixed_point(start), _fixed_point(end), colour, 2 * self.line, self.cv2.LINE_AA, _FINE
+        )
 
     def write(self, text: str) -> None:
         """Write in the upper left corner, white with a black shadow."""
@@ -160,7 +164,7 @@ def _arrow(start: Floats, vector: Floats, line: int) -> list[Floats]:
     return [start, tip, tip - back + side, tip, tip - back - side]
 
 
-def _fixed(point: Any) -> tuple[int, int]:
+def _fixed_point(point: Any) -> tuple[int, int]:
     """Return a place in the fractions of a pixel in which OpenCV draws, held inside what its integers take."""
     x, y = np.clip(np.round(np.asarray(point) * 2**_FINE), -(2**30), 2**30)
     return int(x), int(y)
@@ -238,7 +242,7 @@ def _drawn_overlay(frames: Iterator[Frame], fields: xr.Dataset, name: str) -> It
             raise InputError("frames", f"got {number}", f"needs {len(position)}, as many as the fields have times")
         picture = cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR) if frame.ndim == 2 else frame.copy()
         if values is not None and largest:
-            picture = _coloured(cv2, picture, position[number][corners], values[number] / largest)
+            picture = _colour(cv2, picture, position[number][corners], values[number] / largest)
         pen = Pen(cv2, picture, max(round(frame.shape[0] / _REFERENCE_HEIGHT), 1))
         if vectors is not None:
             for point, vector in zip(position[number], stretch * vectors[number], strict=True):
@@ -264,7 +268,7 @@ def _spacing(rest: Floats) -> float:
     return float(np.median(KDTree(visible).query(visible, k=2)[0][:, 1])) if len(visible) > 1 else 1.0
 
 
-def _coloured(cv2: ModuleType, picture: Frame, triangles: Floats, values: Floats) -> Frame:
+def _colour(cv2: ModuleType, picture: Frame, triangles: Floats, values: Floats) -> Frame:
     """Return a picture with colours over (n, 3, 2) triangles [px] of values from -1 to 1, none where one is NaN."""
     colour, share = picture.copy(), np.zeros(picture.shape[:2], dtype=np.float32)
     for corners, value in zip(triangles, values, strict=True):

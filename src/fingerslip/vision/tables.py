@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.files import frame_csv, write_text
 from fingerslip.vision.tracks import AXES, UNITS, check_tracks, make_tracks
 
@@ -47,7 +47,7 @@ def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
     unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
     if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
         fault = f"has the columns {', '.join(map(str, table.columns))}"
-        raise InputError(where, shortened(fault), "needs time_s, marker, and x_px and y_px or x_m and y_m")
+        raise InputError(where, shorten(fault), "needs time_s, marker, and x_px and y_px or x_m and y_m")
     places = [f"{axis}_{unit}" for axis in AXES if f"{axis}_{unit}" in table.columns]
     table = _numeric(table, ("time_s", "marker", *places, "quality", *_OPTIONAL.values()), where)
     twice = table.duplicated(["time_s", "marker"])
@@ -82,7 +82,7 @@ def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFr
         wrong = numbers.isna() & (table[name].notna() | (name in ("time_s", "marker")))
         if wrong.any():
             row = int(np.flatnonzero(wrong)[0])
-            cell = "nothing" if pd.isna(table[name].iloc[row]) else shortened(repr(str(table[name].iloc[row])))
+            cell = "nothing" if pd.isna(table[name].iloc[row]) else shorten(repr(str(table[name].iloc[row])))
             raise InputError(f"{where}: {name}", f"row {row + 1} has {cell}", "needs a number", "correct that cell")
     return table.assign(**columns)
 
@@ -136,7 +136,5 @@ def read_tracks_csv(path: str | Path) -> xr.Dataset:
     except OSError as error:
         raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
     except ValueError as error:
-        raise InputError(
-            str(path), f"is no table ({shortened(str(error))})", "needs CSV with a line of names"
-        ) from error
+        raise InputError(str(path), f"is no table ({shorten(str(error))})", "needs CSV with a line of names") from error
     return tracks_from_table(table, str(path))

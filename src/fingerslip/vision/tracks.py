@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.files import write_bytes
 from fingerslip.netcdf import read_netcdf
 from fingerslip.units import parse_quantity
@@ -135,7 +135,7 @@ def make_tracks(
         {name: values.shape for name, values in variables.items()}, {"time": times, "marker": count, "axis": dim}
     )
     attributes_given = {name: value for name, value in (attributes or {}).items() if value is not None}
-    return check_tracks(_labelled(variables, units, attributes_given))
+    return check_tracks(_label(variables, units, attributes_given))
 
 
 def _check_shapes(shapes: Mapping[str, tuple[int, ...]], sizes: Mapping[str, int]) -> None:
@@ -145,7 +145,7 @@ def _check_shapes(shapes: Mapping[str, tuple[int, ...]], sizes: Mapping[str, int
             raise InputError(f"tracks: {name}", f"got shape {shape}", f"needs {needed}, as the positions have")
 
 
-def _labelled(variables_given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping[str, Any]) -> xr.Dataset:
+def _label(variables_given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping[str, Any]) -> xr.Dataset:
     import xarray as xr
 
     variables = {}
@@ -184,7 +184,7 @@ def _check_units(tracks: xr.Dataset, where: str) -> None:
         unit = tracks[name].attrs.get("units")
         if unit not in needed:
             fault, allowed = (
-                f"has the unit {shortened(repr(unit))}",
+                f"has the unit {shorten(repr(unit))}",
                 "one of px, m" if name == "position" else needed[0],
             )
             raise InputError(f"{where}: {name}", fault, f"needs {allowed or 'none'}", "convert it, with its unit")
@@ -199,7 +199,7 @@ def _check_labels(tracks: xr.Dataset, where: str) -> None:
         raise InputError(f"{where}: axis", f"got {axes}", "positions in px have the axes x and y")
     strange = sorted(set(map(str, tracks["kind"].values)) - set(KINDS))
     if strange:
-        raise InputError(f"{where}: kind", f"got {shortened(repr(strange[0]))}", f"needs one of {', '.join(KINDS)}")
+        raise InputError(f"{where}: kind", f"got {shorten(repr(strange[0]))}", f"needs one of {', '.join(KINDS)}")
     for name in ("marker", "ring"):
         if name in tracks.variables and tracks[name].dtype.kind not in "iu":
             raise InputError(f"{where}: {name}", f"has the type {tracks[name].dtype}", "needs whole numbers")
@@ -248,7 +248,7 @@ def _check_attributes(tracks: xr.Dataset, where: str) -> None:
         number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
         if value is not None and not (number and np.isfinite(value) and value > 0):
             raise InputError(
-                f"{where}: {name}", f"got {shortened(repr(value))}", f"needs a number > 0: {ATTRIBUTES[name]}"
+                f"{where}: {name}", f"got {shorten(repr(value))}", f"needs a number > 0: {ATTRIBUTES[name]}"
             )
 
 
@@ -328,7 +328,7 @@ def read_tracks(path: str | Path) -> xr.Dataset:
         tracks = read_netcdf(path)
     # The readers of HDF5 fail in any way on a damaged file.
     except Exception as error:
-        cause = shortened(str(error)) or type(error).__name__
+        cause = shorten(str(error)) or type(error).__name__
         raise ResultError(f"{path}: cannot be read as tracks ({cause}); make the tracks again") from error
     texts = {name: tracks[name].astype(str) for name in ("axis", "kind") if name in tracks.variables}
     return check_tracks(_in_si(tracks.assign_coords(texts), str(path)), str(path))

@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shortened
+from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shorten
 from fingerslip.files import check_replaceable, new_file, new_folder, read_json, write_json
 
 __all__ = [
@@ -133,7 +133,7 @@ def read_frames(path: str | Path, *, start: int = 0, stop: int | None = None, co
 
 
 def _file_info(path: Path) -> VideoInfo:
-    with _opened(path) as (cv2, capture):
+    with _open_reader(path) as (cv2, capture):
         width, height = (round(capture.get(name)) for name in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
         rate, count = capture.get(cv2.CAP_PROP_FPS), round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
     is_known = math.isfinite(rate) and 0 < rate <= _FASTEST
@@ -141,7 +141,7 @@ def _file_info(path: Path) -> VideoInfo:
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[tuple[ModuleType, Any]]:
+def _open_reader(path: Path) -> Iterator[tuple[ModuleType, Any]]:
     """Give OpenCV and its reader of a video file."""
     if not path.is_file():
         raise InputError(str(path), "is not there", "needs a video file or a folder of images")
@@ -164,7 +164,7 @@ def _opened(path: Path) -> Iterator[tuple[ModuleType, Any]]:
 
 def _file_frames(path: Path, start: int, stop: int | None, colour: str) -> Iterator[Frame]:
     said = _file_info(path).frame_count
-    with _opened(path) as (cv2, capture):
+    with _open_reader(path) as (cv2, capture):
         for number in itertools.count() if stop is None else range(stop):
             # Skipped frames are decoded too: jumping is not exact in all formats.
             if not capture.grab():
@@ -172,7 +172,7 @@ def _file_frames(path: Path, start: int, stop: int | None, colour: str) -> Itera
                 return
             if number >= start:
                 _, frame = capture.retrieve()
-                yield _coloured(cv2, frame, colour)
+                yield _colour(cv2, frame, colour)
 
 
 def _check_end(path: Path, count: int, said: int | None) -> None:
@@ -182,7 +182,7 @@ def _check_end(path: Path, count: int, said: int | None) -> None:
         raise TruncatedVideoError(str(path), count, said)
 
 
-def _coloured(cv2: ModuleType, frame: NDArray[Any], colour: str) -> Frame:
+def _colour(cv2: ModuleType, frame: NDArray[Any], colour: str) -> Frame:
     if frame.ndim == 2:
         return frame if colour == "grey" else cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR)
     return cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY) if colour == "grey" else frame
@@ -210,7 +210,7 @@ def _folder_info(folder: Path) -> VideoInfo:
         try:
             rate = frame_rate_of(VideoInfo(str(folder), width, height, None, None), float(str(stated)))
         except (TypeError, ValueError, OverflowError) as error:
-            fault = f"has the frame rate {shortened(repr(stated))}"
+            fault = f"has the frame rate {shorten(repr(stated))}"
             raise DamagedError(str(folder / _RATE_FILE), fault, repair) from error
     return VideoInfo(str(folder), width, height, rate, len(images))
 
@@ -265,7 +265,7 @@ def write_video(
         Where the file cannot be written.
     """
     path = Path(path)
-    checked = _checked(frames)
+    checked = _check_frames(frames)
     rate = frame_rate_of(VideoInfo(str(path), 0, 0, None, None), frame_rate)
     if not path.suffix:
         return _write_images(path, checked, rate)
@@ -276,7 +276,7 @@ def write_video(
     return _write_file(path, checked, rate, chosen)
 
 
-def _checked(frames: Iterable[NDArray[Any]]) -> Iterator[Frame]:
+def _check_frames(frames: Iterable[NDArray[Any]]) -> Iterator[Frame]:
     """Yield frames that are like the first one."""
     shape = None
     for number, frame in enumerate(frames):

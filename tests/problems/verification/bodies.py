@@ -24,7 +24,7 @@ from fingerslip.programme import Hold, Press, Ramp
 from fingerslip.rigid_bodies import BodyLoad, BodyVelocity, Dampers, RigidBody, Springs
 from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -84,7 +84,7 @@ def _slide() -> tuple[Check, ...]:
             gravity=tuple(_GRAVITY * component for component in down),
             time=TimeStepping(2e-4, end=0.22),
         )
-        history = solved(model)
+        history = solve_problem(model)
         time, moved = history["time"].values, history["rigid_body_displacement"].values[:, 0, 0]
         rate = history["rigid_body_velocity"].values[:, 0, 0]
         first = int(np.argmax(rate <= 0.0))
@@ -134,7 +134,7 @@ def _gripped(element: str, body: RigidBody, **changes: Any) -> xr.Dataset:
         damping=RayleighDamping(mass=2e3),
         **changes,
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 def _supported(axes: tuple[str, ...]) -> Mapping[str, Any]:
@@ -265,7 +265,7 @@ def _fall() -> tuple[Check, ...]:
             gravity=tuple(-_GRAVITY * component for component in _up(element)),
             time=TimeStepping(constant / 200, 0.0, end=20 * constant),
         )
-        history = solved(model)
+        history = solve_problem(model)
         rate = -history["rigid_body_velocity"].values[:, 0, -1]
         terminal = mass * _GRAVITY / coefficient
         exact = terminal * (1.0 - np.exp(-history["time"].values / constant))
@@ -294,7 +294,9 @@ def _turn() -> tuple[Check, ...]:
         pad = _pad(element, 1e14 * 2e-3, *(grid,) * (len(centre) - 1), np.linspace(-2e-3, 0.0, 2))
         sprung = replace(body, springs=Springs(**{about: 5.0}), initial_velocity=BodyVelocity(**{about: 10.0}))
         period = 2 * np.pi * np.sqrt(2e-5 / 5.0)
-        alone = solved(Model(**pad, bodies={"plate": sprung}, time=TimeStepping(period / 500, 0.0, end=4 * period)))
+        alone = solve_problem(
+            Model(**pad, bodies={"plate": sprung}, time=TimeStepping(period / 500, 0.0, end=4 * period))
+        )
         angle = _rotation(alone, about)
         exact = 10.0 * period / (2 * np.pi) * np.sin(2 * np.pi * alone["time"].values / period)
         error = float(np.abs(angle - exact).max() / exact.max())
@@ -315,7 +317,7 @@ def _rocking(element: str, body: RigidBody, pad: Mapping[str, Any]) -> tuple[Che
     contact = Contact("top", Plane(down), Coulomb(0.0), _PENALTY, rigid_body="plate")
     moment, pressed = 2e-3, (Press(depth, depth / 0.01), Hold(0.09))
     loaded = replace(body, programme=pressed, loads=(BodyLoad(**{about: moment}, ramp=Ramp((0.02, 0.05), (0.0, 1.0))),))
-    still = solved(Model(**pad, contacts=(contact,), bodies={"plate": loaded}, time=QuasiStatic(0.01)))
+    still = solve_problem(Model(**pad, contacts=(contact,), bodies={"plate": loaded}, time=QuasiStatic(0.01)))
     arms, areas = still["contact_position"].values[:, 0], still["contact_area"].values
     stiffness = float(_PENALTY * areas @ arms**2)
     period = 2 * np.pi * np.sqrt(2e-5 / stiffness)
@@ -326,7 +328,7 @@ def _rocking(element: str, body: RigidBody, pad: Mapping[str, Any]) -> tuple[Che
         programme=(Press(depth, depth / step), Hold(4 * period)),
         initial_velocity=BodyVelocity(**{about: 1e-3 * 2 * np.pi / period}),
     )
-    rocked = solved(Model(**pad, contacts=(contact,), bodies={"plate": struck}, time=TimeStepping(step, -0.01)))
+    rocked = solve_problem(Model(**pad, contacts=(contact,), bodies={"plate": struck}, time=TimeStepping(step, -0.01)))
     angle, time = _rotation(rocked, about), rocked["time"].values
     up = np.flatnonzero((angle[:-1] < 0.0) & (angle[1:] >= 0.0))
     crossings = time[up] - angle[up] * step / (angle[up + 1] - angle[up])

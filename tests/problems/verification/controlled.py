@@ -16,7 +16,7 @@ from fingerslip.programme import Ramp
 from fingerslip.sites import Site
 from fingerslip.timing import Adaptive
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, solved
+from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 from fingerslip.verification.viscoelastic import ramp_response
 
 __all__ = ["PROBLEMS"]
@@ -45,7 +45,7 @@ def _loaded(damping: float, time: Adaptive) -> xr.Dataset:
         time=time,
         record=Recording(sites=(Site("end", "", (_SIZE, 0.0)),)),
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 def _stretched(history: xr.Dataset) -> Array:
@@ -88,7 +88,7 @@ def _relaxation() -> tuple[Check, ...]:
         support_motions={"right": SupportMotion((shift, 0.0), Ramp((0.0, ramp), (0.0, 1.0)))},
         time=Adaptive(0.01, 1e-4, "quasi_static", records_per_decade=10, end=_HOLD),
     )
-    history = solved(model)
+    history = solve_problem(model)
     shear, bulk = _MODULUS / (2 * (1 + ratio)), _MODULUS / (3 * (1 - 2 * ratio))
     at_once, in_the_end = (9 * bulk * own / (3 * bulk + own) for own in (shear, (1 - share) * shear))
     slower = (3 * bulk + shear) / (3 * bulk + (1 - share) * shear)

@@ -21,7 +21,7 @@ from fingerslip.model import Component, Contact, Model, Traction
 from fingerslip.programme import Hold, Phase, Press, Ramp, Slide
 from fingerslip.timing import TimeStepping
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -87,7 +87,7 @@ class _Block:
             programme=self.programme,
             time=TimeStepping(_STEP, self.alpha, end=10 * _STEP + _RAMP + _HOUR),
         )
-        return solved(model)
+        return solve_problem(model)
 
 
 def _slip(history: xr.Dataset) -> Array:

@@ -15,7 +15,7 @@ from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.timing import TimeStepping
 from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
-from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solved
+from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -56,9 +56,9 @@ def _refinement() -> tuple[Check, ...]:
     """
     base = _model()
     events = {
-        "mesh": [find_events(solved(_model(mesh_factor=factor))) for factor in _MESHES],
-        "step": [find_events(solved(_model(step_factor=factor))) for factor in _STEPS],
-        "penalty": [find_events(solved(_softer(base, factor))) for factor in _COMPLIANCES],
+        "mesh": [find_events(solve_problem(_model(mesh_factor=factor))) for factor in _MESHES],
+        "step": [find_events(solve_problem(_model(step_factor=factor))) for factor in _STEPS],
+        "penalty": [find_events(solve_problem(_softer(base, factor))) for factor in _COMPLIANCES],
     }
     checks = [
         absolute(f"{name} slip: uncertainty over the {setting} [s]", 0.0, _error(found), _RESOLUTION)

@@ -16,7 +16,7 @@ from fingerslip.contact.friction import (
     StaticKinetic,
 )
 from fingerslip.contact.states import SLIP
-from fingerslip.verification.blocks import PRESSURE, SHEAR_STIFFNESS, dragged
+from fingerslip.verification.blocks import PRESSURE, SHEAR_STIFFNESS, drag_block
 from fingerslip.verification.problem import Check, Problem, absolute, relative
 
 __all__ = ["PROBLEMS"]
@@ -36,7 +36,7 @@ _WEAKENING = SlipWeakening(0.5, 0.3, 0.4e-3)
 
 def _tractions(law: FrictionLaw, element: str, depth: float = _DEPTH, speed: float = 1e-3, step: int = -1) -> float:
     """Return the friction traction [Pa] of the uniform contact along x, at a step."""
-    history = dragged(element, law, depth=depth, speed=speed)
+    history = drag_block(element, law, depth=depth, speed=speed)
     return float(history["tangential_traction"].values[step, :, 0].mean())
 
 
@@ -66,8 +66,8 @@ def _directions() -> tuple[Check, ...]:
     The normal rule gives t = p (mu_1^2 d_1, mu_2^2 d_2) / sqrt(mu_1^2 d_1^2 + mu_2^2 d_2^2) for slip along d. The
     traction turns to that over slides of mu p / k = 0.25 mm; after 4 mm exp(-16) = 1e-7 is left.
     """
-    round_ = dragged("H8", Coulomb(0.5), direction=_DIRECTION)["counterface_force"].values[-1, 0]
-    oval = dragged("H8", _ELLIPSE, direction=_DIRECTION, travel=4e-3)["counterface_force"].values[-1, 0]
+    round_ = drag_block("H8", Coulomb(0.5), direction=_DIRECTION)["counterface_force"].values[-1, 0]
+    oval = drag_block("H8", _ELLIPSE, direction=_DIRECTION, travel=4e-3)["counterface_force"].values[-1, 0]
     scale = float(np.hypot(0.6, 0.3))
     return (
         relative("H8 Coulomb, diagonal: F / N", 0.5, float(np.hypot(round_[0], round_[1]) / round_[2]), 1e-9),
@@ -91,7 +91,7 @@ def _tangents() -> tuple[Check, ...]:
     checks: list[Check] = []
     for element in ("Q4", "H8"):
         # The third step of the slide, at 60 um, sticks: its traction follows the slide and not the pressure.
-        history = dragged(element, Coulomb(0.5))
+        history = drag_block(element, Coulomb(0.5))
         moved, traction = (
             history["counterface_displacement"].values[:, 0, 0],
             history["tangential_traction"].values[:, 0, 0],
@@ -133,7 +133,7 @@ def _weakening() -> tuple[Check, ...]:
     expected = (law.static - slope * slip) * PRESSURE
     checks: list[Check] = []
     for element in ("Q4", "H8"):
-        coarse, fine = (dragged(element, law, steps=steps) for steps in (200, 400))
+        coarse, fine = (drag_block(element, law, steps=steps) for steps in (200, 400))
         traction, slipped = (fine[name].values for name in ("tangential_traction", "slip_distance"))
         line = law.static - slope * np.minimum(slipped[:-1], law.distance)
         error = np.where(fine["contact_state"].values[1:] == SLIP, traction[1:, :, 0] - line * PRESSURE, 0.0)

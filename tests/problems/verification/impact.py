@@ -11,7 +11,7 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Contact, Model
 from fingerslip.timing import TimeStepping
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, solved
+from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -29,7 +29,7 @@ def _thrown(alpha: float, penalty: float) -> xr.Dataset:
     mesh = mesh.with_subdomains({"soft": lambda x: x[1] < _LENGTH / 2, "stiff": lambda x: x[1] > _LENGTH / 2})
     step = 0.5 * size * (_DENSITY / _MODULUS) ** 0.5
     contact = Contact("bottom", Plane((0.0, 1.0), -1e-4), Coulomb(0.0), normal_penalty=penalty * _MODULUS / size)
-    return solved(
+    return solve_problem(
         Model(
             mesh=mesh,
             materials={name: Elastic(factor * _MODULUS, 0.0, _DENSITY) for name, factor in _factors().items()},

@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.large_strain import deviator, isochoric_tangent, linearised, log_volume_of
+from fingerslip.materials.large_strain import deviator, isochoric_tangent, linearise, log_volume_of
 from fingerslip.uncertainty import Series, refine
 from fingerslip.verification.problem import Check, Problem, absolute, relative
 from problems.verification.large_contact import dragged_cylinder
@@ -50,7 +50,7 @@ class SplitNeoHookean:
 
     def at_rest(self) -> Elastic:
         """Return the law at small strain."""
-        return linearised(self.shear_modulus, self.bulk_modulus, None, self.density)
+        return linearise(self.shear_modulus, self.bulk_modulus, None, self.density)
 
     def stored_energy(self, log_strain: Array) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""

@@ -14,7 +14,7 @@ from fingerslip.model import Contact, Model
 from fingerslip.programme import Press, Slide
 from fingerslip.timing import QuasiStatic
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, relative, solved
+from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 
 __all__ = ["PROBLEMS", "dragged_cylinder"]
 
@@ -70,7 +70,7 @@ def dragged_cylinder(
         time=QuasiStatic(1.0 / steps),
     )
     # Under the cylinder's peak pressure of some G, the penalty gives way by tens of micrometres.
-    return solved(model, penetration=1e-4)
+    return solve_problem(model, penetration=1e-4)
 
 
 def _dragged() -> tuple[Check, ...]:

@@ -24,8 +24,8 @@ from fingerslip.model import Model, Recording, SupportMotion, Traction
 from fingerslip.programme import Ramp
 from fingerslip.sites import Site
 from fingerslip.timing import QuasiStatic
-from fingerslip.verification.meshes import box, jiggled
-from fingerslip.verification.problem import Check, Problem, absolute, solved
+from fingerslip.verification.meshes import box, jiggle
+from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
 __all__ = ["BODIES", "CASES", "LENGTH", "PROBLEMS", "Body", "Case", "Uniform", "components", "rotation", "uniform"]
 
@@ -115,7 +115,7 @@ class Body:
 
     def mesh(self, cells: int = 2) -> Any:
         """Return a distorted square or cube of 10 mm."""
-        return box(self.element, *[np.linspace(0.0, LENGTH, cells + 1)] * self.dim, shift=jiggled(0.2))
+        return box(self.element, *[np.linspace(0.0, LENGTH, cells + 1)] * self.dim, shift=jiggle(0.2))
 
 
 _PLANE: tuple[tuple[str, Integration], ...] = (
@@ -227,7 +227,7 @@ def _history(body: Body, case: Case, supports: Any, motions: Any, loads: Any) ->
         record=Recording(sites=(Site("corner", "", (LENGTH,) * body.dim),)),
         depth=1.0 if body.dim == 3 else LENGTH,
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 def _errors(body: Body, history: xr.Dataset, known: Uniform) -> tuple[float, float, float]:

@@ -17,7 +17,7 @@ from fingerslip.model import Component, Model, Recording, SupportMotion, Tractio
 from fingerslip.programme import Ramp
 from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, absolute, solved
+from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 from problems.verification.large_laws import BODIES, CASES, Body, Case
 
 __all__ = ["PROBLEMS"]
@@ -134,7 +134,7 @@ def _crushed(element: str, steps: int) -> xr.Dataset:
         time=QuasiStatic(1.0 / steps, end=1.0),
         record=Recording(snapshots_every=1.0),
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 def _halving() -> tuple[Check, ...]:

@@ -28,7 +28,7 @@ from fingerslip.model import Component, Kinematics, Model, Recording, SupportMot
 from fingerslip.programme import Ramp
 from fingerslip.sites import Site
 from fingerslip.timing import QuasiStatic, TimeStepping
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 from fingerslip.verification.viscoelastic import ramp_response
 from problems.verification.large_laws import (
     BODIES,
@@ -109,7 +109,7 @@ def _held_shear(body: Body, case: Case, amount: float) -> tuple[float, float]:
         side: Traction(tuple(sign * known.nominal[: body.dim, axis]), follows) for side, (axis, sign) in sides.items()
     }
     moved = (amount * LENGTH, *(0.0,) * (body.dim - 1))
-    history = solved(
+    history = solve_problem(
         _model(
             body,
             relaxing(case.law),
@@ -166,7 +166,7 @@ def _pulled(body: Body, law: FiniteMaterial, stretch: float, ramp: Ramp, step: f
     moved = ((stretch - 1.0) * LENGTH, *(0.0,) * (body.dim - 1))
     time = QuasiStatic(step, end=_END)
     motions = {"right": SupportMotion(moved, ramp)}
-    return solved(_model(body, law, supports=supports, support_motions=motions, time=time))
+    return solve_problem(_model(body, law, supports=supports, support_motions=motions, time=time))
 
 
 def _nominal(law: FiniteMaterial, stretch: Array) -> Array:

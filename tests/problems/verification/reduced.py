@@ -16,7 +16,7 @@ from fingerslip.slip import find_events
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.timing import QuasiStatic, TimeStepping, Timing
-from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solved
+from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -59,10 +59,10 @@ def _size(found: xr.Dataset, expected: xr.Dataset, name: str) -> float:
 
 
 def _solved_both(full: Model, basis: ReducedBasis) -> tuple[xr.Dataset, xr.Dataset]:
-    reduced = solved(dataclasses.replace(full, basis=basis))
+    reduced = solve_problem(dataclasses.replace(full, basis=basis))
     if reduced.attrs["basis"] != "reduced":
         raise VerificationError("the motion was not computed in a reduced basis")
-    return solved(full), reduced
+    return solve_problem(full), reduced
 
 
 def _dynamic() -> tuple[Check, ...]:

@@ -13,7 +13,7 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Component, Contact, Model
 from fingerslip.timing import QuasiStatic
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import Check, Problem, relative, solved
+from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 
 __all__ = ["PROBLEMS"]
 
@@ -43,7 +43,7 @@ def _rested(element: str, *, pull: float = 0.0, held: tuple[Component, ...] = ()
         tractions={"right": aside},
         time=QuasiStatic(0.1, end=0.3),
     )
-    return solved(model)
+    return solve_problem(model)
 
 
 def _rest() -> tuple[Check, ...]:

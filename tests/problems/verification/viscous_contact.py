@@ -37,8 +37,8 @@ from fingerslip.model import Contact, Model
 from fingerslip.programme import Hold, Lift, Phase, Press
 from fingerslip.timing import QuasiStatic
 from fingerslip.verification.line import HALF_WIDTH, RADIUS, line_model
-from fingerslip.verification.meshes import box, graded
-from fingerslip.verification.problem import Check, Problem, absolute, solved
+from fingerslip.verification.meshes import box, grade
+from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
 __all__ = ["PROBLEMS", "Pressed", "ball_model", "forgotten_since", "remembered_force"]
 
@@ -97,7 +97,7 @@ def remembered_force(elastic: Callable[[Array], Array], time: float) -> float:
 
 def _computed(model: Callable[[Prony], Model]) -> tuple[xr.Dataset, xr.Dataset]:
     """Return the histories of a body that does not relax and of one that does."""
-    return solved(model(())), solved(model(_TERMS))
+    return solve_problem(model(())), solve_problem(model(_TERMS))
 
 
 def _forces(histories: tuple[xr.Dataset, xr.Dataset]) -> tuple[Array, Array, Array, Array]:
@@ -175,8 +175,8 @@ _OUTER, _GROWTH = 200 * _CONTACT_RADIUS, 1.5
 def ball_model(cells: int, prony: Prony, steps: int = 20) -> Model:
     """Return a ball that is pressed on a quarter of a block, held and lifted, with `cells` in the contact radius."""
     size = _CONTACT_RADIUS / cells
-    along = graded(1.25 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
-    heights = graded(0.75 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
+    along = grade(1.25 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
+    heights = grade(0.75 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
     contact = Contact(
         boundary="bottom",
         counterface=Sphere(_BALL, centre=(0.0, 0.0, -_BALL)),

@@ -23,7 +23,7 @@ AREAS = np.array([0.5, 1.0, 1.0, 1.0, 0.5, 0.0])
 
 def find(plane=None, *, search_distance=0.2, nodes=range(5), areas=AREAS, counterface=0):
     return find_candidates(
-        (plane or Plane()).placed(POSITIONS[np.array(nodes)]),
+        (plane or Plane()).at_start(POSITIONS[np.array(nodes)]),
         POSITIONS,
         np.array(nodes),
         areas,

@@ -20,8 +20,8 @@ def test_a_plane_needs_a_direction(normal):
 def test_gap_is_the_signed_distance_along_the_normal():
     plane = Plane(normal=(3.0, 4.0), offset=2.0)
     assert plane.gap(np.array([[3.0, 4.0]]))[0] == pytest.approx(3.0)
-    assert Plane(normal=(3.0, 4.0)).placed(np.array([[3.0, 4.0], [0.0, 0.0]])).offset == 0.0
-    assert plane.placed(np.zeros((1, 2))) is plane
+    assert Plane(normal=(3.0, 4.0)).at_start(np.array([[3.0, 4.0], [0.0, 0.0]])).offset == 0.0
+    assert plane.at_start(np.zeros((1, 2))) is plane
 
 
 directions = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).filter(lambda n: np.hypot(*n) > 1e-3)
@@ -45,7 +45,7 @@ def test_a_point_that_moves_along_the_plane_keeps_its_gap(normal, travel, aside)
 @given(normal=directions)
 def test_at_the_touching_offset_the_nearest_point_has_no_gap(normal):
     points = np.random.default_rng(0).normal(size=(20, 2))
-    gaps = Plane(normal=normal).placed(points).gap(points)
+    gaps = Plane(normal=normal).at_start(points).gap(points)
     assert gaps.min() == pytest.approx(0.0, abs=1e-12)
     assert (gaps > 1e-9).sum() == 19
 
@@ -65,7 +65,7 @@ ROUND = [
 @pytest.mark.parametrize("counterface", ROUND)
 def test_a_round_body_is_placed_where_it_just_touches_and_presses(counterface):
     points = np.random.default_rng(2).uniform(-1.0, 1.0, size=(200, counterface.dim)) * 0.2
-    placed = counterface.placed(points)
+    placed = counterface.at_start(points)
     gaps = placed.gap(points)
     assert gaps.min() == pytest.approx(0.0, abs=1e-12)
     assert (np.asarray(placed.centre) - points.mean(axis=0)) @ counterface.unit_normal < 0.0, "it is behind its surface"
@@ -75,7 +75,7 @@ def test_a_round_body_is_placed_where_it_just_touches_and_presses(counterface):
 
 @pytest.mark.parametrize("counterface", ROUND)
 def test_normals_are_unit_and_the_slope_of_the_gap(counterface):
-    placed = counterface.placed(np.full((1, counterface.dim), 0.3))
+    placed = counterface.at_start(np.full((1, counterface.dim), 0.3))
     points = np.asarray(placed.centre) + np.random.default_rng(1).normal(size=(20, counterface.dim))
     normals = placed.normals(points)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
@@ -104,4 +104,4 @@ def test_a_round_body_between_all_nodes_is_refused(counterface):
     points = np.zeros((2, counterface.dim))
     points[:, 0] = (0.0, 1e-3)
     with pytest.raises(InputError, match=r"radius: got 0.4 mm, needs more than the 0.5 mm to the nearest node"):
-        counterface.placed(points)
+        counterface.at_start(points)

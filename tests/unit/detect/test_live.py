@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.detect.evaluation.robustness import disturbed
+from fingerslip.detect.evaluation.robustness import disturb
 from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, run_live, run_on_markers, run_on_tracks
 from fingerslip.detect.training import Detector, detect, train
 from fingerslip.detect.trial_set import TrialSet
@@ -26,7 +26,7 @@ def made(trials: TrialSet) -> Detector:
 
 @pytest.mark.parametrize("lost", [0.0, 0.3])
 def test_frame_by_frame_finds_what_whole_tracks_give(made: Detector, trials: TrialSet, lost: float) -> None:
-    tracks = disturbed(trials.tracks(trials.names[-1]), "lost", lost, seed=3)
+    tracks = disturb(trials.tracks(trials.names[-1]), "lost", lost, seed=3)
     tracks["position"].values[100] = np.nan
     tracks["quality"].values[100] = 0.0
     time, scores, onsets = detect(made, tracks)

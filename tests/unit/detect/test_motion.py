@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fingerslip.detect.motion import (
     MotionSettings,
-    filled,
+    fill_unseen,
     markers_of,
     motion_of,
     neighbour_weights,
@@ -98,4 +98,4 @@ def test_weights_need_no_spacing() -> None:
     assert neighbour_weights(np.zeros((1, 2))).tolist() == [[0.0]]
     weights = neighbour_weights(LAYOUT.position)
     assert np.array_equal(weights, weights.T)
-    assert filled(np.ones((1, 2, 2)), np.ones((1, 2), dtype=bool), np.eye(2)).tolist() == [[[1.0, 1.0]] * 2]
+    assert fill_unseen(np.ones((1, 2, 2)), np.ones((1, 2), dtype=bool), np.eye(2)).tolist() == [[[1.0, 1.0]] * 2]

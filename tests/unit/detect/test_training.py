@@ -7,7 +7,7 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples
 from fingerslip.detect.training import (
     calibration_count,
-    candidate_named,
+    candidate_of_name,
     detect,
     forward_filter,
     frame_scores,
@@ -69,7 +69,7 @@ def test_scores_of_frames_start_anew(samples: Samples, trials: TrialSet) -> None
 
 def test_unknown_classifiers_and_other_markers_are_refused(trials: TrialSet) -> None:
     with pytest.raises(InputError, match=r"classifier: got 'magic', needs one of forest, svm_linear"):
-        candidate_named("magic")
+        candidate_of_name("magic")
     made = train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING)
     fewer = trials.tracks(trials.names[0]).isel(marker=slice(0, 60))
     with pytest.raises(InputError, match="tracks: have 41 internal markers in px, needs the markers that the detector"):
@@ -77,10 +77,10 @@ def test_unknown_classifiers_and_other_markers_are_refused(trials: TrialSet) -> 
 
 
 def test_a_classifier_takes_other_features_than_its_own() -> None:
-    one = candidate_named("logistic:displacement+strain")
+    one = candidate_of_name("logistic:displacement+strain")
     assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
-    assert one.make is candidate_named("logistic").make
+    assert one.make is candidate_of_name("logistic").make
     with pytest.raises(InputError, match="features: got touch, needs some of displacement"):
-        candidate_named("forest:touch")
+        candidate_of_name("forest:touch")
     with pytest.raises(InputError, match="features: got none"):
-        candidate_named("forest:")
+        candidate_of_name("forest:")

@@ -9,7 +9,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics import narrowing, simulation
-from fingerslip.dynamics.narrowing import narrowed
+from fingerslip.dynamics.narrowing import with_short_search
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
 
@@ -37,7 +37,7 @@ def pressed_pad(**changes):
 
 def test_in_space_the_first_search_goes_a_quarter_further_than_the_counterface():
     model = pressed_pad()
-    assert narrowed(model).contacts[0].search_distance == pytest.approx(1.25 * PRESS)
+    assert with_short_search(model).contacts[0].search_distance == pytest.approx(1.25 * PRESS)
     assert model.contacts[0].search_distance is None
 
 
@@ -53,17 +53,17 @@ def test_in_space_the_first_search_goes_a_quarter_further_than_the_counterface()
 )
 def test_what_is_given_loaded_wrong_or_does_not_approach_stays_as_it_is(change):
     model = replace(pressed_pad(), **change)
-    assert narrowed(model) is model
+    assert with_short_search(model) is model
 
 
 def test_in_the_plane_nothing_changes():
     model = push_and_slide()
-    assert narrowed(model) is model
+    assert with_short_search(model) is model
 
 
 def test_fewer_candidates_move_in_the_same_way(monkeypatch):
     few = fs.simulate(pressed_pad())
-    monkeypatch.setattr(simulation, "narrowed", lambda model: model)
+    monkeypatch.setattr(simulation, "with_short_search", lambda model: model)
     every = fs.simulate(pressed_pad())
     assert few.sizes["contact_node"] < every.sizes["contact_node"]
     force = every.counterface_force.values
@@ -100,4 +100,4 @@ def test_faces_of_a_body_search_as_far_as_the_body_goes():
     lid = fs.Contact("top", fs.Plane((0.0, 0.0, -1.0)), rigid_body="clamp")
     bottom = replace(pressed_pad().contacts[0], rigid_body="clamp")
     model = replace(pressed_pad(), contacts=(bottom, lid), bodies={"clamp": body}, programme=())
-    assert [own.search_distance for own in narrowed(model).contacts] == [pytest.approx(1.25 * PRESS), None]
+    assert [own.search_distance for own in with_short_search(model).contacts] == [pytest.approx(1.25 * PRESS), None]

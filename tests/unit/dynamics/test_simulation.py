@@ -230,7 +230,7 @@ class Tilted:
     def unit_normal(self):
         return np.array([-self.slope, 1.0]) / np.hypot(self.slope, 1.0)
 
-    def placed(self, points):
+    def at_start(self, points):
         return replace(self, height=float(np.min(points @ self.unit_normal)))
 
     def gap(self, points):

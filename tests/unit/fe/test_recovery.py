@@ -10,7 +10,7 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
 from fingerslip.fe.recovery import cell_recovery, site_recovery, stress_components, von_mises
 from fingerslip.fe.space import build_space
-from fingerslip.verification.meshes import box, jiggled
+from fingerslip.verification.meshes import box, jiggle
 from problems.blocks import ELEMENTS, distorted, elastic, stiffness_of
 
 GRADIENT = np.array([[1.0e-2, 2.0e-3], [-3.0e-3, -4.0e-3]])
@@ -24,7 +24,7 @@ def layered(element):
     grid = np.linspace(0.0, 1.0, 5)
 
     def shift(points):
-        return np.where(np.isclose(points[1], 0.5), points, jiggled(0.2)(points))
+        return np.where(np.isclose(points[1], 0.5), points, jiggle(0.2)(points))
 
     space = build_space(box(element, grid, grid, regions=LAYERS, shift=shift))
     return space, cell_materials(space, MATERIALS, "plane_strain")

@@ -110,4 +110,4 @@ def test_halves_around_some_unknowns_are_a_solution(solver, columns):
 
 def test_an_indefinite_schur_complement_is_refused():
     with pytest.raises(FingerslipError, match="contact nodes is not positive definite"):
-        factorisation._inverted(np.diag([1.0, -1.0]))
+        factorisation._invert(np.diag([1.0, -1.0]))

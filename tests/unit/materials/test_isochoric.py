@@ -13,14 +13,14 @@ from fingerslip.materials.large_strain import (
     chosen_bulk_modulus,
     deviator,
     isochoric_tangent,
-    linearised,
-    summed,
+    linearise,
+    sum_columns,
 )
 
 
 def test_deviator_has_no_sum_and_keeps_differences():
     values = np.array([[1.0, 2.0, 6.0], [0.0, 0.0, 0.0]])
-    np.testing.assert_allclose(summed(deviator(values)), 0.0, atol=1e-15)
+    np.testing.assert_allclose(sum_columns(deviator(values)), 0.0, atol=1e-15)
     np.testing.assert_allclose(np.diff(deviator(values), axis=1), np.diff(values, axis=1))
 
 
@@ -33,7 +33,7 @@ def test_tangent_of_shape_is_projected_on_both_sides():
 def test_bulk_modulus_follows_from_poissons_ratio_and_back():
     bulk_modulus = chosen_bulk_modulus(10e3, None, 0.45)
     assert bulk_modulus == pytest.approx(2 * 10e3 * 1.45 / (3 * 0.1))
-    rest = linearised(10e3, bulk_modulus, None, 1000.0)
+    rest = linearise(10e3, bulk_modulus, None, 1000.0)
     assert (rest.poisson_ratio, rest.youngs_modulus) == (pytest.approx(0.45), pytest.approx(29e3))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import PronyTerm, relaxation
-from fingerslip.materials.viscoelastic import Relaxed, across_of, followed, in_space, stored_energy, stress
+from fingerslip.materials.viscoelastic import Relaxed, across_of, follow_strains, in_space, stored_energy, stress
 
 TERMS = (PronyTerm(0.3, 0.1), PronyTerm(0.4, 1.0))
 LAW = Elastic(34e3, 0.4, 1000.0, prony=TERMS)
@@ -42,7 +42,7 @@ def test_stress_at_once_is_hookes(formulation):
 def test_deviator_relaxes_and_the_mean_stress_does_not(formulation):
     """The hereditary integral of piecewise linear strain, by parts of each step that a fine grid adds up."""
     strains = history(formulation)
-    found = stress(LAW, followed(LAW, strains, formulation, STEP))[-1]
+    found = stress(LAW, follow_strains(LAW, strains, formulation, STEP))[-1]
     whole = in_space(strains)
     fine = (np.arange(2000) + 0.5) / 2000
     later = STEP * (len(strains) - 1 - np.arange(len(strains) - 1))
@@ -57,12 +57,12 @@ def test_deviator_relaxes_and_the_mean_stress_does_not(formulation):
 
 def test_plane_stress_has_none_across_and_is_that_of_a_solid_with_that_strain():
     strains = history("plane_stress")
-    relaxed = followed(LAW, strains, "plane_stress", STEP)
+    relaxed = follow_strains(LAW, strains, "plane_stress", STEP)
     found = stress(LAW, relaxed)
     np.testing.assert_allclose(found[..., 2], 0.0, atol=1e-12 * np.abs(found).max())
     solid = np.zeros((*strains.shape[:-1], 6))
     solid[..., [0, 1, 2, 3]] = relaxed.strains
-    in_solid = stress(LAW, followed(LAW, solid, "solid", STEP))
+    in_solid = stress(LAW, follow_strains(LAW, solid, "solid", STEP))
     np.testing.assert_allclose(found, in_solid[..., :4], atol=1e-12 * np.abs(found).max())
 
 
@@ -70,7 +70,7 @@ def test_plane_stress_has_none_across_and_is_that_of_a_solid_with_that_strain():
 def test_stored_energy_is_never_above_the_work_and_that_of_the_springs_left_in_the_end(formulation):
     strains = np.zeros((4000, 1, 6 if formulation == "solid" else 3))
     strains[1:, :, 0] = 1e-2
-    energy = stored_energy(LAW, followed(LAW, strains, formulation, STEP))[:, 0]
+    energy = stored_energy(LAW, follow_strains(LAW, strains, formulation, STEP))[:, 0]
     left = 1 - sum(term.share for term in TERMS)
     bulk, shear = 34e3 / (3 * (1 - 0.8)), left * LAW.shear_modulus
     young = 9 * bulk * shear / (3 * bulk + shear)
@@ -82,7 +82,7 @@ def test_stored_energy_is_never_above_the_work_and_that_of_the_springs_left_in_t
 def test_incompressible_plane_stress_is_computed():
     law = Elastic(34e3, 0.5, 1000.0, prony=TERMS)
     strains = history("plane_stress")
-    found = stress(law, followed(law, strains, "plane_stress", STEP))
+    found = stress(law, follow_strains(law, strains, "plane_stress", STEP))
     nearly = Elastic(34e3, 0.4999999, 1000.0, prony=TERMS)
-    expected = stress(nearly, followed(nearly, strains, "plane_stress", STEP))
+    expected = stress(nearly, follow_strains(nearly, strains, "plane_stress", STEP))
     np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())

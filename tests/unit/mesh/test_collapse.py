@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 
 from fingerslip.mesh.gmsh_session import Fragments
 from fingerslip.mesh.quality import tetrahedron_margins
-from fingerslip.mesh.repair import repaired
+from fingerslip.mesh.repair import repair_tetrahedra
 
 NONE = np.empty((0, 3))
 
@@ -41,7 +41,7 @@ NEAR = np.array([[0.5, 0.5, 0.51]])
 def test_a_short_edge_becomes_a_node_and_no_region_loses_volume():
     found = cube(NEAR)
     assert margins(found).min() <= 1.0
-    mended = repaired(found, NONE)
+    mended = repair_tetrahedra(found, NONE)
     assert margins(mended).min() > 1.0
     assert len(mended.points) == len(found.points) - 1
     assert volumes(mended) == pytest.approx(volumes(found), rel=1e-9)
@@ -49,13 +49,13 @@ def test_a_short_edge_becomes_a_node_and_no_region_loses_volume():
 
 def test_nodes_that_are_to_stay_do():
     found = cube(NEAR)
-    mended = repaired(found, 1e-3 * NEAR)
+    mended = repair_tetrahedra(found, 1e-3 * NEAR)
     assert np.linalg.norm(mended.points - 1e-3 * NEAR, axis=1).min() == 0.0
 
 
 def test_good_cells_stay_as_they_are():
     found = cube()
-    same = repaired(found, NONE)
+    same = repair_tetrahedra(found, NONE)
     assert np.array_equal(same.points, found.points)
     assert np.array_equal(same.cells, found.cells)
 

@@ -15,7 +15,7 @@ from fingerslip.errors import MeshError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.joining import join_meshes
 from fingerslip.mesh.quality import check_folds, turned_cells
-from fingerslip.verification.meshes import box, jiggled
+from fingerslip.verification.meshes import box, jiggle
 from problems.blocks import distorted
 
 KINDS = {"Q4": 2, "T3": 2, "T6": 2, "H8": 3, "T4": 3, "T10": 3}
@@ -148,7 +148,7 @@ def test_curved_cells_count_as_their_mapping_turns():
 @given(data=st.data())
 def test_what_is_refused_are_areas_that_change_their_sign(element, data):
     """In a mesh whose cells were all of positive area in the order of their corners, inner nodes moved at random."""
-    before = box(element, *[GRID] * KINDS[element], shift=jiggled(0.1))
+    before = box(element, *[GRID] * KINDS[element], shift=jiggle(0.1))
     cells = before.t.copy()
     turned = areas(before.p, cells) < 0.0
     cells[:2, turned] = cells[1::-1, turned]

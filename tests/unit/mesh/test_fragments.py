@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.gmsh_session import fragmented, generate, gmsh_session, read_fragments
+from fingerslip.mesh.gmsh_session import fragment, generate, gmsh_session, read_fragments
 
 
 def rectangle(x, y, width, height):
@@ -18,7 +18,7 @@ def rectangle(x, y, width, height):
 def test_the_later_region_keeps_what_is_shared(quadrilaterals):
     with gmsh_session():
         shapes = {"outer": [rectangle(0, 0, 4, 2)], "inner": [rectangle(1, 0.5, 2, 1)], "none": []}
-        pieces = fragmented(shapes, np.array([[2e-3, 1e-3]]), 2)
+        pieces = fragment(shapes, np.array([[2e-3, 1e-3]]), 2)
         generate(2, lambda *_: 0.25e-3, quadrilaterals=quadrilaterals)
         found = read_fragments(pieces, 2, 4 if quadrilaterals else 3)
     corners = found.points[found.cells]
@@ -30,14 +30,14 @@ def test_the_later_region_keeps_what_is_shared(quadrilaterals):
 
 def test_a_region_that_is_covered_is_refused():
     with gmsh_session(), pytest.raises(MeshError, match="under: is covered by other regions"):
-        fragmented({"under": [rectangle(1, 1, 1, 1)], "over": [rectangle(0, 0, 4, 4)]}, np.empty((0, 2)), 2)
+        fragment({"under": [rectangle(1, 1, 1, 1)], "over": [rectangle(0, 0, 4, 4)]}, np.empty((0, 2)), 2)
 
 
 def test_pieces_of_a_region_in_space_become_one_volume_without_faces_inside():
     with gmsh_session():
         boxes = {"under": (0, 0, 0, 4, 4, 2), "over": (0, 0, 1, 4, 4, 3), "rod": (1.5, 1.5, 0.5, 1, 1, 2)}
         shapes = {name: [gmsh.model.occ.addBox(*own)] for name, own in boxes.items()}
-        pieces = fragmented(shapes, np.array([[2e-3, 2e-3, 2.5e-3]]), 3)
+        pieces = fragment(shapes, np.array([[2e-3, 2e-3, 2.5e-3]]), 3)
         assert {name: len(own) for name, own in pieces.items()} == {"under": 1, "over": 1, "rod": 1}
         generate(3, lambda *_: 0.5e-3)
         found = read_fragments(pieces, 3, 4)

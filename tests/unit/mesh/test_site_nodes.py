@@ -9,7 +9,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.parameters import from_mapping
 from fingerslip.sites import Site
-from fingerslip.verification.meshes import box, jiggled
+from fingerslip.verification.meshes import box, jiggle
 
 LAYERS = {"epidermis": lambda c: c[1] < 1e-3, "tissue": lambda c: c[1] > 1e-3}
 MESH = box("Q4", np.linspace(-4e-3, 4e-3, 17), np.linspace(0.0, 4e-3, 9), regions=LAYERS)
@@ -30,7 +30,7 @@ def test_the_nearest_node_of_the_region_stands_for_a_site():
 @pytest.mark.parametrize("element", ["Q4", "T3", "T6", "T4"])
 def test_every_vertex_stands_for_itself(element):
     grid = np.linspace(0.0, 1e-3, 5)
-    mesh = box(element, *[grid] * (3 if element == "T4" else 2), shift=jiggled(0.2))
+    mesh = box(element, *[grid] * (3 if element == "T4" else 2), shift=jiggle(0.2))
     vertices = np.arange(mesh.nvertices)
     sites = [Site(str(number), "probe", tuple(mesh.p[:, number])) for number in vertices]
     np.testing.assert_array_equal(site_nodes(mesh, sites), vertices)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import GROWTH, check_sizes, graded, size_at, subdivide
+from fingerslip.mesh.sizes import GROWTH, check_sizes, grade, size_at, subdivide
 
 LINE = np.linspace(0.0, 10.0, 2001)
 
@@ -23,14 +23,14 @@ def test_the_bulk_is_never_finer_than_the_contact() -> None:
 @pytest.mark.parametrize(("size", "parts"), [(1.0, 10), (0.5, 20), (0.9, 12), (3.0, 4), (100.0, 2)])
 def test_equal_sizes_divide_a_length_into_an_even_number_of_equal_parts(size: float, parts: int) -> None:
     """The even number next to length over size, at least two."""
-    divided = graded(LINE, np.full(LINE.size, size))
+    divided = grade(LINE, np.full(LINE.size, size))
     assert divided == pytest.approx(np.linspace(0.0, 10.0, parts + 1), abs=1e-9)
 
 
 @given(st.lists(st.floats(0.05, 3.0), min_size=2, max_size=6))
 def test_graded_parts_are_near_the_wanted_sizes_and_grow_slowly(wanted: list[float]) -> None:
     sizes = np.interp(LINE, np.linspace(0.0, 10.0, len(wanted)), wanted)
-    divided = graded(LINE, sizes)
+    divided = grade(LINE, sizes)
     parts = np.diff(divided)
     assert (divided[0], divided[-1]) == (0.0, 10.0)
     assert len(parts) % 2 == 0
@@ -43,7 +43,7 @@ def test_graded_parts_are_near_the_wanted_sizes_and_grow_slowly(wanted: list[flo
 
 def test_a_small_size_spreads_to_both_sides_at_the_rate_of_growth() -> None:
     sizes = np.where(np.abs(LINE - 4.0) < 0.01, 0.1, 5.0)
-    divided = graded(LINE, sizes)
+    divided = grade(LINE, sizes)
     middles, parts = 0.5 * (divided[1:] + divided[:-1]), np.diff(divided)
     expected = 0.1 + GROWTH * np.abs(middles - 4.0)
     assert parts == pytest.approx(expected, rel=0.12)

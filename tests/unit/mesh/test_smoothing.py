@@ -8,7 +8,7 @@ import skfem
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.mesh.repair import scaled_jacobians, smoothed
+from fingerslip.mesh.repair import scaled_jacobians, smooth
 
 
 def patch():
@@ -29,7 +29,7 @@ def worst_at_nodes(points, cells):
 def test_smoothing_mends_a_bad_patch_and_leaves_the_border():
     points, cells, fixed = patch()
     points[5] = [1.7, 1.6]
-    result = smoothed(points, cells, fixed)
+    result = smooth(points, cells, fixed)
     assert scaled_jacobians(points, cells).min() < 0.4
     assert scaled_jacobians(result, cells).min() > 0.7
     assert np.array_equal(result[fixed], points[fixed])
@@ -39,7 +39,7 @@ def test_smoothing_mends_a_bad_patch_and_leaves_the_border():
 def test_smoothing_makes_no_node_worse(moves):
     points, cells, fixed = patch()
     points[~fixed] += np.reshape(moves, (4, 2))
-    result = smoothed(points, cells, fixed)
+    result = smooth(points, cells, fixed)
     assert np.all(worst_at_nodes(result, cells) >= worst_at_nodes(points, cells) - 1e-15)
     assert np.array_equal(result[fixed], points[fixed])
 
@@ -48,7 +48,7 @@ def test_smoothing_leaves_its_argument_alone():
     points, cells, fixed = patch()
     points[5] = [1.7, 1.6]
     before = points.copy()
-    smoothed(points, cells, fixed)
+    smooth(points, cells, fixed)
     assert np.array_equal(points, before)
 
 
@@ -72,4 +72,4 @@ def test_scaled_jacobian_of_known_cells(corners, expected):
 def test_smoothing_leaves_good_cells_alone():
     mesh = skfem.MeshQuad1().refined(2)
     fixed = np.zeros(mesh.p.shape[1], dtype=bool)
-    assert np.array_equal(smoothed(mesh.p.T, mesh.t.T, fixed), mesh.p.T)
+    assert np.array_equal(smooth(mesh.p.T, mesh.t.T, fixed), mesh.p.T)

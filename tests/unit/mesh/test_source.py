@@ -12,7 +12,7 @@ import skfem
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.mesh.source import MeshFile, MeshSource, choose_source, inspected, mesh_size_note
+from fingerslip.mesh.source import MeshFile, MeshSource, choose_source, inspect_mesh, mesh_size_note
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
@@ -93,7 +93,7 @@ def test_a_file_that_says_nothing_is_told_what_it_may_say() -> None:
 def test_tables_of_a_mesh_have_a_row_for_each_region() -> None:
     grid = np.linspace(0.0, 1.0, 5)
     mesh = box("T3", grid, grid, regions={"a": lambda c: c[1] < 0.5, "b": lambda c: c[1] > 0.5})
-    found = inspected(mesh)
+    found = inspect_mesh(mesh)
     (table,) = found.tables
     assert [row[:2] for row in table.rows] == [("a", 16), ("b", 16)]
     assert [row[3] for row in table.rows] == pytest.approx([45.0, 45.0])

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import REPEAT, SAMPLE, RunResult
-from fingerslip.sampling.designs import encoded, inputs_of
+from fingerslip.sampling.designs import encode, inputs_of
 from fingerslip.slip.events import Events
 
 
@@ -26,7 +26,7 @@ def test_quantities_numbers_and_words_become_columns() -> None:
         ("b", "", ()),
         ("word", "", ("x", "y")),
     ]
-    assert encoded(inputs, {"a.depth": "2 mm", "b": 1.5, "word": "y"}) == pytest.approx(np.array([0.5, 0.5, 0.0, 1.0]))
+    assert encode(inputs, {"a.depth": "2 mm", "b": 1.5, "word": "y"}) == pytest.approx(np.array([0.5, 0.5, 0.0, 1.0]))
     with pytest.raises(InputError, match=r"a\.depth: got '2 s', needs 0\.001 to 0\.003 m"):
         inputs[0].columns("2 s")
     assert [inputs[2].at(share) for share in (0.2, 0.7, 1.0)] == ["x", "y", "y"]

@@ -7,7 +7,7 @@ import doctest
 
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.slip import windows as names
-from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, READING_HEADINGS, READINGS, TIMES, event_label, is_defined
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, READING_HEADINGS, READINGS, TIMES, defines_time, event_label
 
 
 def test_names_are_the_fields_of_the_data() -> None:
@@ -26,5 +26,5 @@ def test_labels_are_words() -> None:
 
 
 def test_no_peak_belongs_to_48_percent_slip() -> None:
-    undefined = [(reading, time) for reading in READINGS for time in TIMES if not is_defined(reading, time)]
+    undefined = [(reading, time) for reading in READINGS for time in TIMES if not defines_time(reading, time)]
     assert undefined == [("acceleration", "noticed")]

@@ -17,10 +17,10 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from fingerslip.contact.solve.dense import solve_factorised
+from fingerslip.contact.solve.dense import solve_by_factors
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
-__all__ = ["add_borders", "missing_borders", "piece_matrix", "solve_bordered"]
+__all__ = ["add_borders", "missing_borders", "piece_matrix", "solve_with_borders"]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -90,12 +90,12 @@ def add_borders(compliance, base, components, borders, missing):  # type: ignore
                 column[k] = of_component[unknowns[k]]
             _fill_row(of_component, base_slopes, unknowns, added[1, a])
             added[1, a] /= of_component[bordered[a]]
-        solve_factorised(factors, pivots, column)
+        solve_by_factors(factors, pivots, column)
     return bordered, added
 
 
 @numba.njit(cache=True, nogil=True)
-def solve_bordered(compliance, free, base, start, components, borders, states, slopes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def solve_with_borders(compliance, free, base, start, components, borders, states, slopes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Return the forces of a piece, shape (n_c, 2) [N].
 
     Arrays: compliance (n_c * 2, n_c * 2) [m/N]; free (n_c, 2) [m]; start (n,) [N]; states, slopes (n_c,).

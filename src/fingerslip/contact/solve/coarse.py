@@ -47,7 +47,7 @@ def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
         Components of a node.
     """
     best, group = np.full(nodes.size, -np.inf), np.zeros(nodes.size, dtype=np.int64)
-    for number in range(_wanted(nodes.size)):
+    for number in range(_group_count(nodes.size)):
         centre = int(nodes[np.argmin(best)])
         coupling = np.sum([body[centre * dim + k, nodes * dim + k] for k in range(dim)], axis=0)
         closer = coupling > best
@@ -55,7 +55,7 @@ def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
     return group
 
 
-def _wanted(nodes: int) -> int:
+def _group_count(nodes: int) -> int:
     """Return how many groups a number of nodes is divided into."""
     return min(max(nodes // _MOST, _GROUPS), max(nodes // _LEAST, 1), nodes)
 

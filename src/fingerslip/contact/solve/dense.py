@@ -16,7 +16,7 @@ import numpy as np
 from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
-__all__ = ["DenseFactor", "factorise_dense", "solve_factorised"]
+__all__ = ["DenseFactor", "factorise_dense", "solve_by_factors"]
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ def factorise_dense(matrix: Array) -> DenseFactor:
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def solve_factorised(factors, pivots, solution):  # type: ignore[no-untyped-def]
+def solve_by_factors(factors, pivots, solution):  # type: ignore[no-untyped-def]
     """Replace a right-hand side by the solution in compiled code, for small matrices: a call of LAPACK costs more.
 
     Arrays: factors, pivots (n, n); found (n,).

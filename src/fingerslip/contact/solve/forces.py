@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
-from fingerslip.contact.solve.past import first_guess, updated
+from fingerslip.contact.solve.past import first_guess, next_past
 from fingerslip.contact.solve.pieces import Piece, solve_by_pieces
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet, gather
@@ -64,7 +64,7 @@ def solve_contact(
             past = past.under_other_compliance()
         check = problem.check(*first_guess(compliance, past, start, origin))
         solution, used = _solve_on_working_set(problem, check, tolerance, old)
-        left = updated(past, solution.forces, solution.response, start, origin)
+        left = next_past(past, solution.forces, solution.response, start, origin)
         return solution, replace(used, past=replace(left, frames=compliance.frames))
     matrix = compliance.matrix
     if free.shape[1] != 2:
@@ -142,7 +142,7 @@ def _solve_on_working_set(
             break
         # Newton's method may only claim success where the residual of all candidates has decreased.
         solved = solved and check.relative_residual < 0.5 * before
-    if working_set.nodes.size > _TOO_MANY * _wanted(check):
+    if working_set.nodes.size > _TOO_MANY * _working_set_size(check):
         working_set = _chosen(problem, check, working_set)
     worst = int(np.argmax(np.abs(check.residual).max(axis=1)))
     solution = ContactSolution(check.forces, check.relative_residual, iterations, worst, check.response)
@@ -169,7 +169,7 @@ def _newton(
     nodes = working_set.nodes
     start = Start(check.forces[nodes], check.trial[nodes], _FINER * tolerance, problem.least, roughest)
     forces, working_set, solved, iterations = newton_krylov(working_set, problem.friction[nodes], start)
-    return problem.check(_scattered(forces, nodes, check.forces)), working_set, solved, iterations
+    return problem.check(_scatter(forces, nodes, check.forces)), working_set, solved, iterations
 
 
 def _solve_robustly(problem: _Problem, working_set: WorkingSet, check: _Check, tolerance: float) -> tuple[_Check, int]:
@@ -177,16 +177,16 @@ def _solve_robustly(problem: _Problem, working_set: WorkingSet, check: _Check, t
     nodes = working_set.nodes
     block, free, friction = problem.compliance.block(nodes), problem.free[nodes], problem.friction[nodes]
     solution = solve_friction(block, free, friction, check.forces[nodes], _FINER * tolerance)
-    return problem.check(_scattered(solution.forces, nodes, check.forces)), solution.iterations
+    return problem.check(_scatter(solution.forces, nodes, check.forces)), solution.iterations
 
 
-def _scattered(element: Array, nodes: NDArray[np.int64], like: Array) -> Array:
+def _scatter(element: Array, nodes: NDArray[np.int64], like: Array) -> Array:
     forces = np.zeros_like(like)
     forces[nodes] = element
     return forces
 
 
-def _wanted(check: _Check) -> int:
+def _working_set_size(check: _Check) -> int:
     """Return how many nodes a working set should have."""
     touching = int(np.count_nonzero(check.touching))
     return min(len(check.forces), touching + int(_SPARE_SHARE * touching) + _SPARE_NODES)
@@ -195,4 +195,4 @@ def _wanted(check: _Check) -> int:
 def _chosen(problem: _Problem, check: _Check, old: WorkingSet | None) -> WorkingSet:
     """Choose the touching nodes and the nearest open ones."""
     order = np.argsort(-check.trial[:, 0] / problem.scale[:, 0] - np.where(check.touching, np.inf, 0.0))
-    return gather(problem.compliance, problem.scale, order[: _wanted(check)], old)
+    return gather(problem.compliance, problem.scale, order[: _working_set_size(check)], old)

@@ -18,7 +18,7 @@ from fingerslip.contact.solve.local_inverse import LocalInverse, write_local_pro
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.linear.symmetric import write_symmetric_product
 
-__all__ = ["Preconditioner", "ScaledCompliance", "Space", "new_space", "solve", "write_moved"]
+__all__ = ["Preconditioner", "ScaledCompliance", "Space", "new_space", "solve", "write_motion"]
 
 Reals = NDArray[np.floating[Any]]
 Single = NDArray[np.float32]
@@ -115,7 +115,7 @@ def solve(slopes, scaled, preconditioner, right, exactness, space):  # type: ign
     while used < limit and not ended:
         ready, moved = space.ready[used, :size], space.moved[used, :size]
         _precondition(preconditioner, space.basis[used, :size], ready)
-        write_moved(scaled, ready, moved)
+        write_motion(scaled, ready, moved)
         image = space.basis[used + 1, :size]
         _write_image(slopes, ready, moved, image)
         length = _orthogonalise(space.basis, used + 1, image, triangle[:, used])
@@ -125,12 +125,12 @@ def solve(slopes, scaled, preconditioner, right, exactness, space):  # type: ign
         ended = reached or length <= _NO_NEW_DIRECTION
         if not ended:
             _scale(image, length)
-    shares = _back_substituted(triangle, target, used)
-    return _combined(space.ready, shares, size), _combined(space.moved, shares, size), reached
+    shares = _back_substitute(triangle, target, used)
+    return _combine(space.ready, shares, size), _combine(space.moved, shares, size), reached
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def write_moved(scaled, forces, moved):  # type: ignore[no-untyped-def]
+def write_motion(scaled, forces, moved):  # type: ignore[no-untyped-def]
     """Write rho W, a :class:`ScaledCompliance`, times forces (k * dim,) into `moved`; in the precision of both."""
     frames = scaled.frames
     count, dim = frames.shape[:2]
@@ -228,7 +228,7 @@ def _rotate(triangle, rotations, target, last):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _back_substituted(triangle, target, count):  # type: ignore[no-untyped-def]
+def _back_substitute(triangle, target, count):  # type: ignore[no-untyped-def]
     """Return the shares of `count` directions; those that have no image get none."""
     shares = np.zeros(count)
     for i in range(count - 1, -1, -1):
@@ -240,7 +240,7 @@ def _back_substituted(triangle, target, count):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _combined(vectors, shares, size):  # type: ignore[no-untyped-def]
+def _combine(vectors, shares, size):  # type: ignore[no-untyped-def]
     """Return the sum of the first vectors with their shares, shape (size,), in double precision."""
     total = np.zeros(size)
     for j in range(shares.size):

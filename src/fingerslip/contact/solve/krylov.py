@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.solve.gmres import Preconditioner, ScaledCompliance, Space, new_space, solve, write_moved
+from fingerslip.contact.solve.gmres import Preconditioner, ScaledCompliance, Space, new_space, solve, write_motion
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.local_inverse import LocalInverse, renew_rows
 from fingerslip.contact.solve.projection import derivative, project
@@ -112,19 +112,19 @@ def _iterate(nodes: _Nodes, inverse: LocalInverse, start: Start) -> tuple[Array,
         if not iterate.is_known:
             if not is_exact:
                 return iterate.projected, True, iteration
-            iterate = _settled(nodes, iterate)
-            exactness = _needed(enough, iterate)
+            iterate = _in_double_precision(nodes, iterate)
+            exactness = _direction_tolerance(enough, iterate)
         if _largest(iterate.residual) <= enough:
             return iterate.projected, True, iteration
-        after = _taken(nodes, inverse, iterate, exactness)
+        after = _step_along(nodes, inverse, iterate, exactness)
         if not after.merit < iterate.merit:
             # The line search may have stalled because the residual is not what it seemed.
             if not (is_exact and iterate.owed.any()):
                 return iterate.projected, False, iteration + 1
-            iterate = _settled(nodes, iterate)
+            iterate = _in_double_precision(nodes, iterate)
             continue
         # As exact as the last iteration was successful (Eisenstat & Walker 1996), but not more than the goal needs.
-        exactness = min(max(0.9 * after.merit / iterate.merit, _needed(enough, after)), _ROUGHEST)
+        exactness = min(max(0.9 * after.merit / iterate.merit, _direction_tolerance(enough, after)), _ROUGHEST)
         iterate = after
     return iterate.projected, False, NEWTON_LIMIT
 
@@ -133,7 +133,7 @@ def _largest(values: Array) -> float:
     return float(np.abs(values).max())
 
 
-def _needed(enough: float, iterate: _Iterate) -> float:
+def _direction_tolerance(enough: float, iterate: _Iterate) -> float:
     """Return how exact a direction has to be to be the last one, or the last before nothing is known any more."""
     wanted = max(enough, _KNOWN * _largest(iterate.owed)) / (_largest(iterate.residual) or 1.0)
     return min(max(_SAFETY * wanted, _FINEST), _ROUGHEST)
@@ -145,14 +145,14 @@ def _at(nodes: _Nodes, forces: Array, trial: Array) -> _Iterate:
     return _Iterate(forces, trial, forces - project(trial, nodes.friction), nothing, nothing)
 
 
-def _settled(nodes: _Nodes, iterate: _Iterate) -> _Iterate:
+def _in_double_precision(nodes: _Nodes, iterate: _Iterate) -> _Iterate:
     """Return the iterate with what its directions did in double precision."""
     moved = np.empty(iterate.owed.size)
-    write_moved(nodes.exact, iterate.owed.ravel(), moved)
+    write_motion(nodes.exact, iterate.owed.ravel(), moved)
     return _at(nodes, iterate.forces, iterate.trial - (moved.reshape(iterate.owed.shape) - iterate.assumed))
 
 
-def _taken(nodes: _Nodes, inverse: LocalInverse, iterate: _Iterate, exactness: float) -> _Iterate:
+def _step_along(nodes: _Nodes, inverse: LocalInverse, iterate: _Iterate, exactness: float) -> _Iterate:
     """Return the end of a step along a new direction, halved until the merit decreases enough, or too often."""
     direction, moved = _direction(nodes, inverse, iterate.trial, iterate.residual, exactness)
     length, after = 1.0, iterate
@@ -217,7 +217,7 @@ def _solved_densely(slopes: Single, scaled: ScaledCompliance, right: Single) -> 
     # A singular matrix leaves nothing, at which the line search stalls.
     with contextlib.suppress(np.linalg.LinAlgError):
         direction = np.linalg.solve(_newton_matrix(slopes, scaled), right)
-    write_moved(scaled, direction, moved)
+    write_motion(scaled, direction, moved)
     return direction, moved
 
 

@@ -124,7 +124,7 @@ def renew_rows(near, rows, marks, slopes, frames, weights, local, nodes):  # typ
     Arrays: slopes (k, dim, dim) [-]; frames (k, dim, dim) [-]; weights (k, dim); local (n_c, m * dim, m * dim); nodes
     (k,).
     """
-    changed = _changed(marks, slopes, frames)
+    changed = _mark_changes(marks, slopes, frames)
     count, dim = slopes.shape[:2]
     renewed = 0
     system = np.empty((rows.shape[2], rows.shape[2] + dim), dtype=np.float32)
@@ -140,7 +140,7 @@ def renew_rows(near, rows, marks, slopes, frames, weights, local, nodes):  # typ
 
 
 @numba.njit(cache=True, nogil=True)
-def _changed(marks, slopes, frames):  # type: ignore[no-untyped-def]
+def _mark_changes(marks, slopes, frames):  # type: ignore[no-untyped-def]
     """Return which nodes have changed since their rows were made, shape (k,), and mark them as they are now."""
     dim = slopes.shape[2]
     changed = np.zeros(len(slopes), np.bool_)

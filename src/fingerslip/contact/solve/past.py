@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.solve.compliance import Compliance
 
-__all__ = ["Past", "first_guess", "updated"]
+__all__ = ["Past", "first_guess", "next_past"]
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def first_guess(
     return guess, of_guess - compliance.response(lost) if lost.any() else of_guess
 
 
-def updated(past: Past | None, forces: Array, response: Array | None, start: Array, origin: Array | None) -> Past:
+def next_past(past: Past | None, forces: Array, response: Array | None, start: Array, origin: Array | None) -> Past:
     """Return what a step leaves for the next one; `forces` were found, the others as in :func:`first_guess`."""
     if origin is not None:
         is_same = past is not None and np.array_equal(origin, past.before)

@@ -21,9 +21,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.solve.bordered import add_borders, missing_borders, piece_matrix, solve_bordered
+from fingerslip.contact.solve.bordered import add_borders, missing_borders, piece_matrix, solve_with_borders
 from fingerslip.contact.solve.compliance import active_product
-from fingerslip.contact.solve.dense import DenseFactor, factorise_dense, solve_factorised
+from fingerslip.contact.solve.dense import DenseFactor, factorise_dense, solve_by_factors
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.projection import step_lengths
@@ -172,7 +172,7 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         start = _start(free, base)
     if count == 0 and has_base and not residual <= tolerance:
         # Where the solution in the last step's piece is nearer to a solution than its forces, the search begins there.
-        solved = solve_bordered(compliance, free, base, start, components, borders, of_states, of_slopes)
+        solved = solve_with_borders(compliance, free, base, start, components, borders, of_states, of_slopes)
         moved = active_product(compliance, solved)
         look = _examine(solved, moved, free, scale, friction, least)
         if decreases_enough(look[2], merit, 1.0):
@@ -189,7 +189,7 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         if missing.size:
             components, borders = add_borders(compliance, base, components, borders, missing)
         of_states, of_slopes = states, slopes
-        solved = solve_bordered(compliance, free, base, start, components, borders, of_states, of_slopes)
+        solved = solve_with_borders(compliance, free, base, start, components, borders, of_states, of_slopes)
         moved = active_product(compliance, solved)
         length, nearer, nearer_product = 1.0, solved, moved
         look = _examine(nearer, nearer_product, free, scale, friction, least)
@@ -214,7 +214,7 @@ def _start(free, base):  # type: ignore[no-untyped-def]
     result = np.empty(unknowns.size)
     for k in range(unknowns.size):
         result[k] = -free[unknowns[k] // 2, unknowns[k] % 2]
-    solve_factorised(factors, pivots, result)
+    solve_by_factors(factors, pivots, result)
     return result
 
 

@@ -63,7 +63,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     """
     count, dim = scale.shape
     frames = np.broadcast_to(np.eye(dim), (count, dim, dim)) if compliance.frames is None else compliance.frames
-    coupled = _coupled(compliance, old)
+    coupled = _coupling(compliance, old)
     position = np.full(count, -1)
     position[nodes] = np.arange(nodes.size)
     columns = group_columns(groups(compliance.body, nodes, dim), dim)
@@ -84,7 +84,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     return replace(working_set, coarse=CoarseSpace(columns, working_set.products(unit_forces(columns))))
 
 
-def _coupled(compliance: Compliance, old: WorkingSet | None) -> Coupled:
+def _coupling(compliance: Compliance, old: WorkingSet | None) -> Coupled:
     """Return the most coupled nodes: those of the old working set, whose rows stay, with the compliance as it is."""
     if old is None:
         return compliance.coupled

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.classifiers import Candidate, described, union_of_sets
+from fingerslip.detect.classifiers import Candidate, describe, union_of_sets
 from fingerslip.detect.evaluation.crossval import frames_by_trial
 from fingerslip.detect.evaluation.parts import Parts
-from fingerslip.detect.evaluation.robustness import disturbed
+from fingerslip.detect.evaluation.robustness import disturb
 from fingerslip.detect.evaluation.scores import Estimate, frame_scores_of
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers
@@ -142,7 +142,7 @@ def sensitivity_of(
 ) -> Iterator[Sensitivity]:
     """Yield what classifiers come to with each assumption, on trials that they have not seen."""
     chosen, store = sampling or Sampling(least=0.0), stored_parts or Parts()
-    shared = [[described(candidate, seed) for candidate in candidates], asdict(chosen), folds, seed]
+    shared = [[describe(candidate, seed) for candidate in candidates], asdict(chosen), folds, seed]
     for (motion, _), group in itertools.groupby(assumptions, lambda entry: (entry.motion, entry.noise)):
         element = tuple(group)
         stored_results = [store.kept("assumption", [shared, _plain(entry)]) for entry in element]
@@ -198,7 +198,7 @@ def _samples(
     for name in trials.names:
         tracks, noise = trials.tracks(name), assumptions[0].noise
         if noise:
-            tracks = disturbed(tracks, "noise", noise, seed + zlib.crc32(name.encode()))
+            tracks = disturb(tracks, "noise", noise, seed + zlib.crc32(name.encode()))
         motion, stored = motion_of(tracks, settings.motion), trials.labels(name)
         for number, assumption in enumerate(assumptions):
             source = assumption.labels

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.classifiers import Candidate, described, union_of_sets
+from fingerslip.detect.classifiers import Candidate, describe, union_of_sets
 from fingerslip.detect.evaluation.crossval import (
     Fold,
     FoldFrames,
@@ -65,7 +65,7 @@ class Evaluation:
             return {"matrices": frames_by_sample(self.samples, candidate, seed=self.seed, workers=self.workers)}
 
         name = _name(candidate, "by-sample")
-        return self.parts.part(name, self._described(candidate), made)["matrices"]
+        return self.parts.part(name, self._describe(candidate), made)["matrices"]
 
     def by_group(self, candidate: Candidate, groups: Groups) -> list[FoldFrames]:
         """Return what a classifier says of the trials of each group after it has learned from those of the others."""
@@ -87,24 +87,24 @@ class Evaluation:
 
     def _of_group(self, candidate: Candidate, test: Sequence[str]) -> FoldFrames:
         def made() -> dict[str, NDArray[Any]]:
-            return vars(self._fitted(candidate, test)[1])
+            return vars(self._fit(candidate, test)[1])
 
-        return FoldFrames(**self.parts.part(_name(candidate, "frames"), self._described(candidate, test), made))
+        return FoldFrames(**self.parts.part(_name(candidate, "frames"), self._describe(candidate, test), made))
 
     def _of_fold(
         self, candidates: Sequence[Candidate], test: Sequence[str]
     ) -> dict[str, tuple[FoldFrames, dict[str, Onsets]]]:
         """Return frames and events of the trials of a fold, of which those that are kept are not computed again."""
         events = {
-            candidate.name: self.parts.kept(_name(candidate, "events"), self._described(candidate, test))
+            candidate.name: self.parts.kept(_name(candidate, "events"), self._describe(candidate, test))
             for candidate in candidates
         }
         fitted = {
-            candidate.name: self._fitted(candidate, test) for candidate in candidates if events[candidate.name] is None
+            candidate.name: self._fit(candidate, test) for candidate in candidates if events[candidate.name] is None
         }
         for entry in candidates:
             if entry.name in fitted:
-                self.parts.keep(_name(entry, "frames"), self._described(entry, test), vars(fitted[entry.name][1]))
+                self.parts.keep(_name(entry, "frames"), self._describe(entry, test), vars(fitted[entry.name][1]))
         alone = [joined_folds(self.samples, [part], (fold,)) for fold, part in fitted.values()]
         events_of_fold = (
             events_by_trial(self.trials, self.onsets, alone, self.motion, workers=self.workers) if alone else []
@@ -115,22 +115,22 @@ class Evaluation:
             stored = events[entry.name]
             if stored is None:
                 self.parts.keep(
-                    _name(entry, "events"), self._described(entry, test), {"onsets": _as_array(new[entry.name], test)}
+                    _name(entry, "events"), self._describe(entry, test), {"onsets": _as_array(new[entry.name], test)}
                 )
                 results[entry.name] = fitted[entry.name][1], new[entry.name]
             else:
                 results[entry.name] = self._of_group(entry, test), _as_onsets(stored["onsets"], test)
         return results
 
-    def _fitted(self, candidate: Candidate, test: Sequence[str]) -> tuple[Fold, FoldFrames]:
+    def _fit(self, candidate: Candidate, test: Sequence[str]) -> tuple[Fold, FoldFrames]:
         window = self.motion.window
         return fitted_fold(
             self.samples, self.onsets, candidate, test, window=window, seed=self.seed, workers=self.workers
         )
 
-    def _described(self, candidate: Candidate, test: Sequence[str] = ()) -> list[Any]:
+    def _describe(self, candidate: Candidate, test: Sequence[str] = ()) -> list[Any]:
         """Return what a part is computed from, beside what all share: the classifier and the trials left out."""
-        return [*described(candidate, self.seed), list(test)]
+        return [*describe(candidate, self.seed), list(test)]
 
 
 def begun_evaluation(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.detect.classifiers import Candidate, columns_of, probabilities
 from fingerslip.detect.evaluation.scores import (
     Estimate,
-    bootstrapped,
+    bootstrap_estimate,
     confusion_by_trial,
     frame_scores_of,
     precision_recall_f1,
@@ -88,14 +88,14 @@ def importance_by_ring(
 
 def _share(part: NDArray[np.float64], frames: NDArray[np.intp], seed: int) -> Estimate:
     """Return a sum over trials as a share of their frames, with its interval."""
-    return bootstrapped(lambda drawn: float(part[drawn].sum() / frames[drawn].sum()), len(frames), seed=seed)
+    return bootstrap_estimate(lambda drawn: float(part[drawn].sum() / frames[drawn].sum()), len(frames), seed=seed)
 
 
 def _mean_f1(matrices: NDArray[np.intp], seed: int) -> Estimate:
     def value(drawn: NDArray[np.intp]) -> float:
         return float(np.nanmean(precision_recall_f1(matrices[drawn].sum(axis=0))[2]))
 
-    return bootstrapped(value, len(matrices), seed=seed)
+    return bootstrap_estimate(value, len(matrices), seed=seed)
 
 
 def _rows(samples: Samples, names: Sequence[str]) -> NDArray[np.intp]:

@@ -45,7 +45,7 @@ class Parts:
         inputs : plain data
             What it is computed from, beside what all parts share.
         """
-        return None if self.folder is None else _read(self._file(self.folder, name, inputs))
+        return None if self.folder is None else _load_part(self._file(self.folder, name, inputs))
 
     def keep(self, name: str, inputs: Any, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Write a part, whole or not at all; raise ResultError where it cannot be written."""
@@ -84,7 +84,7 @@ def parts_beside(output: Path | None, *inputs: Any) -> Parts:
     return Parts(folder, digest(*inputs))
 
 
-def _read(path: Path) -> Arrays | None:
+def _load_part(path: Path) -> Arrays | None:
     """Read a part; one that is damaged counts as none, and is computed again."""
     try:
         # numpy itself leaves a file open that is no whole archive.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import probabilities
-from fingerslip.detect.evaluation.scores import Estimate, bootstrapped
+from fingerslip.detect.evaluation.scores import Estimate, bootstrap_estimate
 from fingerslip.detect.features import FeatureSettings, features_of
 from fingerslip.detect.labels import Onsets, classes_at
 from fingerslip.detect.motion import MotionSettings, motion_of
@@ -23,7 +23,7 @@ from fingerslip.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["DISTURBANCES", "Robustness", "disturbed", "robustness_of"]
+__all__ = ["DISTURBANCES", "Robustness", "disturb", "robustness_of"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Robustness:
     unusable: float  # share of the frames with too few markers
 
 
-def disturbed(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
+def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
     """Return tracks with a disturbance; those of external markers too."""
     if disturbance not in DISTURBANCES:
         raise InputError("disturbance", f"got {disturbance!r}", f"needs one of {', '.join(DISTURBANCES)}")
@@ -100,7 +100,7 @@ def _at_level(
     counts = []
     settings = replace(detector.features, motion=_motion(detector.features, *level))
     for name in onsets:
-        tracks = disturbed(trials.tracks(name), *level, seed=seed + zlib.crc32(name.encode()))
+        tracks = disturb(trials.tracks(name), *level, seed=seed + zlib.crc32(name.encode()))
         moved = motion_of(tracks, settings.motion)
         classes = probabilities(detector.estimator, features_of(moved, settings)).argmax(axis=1)
         right = (classes == classes_at(onsets[name], moved.time))[moved.usable].sum()
@@ -111,7 +111,7 @@ def _at_level(
         usable_share = usable[drawn].sum()
         return float(right[drawn].sum() / usable_share) if usable_share else np.nan
 
-    accuracy = bootstrapped(share, len(counts), seed=seed)
+    accuracy = bootstrap_estimate(share, len(counts), seed=seed)
     return Robustness(*level, accuracy=accuracy, unusable=float(1.0 - usable.sum() / max(frames.sum(), 1.0)))
 
 

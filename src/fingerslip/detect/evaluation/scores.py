@@ -16,7 +16,7 @@ __all__ = [
     "EventScores",
     "FrameScores",
     "Reliability",
-    "bootstrapped",
+    "bootstrap_estimate",
     "confusion_by_trial",
     "event_scores_of",
     "frame_scores_of",
@@ -34,7 +34,7 @@ class Estimate:
     high: float | None = None  # ends of the interval
 
 
-def bootstrapped(
+def bootstrap_estimate(
     statistic: Callable[[NDArray[np.intp]], float], trials: int, *, draws: int = 1000, seed: int = 0
 ) -> Estimate:
     """Return a statistic of trials with its interval (percentile bootstrap, Efron & Tibshirani 1993)."""
@@ -111,10 +111,10 @@ def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores
         def value(drawn: NDArray[np.intp]) -> float:
             return float(precision_recall_f1(matrices[drawn].sum(axis=0))[score, number])
 
-        return bootstrapped(value, len(matrices), seed=seed)
+        return bootstrap_estimate(value, len(matrices), seed=seed)
 
     precision, recall, f1 = (tuple(estimate(score, number) for number in range(_COUNT)) for score in range(3))
-    accuracy = bootstrapped(lambda drawn: _accuracy(matrices[drawn].sum(axis=0)), len(matrices), seed=seed)
+    accuracy = bootstrap_estimate(lambda drawn: _accuracy(matrices[drawn].sum(axis=0)), len(matrices), seed=seed)
     return FrameScores(matrices.sum(axis=0), accuracy, precision, recall, f1)
 
 
@@ -226,7 +226,7 @@ def _is_false(predicted: Onsets, label: Onsets, rest_end: float) -> bool:
 
 def _mean(values: Floats, seed: int) -> Estimate:
     """Return the mean of what is there, with its interval over all trials."""
-    return bootstrapped(lambda drawn: _known_mean(values[drawn]), len(values), seed=seed)
+    return bootstrap_estimate(lambda drawn: _known_mean(values[drawn]), len(values), seed=seed)
 
 
 def _known_mean(values: Floats) -> float:

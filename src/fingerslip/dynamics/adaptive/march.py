@@ -71,7 +71,7 @@ class _Walk:
         while True:
             lowest = level <= int(self._halves)
             try:
-                states, error = self._tried(state, at, level)
+                states, error = self._try_step(state, at, level)
             except ConvergenceError:
                 if lowest:
                     raise
@@ -86,23 +86,23 @@ class _Walk:
         after = at + (1 << level)
         if after < last:
             self._records.pass_by(states[-1])
-        self._accepted(states, error, level)
+        self._accept(states, error, level)
         return states[-1], after
 
-    def _tried(self, state: State, at: int, level: int) -> tuple[list[State], float]:
+    def _try_step(self, state: State, at: int, level: int) -> tuple[list[State], float]:
         """Return the states of a step, and its error over the allowed one."""
         size = 1 << level
         if not self._halves:
-            after = self._taken(state, at, size)
+            after = self._take_step(state, at, size)
             scheme = self._taker.stepper.scheme
             assert isinstance(scheme, HHT)
             return [after], self._errors.of_step(state, after, scheme)
-        whole = self._taken(state, at, size)
-        middle = self._taken(state, at, size // 2)
-        after = self._taken(middle, at + size // 2, size // 2)
+        whole = self._take_step(state, at, size)
+        middle = self._take_step(state, at, size // 2)
+        after = self._take_step(middle, at + size // 2, size // 2)
         return [middle, after], self._errors.of_halves(whole, after, size / (at + size))
 
-    def _taken(self, state: State, at: int, size: int) -> State:
+    def _take_step(self, state: State, at: int, size: int) -> State:
         """Take a step of a size from a place, both in ticks."""
         position = at + size
         end = self._span.start + position * self._tick
@@ -110,7 +110,7 @@ class _Walk:
             end = self._span.end
         return self._taker.take(state, end, size * self._tick)
 
-    def _accepted(self, states: list[State], error: float, level: int) -> None:
+    def _accept(self, states: list[State], error: float, level: int) -> None:
         """Take note of the states of a step, and decide how long the next one is."""
         self.counts.above += error > 1.0
         for state in states:

@@ -80,9 +80,9 @@ class _Small:
     def __init__(self, motions: Motions, number: int, reserved_bytes: int) -> None:
         self._motions, self._model, self._system = motions, motions.models[number], motions.systems[number]
         self._reserved = reserved_bytes
-        self._steppers = Kept(self._made)
+        self._steppers = Kept(self._make_factors)
 
-    def _made(self, length: float) -> Stepper:
+    def _make_factors(self, length: float) -> Stepper:
         motions, model = self._motions, self._model
         with motions.watch.part("factorisation"):
             return build_stepper(
@@ -117,9 +117,9 @@ class _Large:
     def __init__(self, motions: Motions, number: int, reserved_bytes: int) -> None:
         self._motions, self._model, self._system = motions, motions.models[number], motions.systems[number]
         self._reserved, self._iterations, self._renewed = reserved_bytes, 0, 0
-        self._factors = Kept(self._made)
+        self._factors = Kept(self._make_factors)
 
-    def _made(self, length: float) -> Factors:
+    def _make_factors(self, length: float) -> Factors:
         motions, scheme = self._motions, _scheme(self._model.time, length)
         return Factors(self._system, scheme, self._model.damping, motions.solver, motions.watch, self._reserved)
 

@@ -109,7 +109,7 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
     iterate, mixing, contact = _first(stepper, start, watch), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
     for iteration in range(1, _MOST + 1):
-        solved = _linearised(stepper, start, iterate, contact, (last, contraction), watch=watch)
+        solved = _linearise(stepper, start, iterate, contact, (last, contraction), watch=watch)
         contact, contraction = solved.contact, solved.contraction
         slow = slow + 1 if solved.error > _SLOW * last else 0
         if slow >= (_LITTLE if renewals else _PATIENCE):
@@ -154,7 +154,7 @@ def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
     return best
 
 
-def _linearised(
+def _linearise(
     stepper: Stepper,
     start: Prediction,
     iterate: _Iterate,

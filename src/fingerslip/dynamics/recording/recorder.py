@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.recording.body_records import BodyRecords, moments
 from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
-from fingerslip.dynamics.recording.recoveries import Recoveries, remembered
+from fingerslip.dynamics.recording.recoveries import Recoveries, dashpots_reader
 from fingerslip.dynamics.recording.snapshots import SnapshotRecords
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
 from fingerslip.dynamics.recording.support_records import SupportRecords
@@ -29,7 +29,7 @@ from fingerslip.fe.recovery import stress_components
 from fingerslip.fe.space import inverted_cells, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.viscoelastic import Relaxed, followed
+from fingerslip.materials.viscoelastic import Relaxed, follow_strains
 from fingerslip.model import Model
 from fingerslip.timing import Adaptive
 from fingerslip.units import coordinates
@@ -77,7 +77,7 @@ class Recorder:
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
         self._recoveries = recoveries or Recoveries(system)
         self._at_sites = self._recoveries.at_sites(system.site_nodes, regions)
-        self._sites = replace(self._at_sites.recovery, relax=self._relaxed)
+        self._sites = replace(self._at_sites.recovery, relax=self._strain_histories)
         at_once = min(_STEPS_AT_ONCE, times.size)
         self._energies = np.zeros((times.size, len(_ENERGIES)))
         self._strains = np.zeros((times.size, *self._at_sites.strained))
@@ -145,7 +145,7 @@ class Recorder:
             self.values["strain"][step] = self._finite.tensors(state.body.deformed)
             self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
         if self._of_states:
-            self._record_relaxed(step, state)
+            self._record_viscoelastic(step, state)
         self._energies[step] = _energies_of(state.energies)
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
@@ -259,10 +259,10 @@ class Recorder:
         if self._friction.size:
             self._friction[step] = interface.forces[:, 1:]
 
-    def _record_relaxed(self, step: int, state: State) -> None:
+    def _record_viscoelastic(self, step: int, state: State) -> None:
         """Record stresses of materials that relax, from what a state remembers."""
         strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
-        sites = replace(self._sites, relax=remembered(self._system, self._viscous, state, self._sites))
+        sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))
         self.values["stress"][step] = sites.stresses(strains)
         self.values["strain"][step] = sites.tensors(strains)
         self.values["strain_energy_density"][step] = sites.energy_densities(strains)
@@ -280,9 +280,9 @@ class Recorder:
             sites[:] = (self._at_sites.motion @ around.T).T.reshape(sites.shape)
             contact[:] = values_of_contact.reshape(contact.shape)
 
-    def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
+    def _strain_histories(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
         """Return all strains of points (n_times, k, m) [-] with their dashpots."""
-        return followed(material, strains, self._system.materials.formulation, self._scheme.step)
+        return follow_strains(material, strains, self._system.materials.formulation, self._scheme.step)
 
     def _complete_tractions(self, steps: slice) -> None:
         """Sum up the forces in the arrays of tractions, and make tractions of them."""

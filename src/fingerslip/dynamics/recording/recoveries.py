@@ -20,7 +20,7 @@ from fingerslip.fe.recovery import Recovery, Relax, cell_recovery, site_recovery
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.viscoelastic import Relaxed, in_space
 
-__all__ = ["AtSites", "Recoveries", "remembered"]
+__all__ = ["AtSites", "Recoveries", "dashpots_reader"]
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class Recoveries:
         return AtSites(recovery, near, both[: motion.shape[0]], both[motion.shape[0] :])
 
 
-def remembered(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
+def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
     """Return what gives the dashpots of materials at the points of a recovery from what a state remembers."""
 
     def read(field: Array, points: NDArray[np.int64]) -> Array:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.recording.recoveries import Recoveries, remembered
+from fingerslip.dynamics.recording.recoveries import Recoveries, dashpots_reader
 from fingerslip.dynamics.step.memory import Viscous
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.system import System
@@ -100,7 +100,7 @@ class SnapshotRecords:
             return
         cells = self._recoveries.cells
         strains = cells.strains(self._system.coordinates.on_mesh(state.displacement))
-        relax = remembered(self._system, self._viscous, state, cells)
+        relax = dashpots_reader(self._system, self._viscous, state, cells)
         _record(replace(cells, relax=relax), strains, number, values)
 
 

@@ -34,7 +34,7 @@ from fingerslip.linear.craig_bampton import (
 from fingerslip.linear.memory import available_memory
 from fingerslip.model import ReducedBasis
 
-__all__ = ["BasisStore", "march_reduced"]
+__all__ = ["BasisStore", "march_in_basis"]
 
 Array = NDArray[np.float64]
 
@@ -121,7 +121,7 @@ class _Maker:
         return digest(*inputs)
 
 
-def march_reduced(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Marched | None:
+def march_in_basis(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Marched | None:
     """Compute motions in a reduced basis."""
     try:
         _require_suitable(motions)

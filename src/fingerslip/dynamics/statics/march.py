@@ -93,7 +93,7 @@ def march_static(
         time = float(times[number])
         unheld = setting.plate.unheld(time, fallen)
         free = _free_motion(setting, shifts[number] + setting.plate.shift(unheld))
-        state, working_set, iterations = _taken(setting, state, working_set, free, (step if number > 1 else 0.0, time))
+        state, working_set, iterations = _step(setting, state, working_set, free, (step if number > 1 else 0.0, time))
         fallen = setting.plate.held(unheld, records.take(number, state, iterations))
         shifts[number] += setting.plate.shift(fallen)
         if np.linalg.norm(fallen) > farthest:
@@ -115,7 +115,7 @@ def _setting(
     body: StaticBody, contact: Contact, programme: Sequence[Phase], plate: RigidBody | None, step: float
 ) -> _Setting:
     """Return the contact nodes that a motion needs, and what stays the same in it."""
-    plane = contact.counterface.placed(np.vstack([body.positions, body.watched]))
+    plane = contact.counterface.at_start(np.vstack([body.positions, body.watched]))
     if not plane.is_flat:
         raise InputError("contact.counterface", "is curved", "needs a plane", "simulate the model step by step")
     motion = counterface_motion(programme, plane)
@@ -156,7 +156,7 @@ def _free_motion(setting: _Setting, shift: Floats) -> Floats:
     return free
 
 
-def _taken(
+def _step(
     setting: _Setting,
     before: InterfaceState,
     working_set: WorkingSet | Piece | None,

@@ -16,7 +16,7 @@ from fingerslip.model import Model
 from fingerslip.parameters import Force, SignedSpeed, parameters
 from fingerslip.programme import CONSTANT
 
-__all__ = ["Command", "commanded"]
+__all__ = ["Command", "with_command"]
 
 Array = NDArray[np.float64]
 
@@ -41,16 +41,16 @@ class Command:
     force: tuple[Force, ...] | None = None
 
 
-def commanded(system: System, model: Model, command: Command, time: float) -> System:
+def with_command(system: System, model: Model, command: Command, time: float) -> System:
     """Return a system that follows a command from a time on.
 
     Units: time [s].
     """
     faces = _faces(model, command)
     if command.velocity is not None:
-        system = _moved(system, model, faces, np.array(_components(system, command.velocity, "velocity")), time)
+        system = _with_motion(system, model, faces, np.array(_components(system, command.velocity, "velocity")), time)
     if command.force is not None:
-        system = _pushed(system, faces, command)
+        system = _with_force(system, faces, command)
     return system
 
 
@@ -73,18 +73,18 @@ def _components(system: System, values: tuple[float, ...], name: str) -> tuple[f
     return values
 
 
-def _moved(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
+def _with_motion(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
     for freedom in system.unknowns.rigid:
         if set(freedom.faces) & set(faces) and abs(float(freedom.shift @ velocity)) > 0.0:
             fault = "moves along a direction in which the body is free"
             raise InputError("command.velocity", fault, "needs prescribed directions", "write a force there")
     motions = list(system.motions)
     for face in faces:
-        motions[face] = _continued(motions[face], velocity, time, model.end - time + model.time.step)
+        motions[face] = _go_on(motions[face], velocity, time, model.end - time + model.time.step)
     return replace(system, motions=tuple(motions))
 
 
-def _continued(motion: Motion, velocity: Array, time: float, duration: float) -> Motion:
+def _go_on(motion: Motion, velocity: Array, time: float, duration: float) -> Motion:
     """Return a motion that goes on with a velocity [m/s] from a time [s] on, for a duration [s]."""
     past = motion.knots < time
     here = motion.displacement(np.array([time]))[0]
@@ -93,7 +93,7 @@ def _continued(motion: Motion, velocity: Array, time: float, duration: float) ->
     return Motion(knots, positions)
 
 
-def _pushed(system: System, faces: tuple[int, ...], command: Command) -> System:
+def _with_force(system: System, faces: tuple[int, ...], command: Command) -> System:
     """Return a system in which a command's force takes the place of that of an earlier one."""
     force = np.array(command.force)
     freedoms = [

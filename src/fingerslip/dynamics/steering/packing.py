@@ -22,28 +22,28 @@ from scipy import sparse
 from fingerslip.errors import DamagedError
 from fingerslip.files import write_bytes
 
-__all__ = ["is_like", "read_packed", "write_packed"]
+__all__ = ["is_like", "read_archive", "write_archive"]
 
 _TREE, _PACKAGE = "tree.json", "fingerslip."
 _REPAIR = "save the simulation again"
 
 
-def write_packed(path: Path, value: Any, outside: Mapping[str, NDArray[Any]]) -> None:
+def write_archive(path: Path, value: Any, outside: Mapping[str, NDArray[Any]]) -> None:
     """Write a value to a file, whole or not at all."""
     arrays: dict[str, NDArray[Any]] = {}
     names = {id(array): name for name, array in outside.items()}
-    tree = json.dumps(_packed(value, arrays, names))
-    write_bytes(path, _zipped(tree, arrays))
+    tree = json.dumps(_pack(value, arrays, names))
+    write_bytes(path, _zip(tree, arrays))
 
 
-def read_packed(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
+def read_archive(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
     """Return the value that was written to a file."""
     try:
         with zipfile.ZipFile(path) as file:
             _check_size(file, path)
             arrays = {name: np.load(file.open(name), allow_pickle=False) for name in file.namelist() if name != _TREE}
             tree = json.loads(file.read(_TREE))
-        return _unpacked(tree, {**arrays, **outside})
+        return _unpack(tree, {**arrays, **outside})
     except FileNotFoundError:
         raise DamagedError(str(path), "is not there", "check the name") from None
     # Readers of numbers and text, and the classes that are made, fail in any way on what others have written.
@@ -77,7 +77,7 @@ def _members(value: Any) -> Mapping[Any, Any]:
     return dict(enumerate(value)) if isinstance(value, tuple | list) else {}
 
 
-def _zipped(tree: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+def _zip(tree: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as file:
@@ -88,7 +88,7 @@ def _zipped(tree: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:
     return memory.getvalue()
 
 
-def _packed(value: Any, arrays: dict[str, NDArray[Any]], names: dict[int, str]) -> Any:
+def _pack(value: Any, arrays: dict[str, NDArray[Any]], names: dict[int, str]) -> Any:
     if value is None or isinstance(value, bool | int | float | str | np.generic):
         return {"value": value.item() if isinstance(value, np.generic) else value}
     if isinstance(value, np.ndarray):
@@ -98,9 +98,9 @@ def _packed(value: Any, arrays: dict[str, NDArray[Any]], names: dict[int, str]) 
         return {"array": names[id(value)]}
     if isinstance(value, tuple | list):
         kind = "tuple" if isinstance(value, tuple) else "list"
-        return {kind: [_packed(item, arrays, names) for item in value]}
+        return {kind: [_pack(item, arrays, names) for item in value]}
     if isinstance(value, Mapping):
-        return {"mapping": {str(name): _packed(item, arrays, names) for name, item in value.items()}}
+        return {"mapping": {str(name): _pack(item, arrays, names) for name, item in value.items()}}
     if sparse.issparse(value):
         arrays_of_matrix = [
             np.asarray(value.data),
@@ -108,30 +108,30 @@ def _packed(value: Any, arrays: dict[str, NDArray[Any]], names: dict[int, str]) 
             np.asarray(value.indptr),
             list(value.shape),
         ]
-        return {"csr": [_packed(part, arrays, names) for part in arrays_of_matrix]}
+        return {"csr": [_pack(part, arrays, names) for part in arrays_of_matrix]}
     if dataclasses.is_dataclass(value) and type(value).__module__.startswith(_PACKAGE):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
         mark = f"{type(value).__module__}:{type(value).__qualname__}"
-        return {"of": mark, "fields": {name: _packed(item, arrays, names) for name, item in fields.items()}}
+        return {"of": mark, "fields": {name: _pack(item, arrays, names) for name, item in fields.items()}}
     raise TypeError(f"cannot save a {type(value).__name__}")
 
 
-def _unpacked(tree: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+def _unpack(tree: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
     match tree:
         case {"value": value}:
             return value
         case {"array": name}:
             return arrays[name]
         case {"tuple": items} | {"list": items}:
-            items_unpacked = [_unpacked(item, arrays) for item in items]
+            items_unpacked = [_unpack(item, arrays) for item in items]
             return items_unpacked if "list" in tree else tuple(items_unpacked)
         case {"mapping": items}:
-            return {name: _unpacked(item, arrays) for name, item in items.items()}
+            return {name: _unpack(item, arrays) for name, item in items.items()}
         case {"csr": items}:
-            data, indices, starts, shape = (_unpacked(item, arrays) for item in items)
+            data, indices, starts, shape = (_unpack(item, arrays) for item in items)
             return sparse.csr_matrix((data, indices, starts), shape=tuple(shape))
         case {"of": mark, "fields": fields}:
-            return _kind(mark)(**{name: _unpacked(field, arrays) for name, field in fields.items()})
+            return _kind(mark)(**{name: _unpack(field, arrays) for name, field in fields.items()})
     raise ValueError(f"unknown: {tree}")
 
 

@@ -17,8 +17,8 @@ from fingerslip.digest import digest
 from fingerslip.dynamics.recording.provenance import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
-from fingerslip.dynamics.steering.commands import Command, commanded
-from fingerslip.dynamics.steering.packing import is_like, read_packed, write_packed
+from fingerslip.dynamics.steering.commands import Command, with_command
+from fingerslip.dynamics.steering.packing import is_like, read_archive, write_archive
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.stepwise import Stepwise, make_course
 from fingerslip.dynamics.system.system import build_system
@@ -221,7 +221,7 @@ class Simulation:
             "course": self._steps.course.saved(),
             "recorder": self._steps.recorder.saved(),
         }
-        write_packed(Path(path), value, self._outside())
+        write_archive(Path(path), value, self._outside())
 
     @classmethod
     def restore(
@@ -262,7 +262,7 @@ class Simulation:
 
     def _restore(self, path: Path) -> None:
         """Go on where another simulation of the model was saved."""
-        saved = read_packed(path, self._outside())
+        saved = read_archive(path, self._outside())
         if saved["format"] != _FORMAT:
             raise InputError(
                 str(path), "is of another version of fingerslip", "needs one that this version has saved", _REPAIR
@@ -274,7 +274,7 @@ class Simulation:
             self._follow(command, step)
         self._steps.course.restore(saved["course"])
         # The factors are made anew, and with them the compliance that the last step's contact refers to.
-        again = read_packed(path, self._outside())
+        again = read_archive(path, self._outside())
         steps, recorder = again["taken"], self._steps.recorder
         is_whole = is_like(again["state"], self._steps.state) and is_like(again["recorder"], recorder.saved())
         is_placed = isinstance(steps, int) and 0 <= steps < len(self._steps.times)
@@ -286,7 +286,7 @@ class Simulation:
     def _follow(self, command: Command, step: int) -> None:
         """Change the system by a command that is given at a step."""
         time = float(self._steps.times[step])
-        self._system = commanded(self._system, self._model, command, time)
+        self._system = with_command(self._system, self._model, command, time)
         self._commands = (*self._commands, (command, step))
         self._steps.steer(self._system)
 

@@ -112,10 +112,10 @@ def _solve_about(
     """Find the contact forces of a step with frames, gaps and arms linear about where it is predicted to end."""
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
     compliance = _compliance(stepper, start, frames)
-    solution = _solved(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
+    solution = _solve(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
     marks = _changes(stepper, start, solution)
     if not marks.any():
-        return _faded(stepper, start, solution)
+        return _fade(stepper, start, solution)
     before = start.before
     forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
     while (marks > dropped).any():
@@ -123,7 +123,7 @@ def _solve_about(
         release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames[:, 0])
         start_forces = in_frames(frames, release_force) / stepper.scheme.end_weight
         response = compliance.response(start_forces)
-        again = _solved(stepper, start, compliance, frames, relative + response, earlier=solution, goal=goal)
+        again = _solve(stepper, start, compliance, frames, relative + response, earlier=solution, goal=goal)
         solution = replace(again, release=release, release_force=release_force, release_response=response)
         marks = _changes(stepper, start, solution)
     return solution
@@ -158,14 +158,14 @@ def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArr
     return find_changes(forces, relative, stiffness, contact.coefficients)
 
 
-def _faded(stepper: Stepper, start: Prediction, contact: ContactStep) -> ContactStep:
+def _fade(stepper: Stepper, start: Prediction, contact: ContactStep) -> ContactStep:
     """Return a step in which no force was dropped, with what is left of earlier ones."""
     if start.before.release is None:
         return contact
     return replace(contact, release=fade(stepper.scheme, start.before.release))
 
 
-def _solved(
+def _solve(
     stepper: Stepper,
     start: Prediction,
     compliance: Compliance,
@@ -189,7 +189,7 @@ def _solved(
     solution, working_set = solve_contact(
         compliance, problem, coefficients, first, wanted, working_set=old, origin=origin
     )
-    _check_solved(stepper, start, solution, accepted)
+    _check_solution(stepper, start, solution, accepted)
     response = compliance.response(solution.forces) if solution.response is None else solution.response
     return ContactStep(frames, coefficients, relative + response, solution, working_set)
 
@@ -234,7 +234,7 @@ def _compliance(stepper: Stepper, start: Prediction, frames: Array) -> Complianc
     return replace(compliance, body=body, frames=frames, edition=edition)
 
 
-def _check_solved(stepper: Stepper, start: Prediction, solution: ContactSolution, tolerance: float) -> None:
+def _check_solution(stepper: Stepper, start: Prediction, solution: ContactSolution, tolerance: float) -> None:
     if not solution.residual <= tolerance:
         nodes = stepper.system.candidates.nodes
         raise ConvergenceError(

@@ -57,7 +57,7 @@ def ends(
         as_rows([before.inertia for before in befores]),
         as_rows([before.unbalance for before in befores]),
     )
-    changes, energies = _finished(factors, matrices, is_small, _some(added, unknowns), before, fields)
+    changes, energies = _finish(factors, matrices, is_small, _some(added, unknowns), before, fields)
     return list(map(_end, befores, fields.transpose(1, 0, 2), changes.transpose(1, 0, 2), energies.tolist()))
 
 
@@ -94,7 +94,7 @@ def _fields(factors, free_displacement, free_velocity, unknowns, prescribed):  #
 
 
 @numba.njit(cache=True, nogil=True)
-def _finished(factors, matrices, is_small, added, before, fields):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _finish(factors, matrices, is_small, added, before, fields):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Fill in inertia and unbalance of k motions, (5, k, n); return changes, (3, k, n), and energies, (k, 2) [J].
 
     The changes are those of displacement, velocity and inertia, the energies the kinetic and the elastic one.

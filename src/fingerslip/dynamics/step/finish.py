@@ -40,12 +40,12 @@ def finish(
     Arrays: unknowns (k, n).
     """
     unknowns = np.ascontiguousarray(unknowns)
-    added = list(map(_added, steppers, starts, contacts, unknowns))
+    added = list(map(_extra_forces, steppers, starts, contacts, unknowns))
     end_states = ends(steppers[0], starts, unknowns, added, is_small=not bodies)
-    return list(map(_finished, steppers, starts, contacts, end_states, bodies or repeat(None)))
+    return list(map(_end_state, steppers, starts, contacts, end_states, bodies or repeat(None)))
 
 
-def _added(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> Array | None:
+def _extra_forces(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> Array | None:
     """Return the forces of an anchor and of nodes that have left in the equation of motion, (n,) [N]; None if none."""
     anchor = start.anchor_force(stepper, unknown) if stepper.anchoring is not None else None
     if contact.release is None:
@@ -67,9 +67,9 @@ class _Contact:
     outcome: StepOutcome
 
 
-def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: End, body: BodyState | None) -> State:
+def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: End, body: BodyState | None) -> State:
     """Return the state of a motion at the end of a step, from its fields and its contact."""
-    before, settled = start.before, _settled(stepper, start, contact, end)
+    before, settled = start.before, _contact_record(stepper, start, contact, end)
     memories = tuple(
         layer.after(memory, end.displacement) for layer, memory in zip(stepper.viscous, before.memories, strict=True)
     )
@@ -100,7 +100,7 @@ def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: En
     return _with_supports(stepper, before, after, end.change.displacement)
 
 
-def _settled(stepper: Stepper, start: Prediction, contact: ContactStep, end: End) -> _Contact:
+def _contact_record(stepper: Stepper, start: Prediction, contact: ContactStep, end: End) -> _Contact:
     """Return what contact has done in a step."""
     before, system = start.before, stepper.system
     moved, inward, outward = contact_work(
@@ -149,7 +149,7 @@ def _energies(
         strain=body.energy if body is not None else end.elastic + sum(memory.stored for memory in memories),
         contact=settled.stored,
         friction=settled.friction,
-        damping=_damped(stepper, before, end),
+        damping=_damping_energy(stepper, before, end),
         viscous=sum(memory.dissipated for memory in memories) + (lost if relaxes else 0.0),
         numerical=stepper.scheme.dissipation(change) + settled.numerical + (0.0 if relaxes else lost),
         work=0.5 * float((before.load + start.load) @ change.displacement) + contact.external_work,
@@ -170,7 +170,7 @@ def _elastic_loss(before: State, body: BodyState | None, change: Array) -> float
     return 0.5 * float((before.body.force + body.force) @ change) - (body.energy - before.body.energy)
 
 
-def _damped(stepper: Stepper, before: State, end: End) -> float:
+def _damping_energy(stepper: Stepper, before: State, end: End) -> float:
     """Return the energy that material damping and the dampers of rigid bodies dissipate in a step [J]."""
     if not (stepper.damping.mass or stepper.damping.stiffness or stepper.system.dampers is not None):
         return 0.0

@@ -90,7 +90,7 @@ def predict(
     moving = _moving(stepper, time)
     ends = free_ends(stepper.prediction, stepper.factors, *moving, *_starts(states))
     unbalance = as_rows([state.unbalance for state in states])
-    remembered = as_rows(list(map(_with_remembered, steppers, states, loads)))
+    remembered = as_rows(list(map(_with_history_forces, steppers, states, loads)))
     right = right_hand_sides(stepper.factors, stepper.resistance, moving[0], ends, unbalance, remembered)
     inputs = ((time, *arguments) for arguments in zip(counterfaces, loads, strict=True))
     predictions = list(map(_prediction, steppers, states, inputs, ends, right))
@@ -145,7 +145,7 @@ def _prediction(
     )
 
 
-def _with_remembered(stepper: Stepper, state: State, load: Array) -> Array:
+def _with_history_forces(stepper: Stepper, state: State, load: Array) -> Array:
     """Return a load (n,) with the forces of what materials remember [N]."""
     remembered = [layer.force(memory) for layer, memory in zip(stepper.viscous, state.memories, strict=True)]
     return np.sum([load, *remembered], axis=0) if remembered else load

@@ -113,8 +113,8 @@ def drop(
     """
     earlier = scheme.start_weight * forces[0]
     pushing = scheme.end_weight * forces[1] - (earlier if release is None else earlier - release.cancelled)
-    cancelled = _dropped(scheme.start_weight * forces[1], marks, normals)
-    added = _dropped(_remainder(scheme) * pushing, marks, normals)
+    cancelled = _drop(scheme.start_weight * forces[1], marks, normals)
+    added = _drop(_remainder(scheme) * pushing, marks, normals)
     fading = added if release is None else added + fading_forces(scheme, release)
     largest = max(0.0 if release is None else release.largest, float(np.abs(added).max(initial=0.0)))
     return Release(fading, cancelled, largest), added + cancelled
@@ -125,7 +125,7 @@ def _remainder(scheme: Scheme) -> float:
     return -(1.0 - scheme.end_share) / scheme.end_share
 
 
-def _dropped(forces: Array, marks: Marks, normals: Array) -> Array:
+def _drop(forces: Array, marks: Marks, normals: Array) -> Array:
     """Return what the marks drop of forces (n_c, dim) [N]."""
     normal = np.einsum("cd,cd->c", forces, normals) * (marks == TURNS)
     dropped: Array = forces * (marks != 0)[:, None] - normal[:, None] * normals

@@ -42,7 +42,7 @@ def advance(
             contacts = list(mapper(solve_step, steppers, starts, _own_rows(steppers, halfway.local)))
             forces = _joint_forces(steppers, contacts, halfway.local.shape)
         with watch.part("substitution"):
-            moved = None if halfway.kept is None else _joint_moved(steppers, contacts, halfway.local.shape)
+            moved = None if halfway.kept is None else _joint_motion(steppers, contacts, halfway.local.shape)
             unknowns = condensed.backward(halfway, forces, moved).reshape(-1, len(starts)).T
             for arguments in zip(steppers, starts, contacts, unknowns, strict=True):
                 turn(*arguments)
@@ -82,7 +82,7 @@ def _on_joint_rows(stepper: Stepper, contact: ContactStep, size: int) -> Array:
     return forces
 
 
-def _joint_moved(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array | None:
+def _joint_motion(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array | None:
     """Return what these forces do to the local unknowns, shape (m,) or (m, k); None where contact does not tell it."""
     if steppers[0].system.rotations is not None:
         return None

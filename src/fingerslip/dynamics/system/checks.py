@@ -29,7 +29,7 @@ from fingerslip.programme import Slide
 from fingerslip.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["CheckedModel", "check_model", "checked"]
+__all__ = ["CheckedModel", "check_model", "inspect_model"]
 
 Array = NDArray[np.float64]
 
@@ -65,10 +65,10 @@ class CheckedModel:
 
 def check_model(model: Model) -> None:
     """Find out whether a model can be computed, without assembling or solving."""
-    checked(model)
+    inspect_model(model)
 
 
-def checked(model: Model, space: Space | None = None) -> CheckedModel:
+def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
     """Check a model and return what was found out; see :func:`check_model`.
 
     Parameters
@@ -87,7 +87,8 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
     _check_initial_velocity(model, space)
     skins = [space.positions[boundary_nodes(space, contact.boundary)] for contact in model.contacts]
     counterfaces = tuple(
-        _placed(number, contact, skin) for number, (contact, skin) in enumerate(zip(model.contacts, skins, strict=True))
+        _at_start(number, contact, skin)
+        for number, (contact, skin) in enumerate(zip(model.contacts, skins, strict=True))
     )
     motions = tuple(contact_motion(model, number) for number in range(len(model.contacts)))
     candidates = tuple(
@@ -128,10 +129,10 @@ def _check_held(model: Model, held_by_contact: tuple[str, ...]) -> None:
         raise InputError("supports", fault, "at large strain a body without inertia needs supports", repair)
 
 
-def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
+def _at_start(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
     """Return the counterface of a contact at its start: where none is given at the clearance from `skin` (n, dim)."""
     away = contact.clearance * contact.counterface.unit_normal
-    placed = contact.counterface.placed(skin - away)
+    placed = contact.counterface.at_start(skin - away)
     if contact.clearance > 0.0 and placed is contact.counterface:
         fault = f"got {millimetres(contact.clearance)} for a counterface whose start is given"
         repair = "leave out its offset or centre, or the clearance"

@@ -14,7 +14,7 @@ from scipy import sparse
 from fingerslip.contact.candidates import Candidates, Counterfaces, join_candidates
 from fingerslip.dynamics.finite.body import Body
 from fingerslip.dynamics.system.bodies import rigid_freedoms
-from fingerslip.dynamics.system.checks import CheckedModel, checked
+from fingerslip.dynamics.system.checks import CheckedModel, inspect_model
 from fingerslip.dynamics.system.coordinates import Coordinates, MeshCoordinates
 from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.dynamics.system.loads import Load
@@ -167,7 +167,7 @@ class System:
 
 def build_system(model: Model, twin: System | None = None) -> System:
     """Check and assemble a model."""
-    checked_model = checked(model, twin.space if twin else None)
+    checked_model = inspect_model(model, twin.space if twin else None)
     for doubt in doubts(model, checked_model):
         _logger.warning("%s", doubt)
     rows = held_rows(checked_model.held, checked_model.space)

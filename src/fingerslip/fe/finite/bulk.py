@@ -32,8 +32,8 @@ from fingerslip.fe.finite.kernels import (
     strains_in_plane,
     volume_slopes,
 )
-from fingerslip.fe.finite.springs import ended, spring_excess
-from fingerslip.fe.finite.thickness import Pulled, thinned
+from fingerslip.fe.finite.springs import end_history, spring_excess
+from fingerslip.fe.finite.thickness import Pulled, thickness_strain
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
 from fingerslip.fe.integration import Integration, check_integration
 from fingerslip.fe.recovery import cell_dofs, shape_gradients
@@ -70,13 +70,13 @@ class LargeStrain:
         if self.relaxation is None or state.history is None:
             return state
         left = self.relaxation.left(state.history, step)
-        return replace(state, left=left, pulled=self._pulled(state, left))
+        return replace(state, left=left, pulled=self._start_part(state, left))
 
     def ended(self, state: Deformed) -> Deformed:
         """Return a body at the end of a step with what it remembers."""
         if self.relaxation is None:
             return state
-        return replace(state, history=ended(self.relaxation, self.materials.materials, state))
+        return replace(state, history=end_history(self.relaxation, self.materials.materials, state))
 
     def deformed(self, displacement: Array, near: Deformed | None = None) -> Deformed:
         """Return the body at a displacement (n_dofs,) [m].
@@ -108,7 +108,7 @@ class LargeStrain:
             # An incompressible body keeps its volume.
             log_strain[:, 2] = near.log_strain[:, 2] + near.log_volume - log_volume_of(log_strain[:, :2])
         left, history = (None, None) if near is None else (near.left, near.history)
-        return self._stressed(Deformed(*arrays, log_strain, np.zeros((0, 3)), None, None, left, None, history))
+        return self._with_stresses(Deformed(*arrays, log_strain, np.zeros((0, 3)), None, None, left, None, history))
 
     def force(self, state: Deformed) -> Array:
         """Return the forces of the nodes on the body, shape (n_dofs,) [N]."""
@@ -197,7 +197,7 @@ class LargeStrain:
         moduli = self._moduli(state, positive=positive)
         stiffness_of_cells(self.gradients, self.weights.ravel(), *fields, moduli, positive, matrices)
         if state.pulled is not None and not positive:
-            self._add_pulled(state, state.pulled, matrices)
+            self._add_start_part(state, state.pulled, matrices)
         total = self._pattern.assembled(matrices)
         if self.volumes is None or state.mean_volume is None:
             return total
@@ -210,17 +210,19 @@ class LargeStrain:
     def _pattern(self) -> Pattern:
         return pattern_of_cells(self.nodes, len(self.space.positions), self.space.dim)
 
-    def _stressed(self, state: Deformed) -> Deformed:
+    def _with_stresses(self, state: Deformed) -> Deformed:
         """Return a state with its stresses, and in plane stress its thickness."""
         stress = np.empty_like(state.log_strain)
         for number, (material, points, _) in enumerate(self._parts()):
             strain, law = state.log_strain[points], self._law(number, material, state.left, points)
             if self.materials.formulation == "plane_stress":
-                strain[:, 2] = thinned(law, strain, self._across(state, points) if law is not material else None)
+                strain[:, 2] = thickness_strain(
+                    law, strain, self._across(state, points) if law is not material else None
+                )
                 state.log_strain[points, 2] = strain[:, 2]
             stress[points] = law.kirchhoff_stress(strain)
         if state.left is not None:
-            state = replace(state, pulled=self._pulled(state, state.left))
+            state = replace(state, pulled=self._start_part(state, state.left))
         if self.volumes is None:
             return replace(state, stress=stress)
         volume = state.volume
@@ -248,13 +250,13 @@ class LargeStrain:
         in_plane = first * (xx**2 + yx**2) + other * (xy**2 + yy**2) + 2.0 * beside * (xx * xy + yx * yy)
         return Pulled(in_plane, across)
 
-    def _pulled(self, state: Deformed, left: Left) -> Array:
+    def _start_part(self, state: Deformed, left: Left) -> Array:
         """Return what of the stress at all points the start of a step takes, packed, shape (n_p, k) [Pa]."""
         pulled = np.empty((len(left.points), left.points.shape[1] - 3))
         push_forward(state.deformation, state.log_strain, left.points, pulled)
         return pulled
 
-    def _add_pulled(self, state: Deformed, pulled: Array, matrices: Array) -> None:
+    def _add_start_part(self, state: Deformed, pulled: Array, matrices: Array) -> None:
         """Add the stiffness of what the start of a step leaves, and in plane stress that of the thickness."""
         weights = self.weights.ravel()
         add_stiffness(self.gradients, weights, state.deformation, pulled, matrices)

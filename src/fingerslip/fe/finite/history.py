@@ -424,16 +424,16 @@ class Relaxation:
             ln J at the end, local and of mean volumes; of areas in 2D [-].
         """
         updated = np.column_stack(
-            [tensors, self._thinned(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]
+            [tensors, self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]
         )
-        mean = self._thinned(left, self.groups, groups, left.groups)
+        mean = self._thickness_strain(left, self.groups, groups, left.groups)
         dashpots, of_groups = np.empty_like(history.point_dashpots), np.empty_like(history.group_dashpots)
         tables = left.terms.decay, left.terms.end, left.terms.start
         follow(self.points, *tables, history.points, updated, history.point_dashpots, dashpots)
         follow(self.groups, *tables, history.groups, mean, history.group_dashpots, of_groups)
         return History(updated, dashpots, mean, of_groups)
 
-    def _thinned(self, left: Left, number: Indices, log_volume: Array, rest: Array) -> Array:
+    def _thickness_strain(self, left: Left, number: Indices, log_volume: Array, rest: Array) -> Array:
         """Return ln J (n,) beside the strain across that follows from it at small strain, shape (n, 2) [-]."""
         if self.formulation != "plane_stress":
             return np.column_stack([log_volume, np.zeros_like(log_volume)])

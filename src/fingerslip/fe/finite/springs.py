@@ -16,7 +16,7 @@ from fingerslip.fe.finite.history import History, Relaxation, principal_values, 
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.relaxing import shape_energy, shape_stress, spring_strain
 
-__all__ = ["ended", "spring_excess"]
+__all__ = ["end_history", "spring_excess"]
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 _LINEAR = 0.5
 
 
-def ended(relaxation: Relaxation, materials: tuple[FiniteMaterial, ...], state: Deformed) -> History:
+def end_history(relaxation: Relaxation, materials: tuple[FiniteMaterial, ...], state: Deformed) -> History:
     """Return what a body remembers at the end of a step, from its state there with the history of the start."""
     if state.left is None or state.history is None:
         raise ValueError("the step was not begun")

@@ -12,7 +12,7 @@ from fingerslip.errors import FingerslipError, InputError
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.relaxing import StepLaw
 
-__all__ = ["Pulled", "check_thickness", "thinned"]
+__all__ = ["Pulled", "check_thickness", "thickness_strain"]
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Pulled:
         return third - pull, -2.0 / 3.0 * (third + pull)
 
 
-def thinned(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> Array:
+def thickness_strain(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> Array:
     """Return the logarithmic strain across the plane, shape (n,).
 
     Arrays: log_strain (n, 3) [-].

@@ -103,7 +103,7 @@ class PardisoSeries:
 
     def factorise(self, matrix: sparse.csr_matrix) -> PardisoFactor:
         """Factorise a matrix (n, n)."""
-        return self._factorised(self._analysed(matrix, _NONE))
+        return self._factorise(self._analyse(matrix, _NONE))
 
     def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
@@ -111,13 +111,13 @@ class PardisoSeries:
         if not (matrix.diagonal() > 0.0).all():
             raise FingerslipError(f"{self.name}: {_NOT_DEFINITE}")
         schur = np.zeros((interface.size, interface.size), self._around)
-        return self._factorised(self._analysed(matrix, interface), schur), schur
+        return self._factorise(self._analyse(matrix, interface), schur), schur
 
     def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
-        return self._analysed(matrix, interface).bytes
+        return self._analyse(matrix, interface).bytes
 
-    def _analysed(self, matrix: sparse.csr_matrix, interface: Indices) -> _Analysis:
+    def _analyse(self, matrix: sparse.csr_matrix, interface: Indices) -> _Analysis:
         """Return the analysis of a matrix: the last one, unless the pattern is another or its factors are in use."""
         upper = sparse.triu(matrix, format="csr")
         upper.sort_indices()
@@ -126,7 +126,7 @@ class PardisoSeries:
             self._analysis = _Analysis(upper, interface, self._around if interface.size else np.float64)
         return self._analysis
 
-    def _factorised(self, analysis: _Analysis, schur: Array | None = None) -> PardisoFactor:
+    def _factorise(self, analysis: _Analysis, schur: Array | None = None) -> PardisoFactor:
         try:
             return PardisoFactor(analysis, schur)
         except FingerslipError:

@@ -119,8 +119,8 @@ def build_from_surfaces(
     """
     sizes = sizes or LayerSizes()
     bodies = _bodies(skin, phalanx, sizes)
-    whole = _tetrahedralised(bodies, sizes)
-    return _named(whole, _layers(whole, bodies), bodies.cut, sizes)
+    whole = _tetrahedralise(bodies, sizes)
+    return _name_groups(whole, _layers(whole, bodies), bodies.cut, sizes)
 
 
 def _bodies(skin: Surface, phalanx: Surface | None, sizes: LayerSizes) -> _Bodies:
@@ -156,7 +156,7 @@ def _check_inside(phalanx: Surface, skin: Surface, cut: float) -> None:
     raise MeshError(phalanx.name, fault, f"needs to lie inside {skin.name}", repair)
 
 
-def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
+def _tetrahedralise(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
     """Mesh the box around all surfaces; cells keep to every surface within the tolerance."""
     import pytetwild
     import skfem
@@ -282,7 +282,7 @@ def _pieces(count: int, neighbours: Integers) -> Integers:
     return labels
 
 
-def _named(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: LayerSizes) -> skfem.MeshTet1:
+def _name_groups(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: LayerSizes) -> skfem.MeshTet1:
     """Keep the cells of the body, and name its regions and boundaries."""
     names = {"skin": _SKIN, "tissue": _TISSUE, "phalanx": _PHALANX}
     if sizes.phalanx == "hole":
@@ -292,11 +292,11 @@ def _named(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: LayerSizes
     at_cut = (np.abs(whole.p[0, whole.facets] - cut) <= sizes.tolerance).all(axis=0)
     bounds = _boundaries(whole, layer, body, at_cut & (layer == _PROXIMAL).any())
     bounds["pad"] = _pad(whole, bounds["skin"], sizes.contact_reach)
-    named = whole.with_subdomains(_filled(regions)).with_boundaries(_filled(bounds))
+    named = whole.with_subdomains(_fill(regions)).with_boundaries(_fill(bounds))
     return named.restrict(np.flatnonzero(body))
 
 
-def _filled(groups: dict[str, Integers]) -> dict[str, NDArray[np.int32]]:
+def _fill(groups: dict[str, Integers]) -> dict[str, NDArray[np.int32]]:
     return {name: members.astype(np.int32) for name, members in groups.items() if len(members)}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_area, joined
+from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_area, join_points
 
 if TYPE_CHECKING:
     from scipy.sparse import coo_matrix
@@ -71,11 +71,11 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     """
     check_area(surface)
     # Pieces are told apart by their points, so these are joined first; then those of the debris go.
-    points, triangles = joined(surface.points, surface.triangles)
+    points, triangles = join_points(surface.points, surface.triangles)
     selected, dropped = _without_debris(dataclasses.replace(surface, points=points, triangles=triangles))
-    points, triangles = joined(points, selected)
+    points, triangles = join_points(points, selected)
     cleaned = dataclasses.replace(surface, points=points, triangles=triangles)
-    turned = _turned(cleaned)
+    turned = _find_inward(cleaned)
     oriented = dataclasses.replace(cleaned, triangles=np.where(turned[:, None], triangles[:, ::-1], triangles))
     loops = boundary_loops(oriented)
     sizes = [_diameter(points[loop]) for loop in loops]
@@ -113,7 +113,7 @@ def _without_debris(surface: Surface) -> tuple[Integers, int]:
     return triangles[np.isin(piece, large)], len(present) - len(large)
 
 
-def _turned(surface: Surface) -> NDArray[np.bool_]:
+def _find_inward(surface: Surface) -> NDArray[np.bool_]:
     """Return which triangles have to be turned so that all face outwards."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

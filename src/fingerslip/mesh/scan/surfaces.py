@@ -24,7 +24,7 @@ __all__ = [
     "check_area",
     "check_closed",
     "contains",
-    "joined",
+    "join_points",
     "outermost",
     "read_surface",
     "write_surface",
@@ -110,7 +110,7 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     triangles = _triangles(file, data)
     points = np.asarray(data.points, dtype=float)
     _check_size(file, points[np.unique(triangles)], unit)
-    points, triangles = joined(points * scale, triangles)
+    points, triangles = join_points(points * scale, triangles)
     surface = Surface(points, triangles, file.name)
     check_area(surface)
     return surface
@@ -140,7 +140,7 @@ def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -
     write_file(file, data, ".stl, .ply, .obj")
 
 
-def joined(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
+def join_points(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
     """Join points at the same place, and drop unused ones and triangles that shrink to a line.
 
     Parameters

@@ -27,7 +27,7 @@ from fingerslip.report.figures.study import event_times_figure, latency_figure
 __all__ = ["RUN_DRAWERS", "STUDY_DRAWERS", "draw_of_run", "draw_of_study"]
 
 
-def _deformed(subject: RunSubject) -> Figure:
+def _deformed_figure(subject: RunSubject) -> Figure:
     if is_solid(subject.history):
         return solid_views_figure(subject.history, subject.events, subject.options, subject.times or None)
     return deformed_frames_figure(subject.history, subject.events, subject.options.scalar, subject.times or None)
@@ -48,7 +48,7 @@ STUDY_DRAWERS: Mapping[str, Callable[[StudySubject], Figure]] = MappingProxyType
 #: How those of a run are drawn, by their names in :data:`~fingerslip.report.figures.kinds.OF_RUNS`.
 RUN_DRAWERS: Mapping[str, Callable[[RunSubject], Figure]] = MappingProxyType(
     {
-        "deformed": _deformed,
+        "deformed": _deformed_figure,
         "slip-map": lambda own: slip_maps_figure({"": own.history}, {"": own.events}),
         "forces": lambda own: force_figure(own.history, own.events),
         "energy": lambda own: energy_figure(own.history),

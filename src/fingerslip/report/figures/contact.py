@@ -18,7 +18,7 @@ from fingerslip.contact.frames import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import nearest_record
 from fingerslip.report.colours import BLACK, STATE_COLOURS, STATE_NAMES
-from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
 from fingerslip.slip import (
     Events,
     Patch,
@@ -61,7 +61,7 @@ def slip_frames_figure(
     """
     patch = contact_patch(history)
     moments = _with_events(history, events) if times is None else np.asarray(times, dtype=float)
-    heading = titled("Stick and slip of the contact, seen from below", title)
+    heading = join_title("Stick and slip of the contact, seen from below", title)
     figure, panels = figure_grid(len(moments), 3, _panel(history, patch, 2.6), heading, _LABELS)
     for axes, moment, before in zip(panels, moments, [None, *moments[:-1]], strict=True):
         states = triangle_states(history, patch, nearest_record(history, moment))
@@ -81,7 +81,7 @@ def surface_strain_figure(
     rates = surface_strain_rates(strains)
     moments = _moments(history, events, _STRAIN_FRAMES)
     named = _STRAIN_NAMES[component]
-    heading = titled(f"Green-Lagrange {named}, and its rate, seen from below", title)
+    heading = join_title(f"Green-Lagrange {named}, and its rate, seen from below", title)
     size = _panel(history, patch, 2.5)
     figure, panels = figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
     for row, (field, label) in enumerate(((strains, f"{named} [%]"), (rates, "its rate [%/s]"))):
@@ -261,7 +261,7 @@ def _draw_arrow(axes: Axes, direction: Floats, low: Floats, high: Floats) -> Non
 @styled
 def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     """Draw the stick ratio against the tangential force over the normal force."""
-    heading = titled("Stick ratio against tangential force", title)
+    heading = join_title("Stick ratio against tangential force", title)
     labels = ("tangential force / normal force", "sticking share of the contact area")
     figure, (axes,) = figure_grid(1, 1, (5.2, 3.4), heading, labels)
     for name, history in histories.items():

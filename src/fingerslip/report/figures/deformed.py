@@ -33,7 +33,7 @@ from fingerslip.report.colours import (
     region_colours,
 )
 from fingerslip.report.figures.slip import shown_times
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, name_panel, styled, titled
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, styled
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names
@@ -82,7 +82,7 @@ def deformed_frames_figure(
         )
     numbers = snapshots_at(history, _moments(history, events) if times is None else dict.fromkeys(times, ""))
     label = SCALARS[scalar][0]
-    heading = titled(f"Deformed section, {label.partition(' [')[0]}", title)
+    heading = join_title(f"Deformed section, {label.partition(' [')[0]}", title)
     columns = columns_for(len(numbers))
     size = _panel_size(history, 3.4 if columns > 1 else 6.0)
     figure, panels = figure_grid(len(numbers), columns, size, heading, ("x [mm]", "y [mm]"))

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE
-from fingerslip.report.figures.style import add_legend, figure_grid, say, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, styled
 
 __all__ = ["assumption_figure", "importance_figure", "learning_curve_figure", "robustness_figure"]
 
@@ -42,7 +42,7 @@ class Interval(Protocol):
 def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], title: str = "") -> Figure:
     """Draw how well a classifier does on test trials over the number of trials that it learned from."""
     labels = ("trials learned from", "on trials that were not seen")
-    figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), titled("Learning curve", title), labels)
+    figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), join_title("Learning curve", title), labels)
     trials, accuracy, scores = zip(*points, strict=True)
     keys: dict[str, Artist] = {}
     (keys["accuracy"],) = _with_intervals(axes, trials, accuracy, "o-", BLUE)
@@ -60,7 +60,7 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
     """Draw accuracies with their intervals for each thing that may be assumed; a line is where the first row is."""
     labels = ("share of right frames, trials that were not seen", "")
     height = 0.8 + 0.27 * len(rows)
-    figure, (axes,) = figure_grid(1, 1, (7.5, height), titled("Accuracy and what is assumed", title), labels)
+    figure, (axes,) = figure_grid(1, 1, (7.5, height), join_title("Accuracy and what is assumed", title), labels)
     keys: dict[str, Artist] = {}
     for number, name in enumerate(rows[0][1]):
         colour, marker = ((BLUE, "o"), (ORANGE, "s"), (GREY, "^"), (GREEN, "D"))[number % 4]
@@ -86,7 +86,7 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
 def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
     """Draw by how much accuracy falls when the features of a ring of markers are shuffled."""
     labels = ("ring, 0 in the centre", "fall in accuracy when it is shuffled")
-    figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), titled("Importance of rings", title), labels)
+    figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), join_title("Importance of rings", title), labels)
     rings, centre, ends = _parts(list(drops), list(drops.values()))
     axes.bar(rings, centre, color=BLUE, width=0.6)
     axes.vlines(rings, *ends, color=BLACK, linewidth=1.2)
@@ -100,7 +100,7 @@ def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], tit
     """Draw how many frames a detector gets right over the amount of each disturbance."""
     names = list(dict.fromkeys(name for name, *_ in results))
     figure, panels = figure_grid(
-        len(names), 3, (3.2, 2.6), titled("Robustness", title), ("amount", "share of frames"), share="none"
+        len(names), 3, (3.2, 2.6), join_title("Robustness", title), ("amount", "share of frames"), share="none"
     )
     keys: dict[str, Artist] = {}
     for axes, name in zip(panels, names, strict=True):

@@ -24,8 +24,8 @@ from fingerslip.report.figures.deformed import draw_section
 from fingerslip.report.figures.forces import draw_ratios
 from fingerslip.report.figures.marks import mark_run
 from fingerslip.report.figures.slip import ShownTime, draw_states
-from fingerslip.report.figures.solid import cropped
-from fingerslip.report.figures.style import figure_grid, say, styled, titled
+from fingerslip.report.figures.solid import crop
+from fingerslip.report.figures.style import figure_grid, join_title, say, styled
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import check_options, field_limits
 from fingerslip.report.scene.viewer import stills
@@ -207,11 +207,11 @@ def frames_figure(history: xr.Dataset, frames: Mapping[float, Frame], title: str
     Arrays: frames (height, width) [s].
     """
     times = list(frames)[:_PANELS]
-    heading = titled("What the camera sees, and the body at that time", title)
+    heading = join_title("What the camera sees, and the body at that time", title)
     figure, panels = figure_grid(2 * len(times), len(times), _PANEL, heading, ("", ""), share="none")
     numbers = [nearest_snapshot(history, max(time, 0.0)) for time in times]
     options = SceneOptions(scalar="region", cut="z" if is_solid(history) else "none", camera="side", written=False)
-    bodies = cropped(stills(history, numbers, options, _SIZE))
+    bodies = crop(stills(history, numbers, options, _SIZE))
     for number, time in enumerate(times):
         above, below = panels[number], panels[len(times) + number]
         above.imshow(frames[time], cmap="gray", vmin=0, vmax=255)
@@ -255,7 +255,7 @@ def slip_order_figure(tracks: xr.Dataset, start: float, touching: NDArray[np.boo
     Arrays: tracks [px]; start [s]; touching (n,).
     """
     labels = ("time since the slide began [s]", "")
-    heading = titled("Order of slip, seen through the plate", title)
+    heading = join_title("Order of slip, seen through the plate", title)
     figure, (moved, where) = figure_grid(2, 2, (4.2, 3.1), heading, labels, share="none")
     when, distance = onsets(tracks, start)
     chosen = np.flatnonzero(touching)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
 from fingerslip.specimens.fingertip import (
     REGIONS,
     Fingertip,
@@ -29,7 +29,7 @@ from fingerslip.specimens.fingertip import (
     outline_curve,
     phalanx_contour,
     phalanx_surface,
-    posed,
+    pose_points,
     skin_grid,
     surface_depth,
 )
@@ -56,7 +56,7 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
     """Draw a fingertip: both sections with their layers, and the finger in 3D, to one scale within each panel."""
     count = 2 if fingertip.solid is None else 3
     figure, panels = figure_grid(
-        count, count, (3.9, 3.4), titled("Fingertip", title), ("x [mm]", "y [mm]"), share="none"
+        count, count, (3.9, 3.4), join_title("Fingertip", title), ("x [mm]", "y [mm]"), share="none"
     )
     for axes, (section, name) in zip(panels, _SECTIONS.items(), strict=False):
         _draw_section(axes, dataclasses.replace(fingertip, section=section))
@@ -115,7 +115,7 @@ def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
 
 def _draw_surface(axes: Axes3D, fingertip: Fingertip, grid: Floats, colour: str) -> None:
     points = grid.reshape(-1, 3)
-    x, y, z = 1e3 * posed(fingertip, points).T.reshape(3, *grid.shape[:2])
+    x, y, z = 1e3 * pose_points(fingertip, points).T.reshape(3, *grid.shape[:2])
     axes.plot_surface(x, z, y, color=colour, edgecolor=_EDGE, linewidth=0.15, rcount=500, ccount=500)
 
 
@@ -144,10 +144,10 @@ def section_figure(
     Arrays: mesh [m]; receptors (n, 2) [m]; displacement (n_nodes, 2) [m]; plate [m].
     """
     figure, (whole, close) = figure_grid(
-        2, 2, (4.6, 3.5), titled("Section", title), ("x [mm]", "y [mm]"), share="none", widths=(1.75, 1.0)
+        2, 2, (4.6, 3.5), join_title("Section", title), ("x [mm]", "y [mm]"), share="none", widths=(1.75, 1.0)
     )
     points = mesh.p.T[:, :2] if displacement is None else mesh.p.T[:, :2] + displacement[: mesh.p.shape[1]]
-    moved = {kind: _moved(mesh, positions, points) for kind, positions in receptors.items()}
+    moved = {kind: _move_receptors(mesh, positions, points) for kind, positions in receptors.items()}
     lowest = points[np.argmin(points[:, 1])]
     level = float(lowest[1]) if plate is None else plate
     colours = region_colours(tuple(mesh.subdomains or {}))
@@ -164,7 +164,9 @@ def section_figure(
     return figure
 
 
-def _moved(mesh: skfem.Mesh, positions: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _move_receptors(
+    mesh: skfem.Mesh, positions: NDArray[np.float64], points: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Move receptors with the nearest nodes of the mesh."""
     distance = np.linalg.norm(mesh.p.T[None, :, :2] - positions[:, None], axis=2)
     nearest = np.argmin(distance, axis=1)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from fingerslip.report.figures.marks import limit_to_slides, mark_run, name_run, run_keys
 from fingerslip.report.figures.slip import ShownTime, shown_time, shown_times
-from fingerslip.report.figures.style import add_legend, figure_grid, run_panels, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, styled
 from fingerslip.slip import Events, contact_forces, slipping_fraction
 
 __all__ = ["draw_ratios", "energy_figure", "force_figure", "force_overview_figure"]
@@ -104,7 +104,7 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
 
 def _time_panels(title: str, more: str, time_axis: ShownTime) -> tuple[Figure, list[Axes]]:
     """Make two panels over time, one below the other."""
-    return figure_grid(2, 1, (6.8, 2.2), titled(title, more), (time_axis.label, ""), share="x")
+    return figure_grid(2, 1, (6.8, 2.2), join_title(title, more), (time_axis.label, ""), share="x")
 
 
 def _finish(panels: Sequence[Axes], time_axis: ShownTime) -> None:

@@ -15,7 +15,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
-from fingerslip.report.figures.style import add_legend, figure_grid, say, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, styled
 from fingerslip.vision.fields.fields import larger_principal
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count
 from fingerslip.vision.video import FINE
@@ -49,7 +49,7 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     unit, scale = _SHOWN[str(tracks["position"].attrs["units"])]
     axes_names = [str(name) for name in tracks["axis"].values]
     labels = ("time [s]", f"displacement [{unit}]")
-    heading = titled("Markers over time", title)
+    heading = join_title("Markers over time", title)
     figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
     rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
     colours = ring_colours(int(rings.max(initial=0)) + 1)
@@ -83,7 +83,7 @@ def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
     """
     now = fields.isel(time=int(np.abs(fields["time"].values - time).argmin()))
     unit, scale = _SHOWN[str(fields["position"].attrs["units"])]
-    heading = titled(f"Fields from markers at {float(now['time']):.3g} s", title)
+    heading = join_title(f"Fields from markers at {float(now['time']):.3g} s", title)
     figure, panels = figure_grid(6, 3, (3.3, 3.1), heading, (f"x at rest [{unit}]", f"y at rest [{unit}]"))
     arrows = {"displacement": unit, "velocity": f"{unit}/s", "rigid_residual": unit}
     for axes, (name, of) in zip(panels, arrows.items(), strict=False):

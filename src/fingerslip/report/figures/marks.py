@@ -19,7 +19,7 @@ from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 __all__ = [
     "EVENT_COLOURS",
     "event_keys",
-    "happened",
+    "events_that_happen",
     "limit_to_slides",
     "mark_events",
     "mark_run",
@@ -130,7 +130,7 @@ def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents | No
     return min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
 
 
-def happened(events: Iterable[SlipEvents], names: Sequence[str] = MAIN_EVENTS) -> tuple[str, ...]:
+def events_that_happen(events: Iterable[SlipEvents], names: Sequence[str] = MAIN_EVENTS) -> tuple[str, ...]:
     """Return those of the named events that happened in any of some runs, so that legends have keys for no others."""
     runs = tuple(events)
     return tuple(name for name in names if any(run.time(name) is not None for run in runs))
@@ -140,7 +140,7 @@ def run_keys(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) 
     """Return keys for the lines that :func:`mark_run` draws from accumulated slip; none where nothing slides."""
     if all(slide_window(history) is None for history in histories.values()):
         return {}
-    return event_keys(happened(event.slip for event in events.values()))
+    return event_keys(events_that_happen(event.slip for event in events.values()))
 
 
 def event_keys(names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:

@@ -15,9 +15,9 @@ from matplotlib.lines import Line2D
 from fingerslip.afferents.model import Spikes
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import AREA_COLOURS, BLACK, BLUE, GREY, RECEPTOR_COLOURS
-from fingerslip.report.figures.marks import event_keys, happened, limit_to_slides, mark_run, name_run
+from fingerslip.report.figures.marks import event_keys, events_that_happen, limit_to_slides, mark_run, name_run
 from fingerslip.report.figures.slip import shown_time
-from fingerslip.report.figures.style import add_legend, figure_grid, run_panels, say, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, styled
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, PeakSettings, PeakTable, acceleration_peaks, peak_signal, receptor_signals
 
@@ -38,7 +38,7 @@ _AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge a
 def acceleration_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
-    figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), titled("Acceleration at the receptors", title), labels)
+    figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), join_title("Acceleration at the receptors", title), labels)
     signals, events_read = receptor_signals(history), events.acceleration if events else None
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
@@ -76,7 +76,7 @@ def acceleration_overview_figure(
         "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
         "height that a peak needs": Line2D([], [], color=GREY, linewidth=1.0),
     }
-    add_legend(figure, {**keys, **event_keys(happened(read.values()))})
+    add_legend(figure, {**keys, **event_keys(events_that_happen(read.values()))})
     return figure
 
 
@@ -88,7 +88,7 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events | None = No
     """
     time_axis = shown_time(history)
     labels, kinds = (time_axis.label, "strain energy density [J/m³]"), _recorded_kinds(history)
-    heading = titled("Strain energy density", title)
+    heading = join_title("Strain energy density", title)
     figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
     signals, events_read = receptor_signals(history), events.slip if events else None
     for axes, kind in zip(panels, kinds, strict=True):
@@ -178,7 +178,7 @@ def spike_figure(
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
     events_read, rates = events.slip if events else None, spikes.rates(window)
-    heading = titled("Spikes of afferents", title)
+    heading = join_title("Spikes of afferents", title)
     figure, panels = figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
     for axes, kind in zip(panels, kinds, strict=False):
         _draw_raster(axes, spikes, kind)

@@ -170,8 +170,8 @@ def paired_figure(
     """
     size = (3.2, max(_ROW_PAIRED * len(pairs) + 0.5, 1.5))
     figure, (left, right) = figure_grid(2, 2, size, "Two studies side by side", ("", ""), share="none")
-    _draw_paired(left, [[_since(run, start) for run, start in zip(pair.runs, starts, strict=True)] for pair in pairs])
-    _draw_paired(right, [[_latency(run) for run in pair.runs] for pair in pairs])
+    _draw_pairs(left, [[_since(run, start) for run, start in zip(pair.runs, starts, strict=True)] for pair in pairs])
+    _draw_pairs(right, [[_latency(run) for run in pair.runs] for pair in pairs])
     left.set_xlabel("overall slip from the start of the slide [s]")
     right.set_xlabel("latency [ms]")
     left.set_yticks(range(len(pairs)), [pair.title for pair in pairs])
@@ -181,7 +181,7 @@ def paired_figure(
     return figure
 
 
-def _draw_paired(axes: Axes, values: Sequence[Sequence[float]]) -> None:
+def _draw_pairs(axes: Axes, values: Sequence[Sequence[float]]) -> None:
     for row, both in enumerate(values):
         axes.plot(both, [row, row], color=GREY, linewidth=1.0)
         for value, (mark, colour) in zip(both, _MARKS, strict=True):

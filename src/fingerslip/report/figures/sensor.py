@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fingerslip.report.colours import GREY
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
 from fingerslip.slip import slide_window
 from fingerslip.specimens.tactip import TacTip, marker_places, skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
@@ -48,7 +48,7 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     rest = _MILLIMETRES * tracks["position"].values[0]
     across = rest[:, 2] if rest.shape[1] == 3 else np.zeros(len(rest))
     labels = ("x, along the slide [mm]", "z, across [mm]")
-    figure, panels = figure_grid(len(kinds), 2, (3.6, 3.2), titled("Markers at rest", title), labels, share="none")
+    figure, panels = figure_grid(len(kinds), 2, (3.6, 3.2), join_title("Markers at rest", title), labels, share="none")
     rings = tracks["ring"].values
     colours = ring_colours(int(rings.max(initial=0)) + 1)
     for axes, kind in zip(panels, kinds, strict=True):
@@ -81,7 +81,9 @@ def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = ""
     along = _MILLIMETRES * (moved - moved[0]) @ direction
     kinds = [kind for kind in _TITLES if (tracks["kind"].values == kind).any()]
     labels = ("travel of the plate [mm]", "displacement along the slide [mm]")
-    figure, panels = figure_grid(len(kinds), 2, (4.2, 3.0), titled("Markers in the slide", title), labels, share="x")
+    figure, panels = figure_grid(
+        len(kinds), 2, (4.2, 3.0), join_title("Markers in the slide", title), labels, share="x"
+    )
     for axes, kind in zip(panels, kinds, strict=True):
         rows = np.flatnonzero(tracks["kind"].values == kind)
         _draw_rings(axes, travel, along[:, rows], tracks["ring"].values[rows], tracks["position"].values[0, rows, 0])
@@ -130,7 +132,9 @@ def sensor_colours() -> Mapping[str, str]:
 def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
     """Draw a sensor: its section through the axis, and where its markers are, coloured by ring."""
     labels = ("x [mm]", "")
-    figure, panels = figure_grid(3, 3, (4.2, 3.6), titled("Sensor", title), labels, share="none", widths=(1.5, 1, 1))
+    figure, panels = figure_grid(
+        3, 3, (4.2, 3.6), join_title("Sensor", title), labels, share="none", widths=(1.5, 1, 1)
+    )
     _draw_section(panels[0], dataclasses.replace(sensor, part="section"))
     panels[0].set_ylabel("y [mm]")
     panels[0].set_title("cut open along the axis")
@@ -153,8 +157,8 @@ def _draw_section(axes: Axes, sensor: TacTip) -> None:
     places = modelled_places(sensor)
     feet, ends = (points_at(sensor, places, depth) for depth in (sensor.rod_depth, sensor.marker_depth))
     shapes = {
-        "skin": [_mirrored(lines.outer)],
-        "gel": [_mirrored(lines.inner)],
+        "skin": [_mirror(lines.outer)],
+        "gel": [_mirror(lines.inner)],
         "rods": [_strip(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)],
         "window": [np.array([[-half, top], [half, top], [half, top + thickness], [-half, top + thickness]])],
     }
@@ -178,7 +182,7 @@ def _draw_markers(axes: Axes, sensor: TacTip, depth: float) -> None:
     axes.grid(visible=False)
 
 
-def _mirrored(line: Floats) -> Floats:
+def _mirror(line: Floats) -> Floats:
     """Return the polygon between a line from the axis outwards and its mirror image."""
     return np.vstack([line[::-1], (line * [-1.0, 1.0])[1:]])
 

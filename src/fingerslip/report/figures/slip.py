@@ -25,7 +25,7 @@ from fingerslip.report.figures.marks import (
     run_keys,
     shown_until,
 )
-from fingerslip.report.figures.style import add_legend, figure_grid, run_panels, say, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, styled
 from fingerslip.slip import Events, SlideWindow, slide_tangent, slide_window
 
 __all__ = [
@@ -118,7 +118,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
 def contact_displacement_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
-    figure, (axes,) = figure_grid(1, 1, (6.6, 3.6), titled("Contact nodes against the plate", title), labels)
+    figure, (axes,) = figure_grid(1, 1, (6.6, 3.6), join_title("Contact nodes against the plate", title), labels)
     window = slide_window(history)
     nodes = _shown_nodes(history, window) if window else np.empty(0, dtype=np.intp)
     if window is None or nodes.size == 0:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from fingerslip.history import nearest_snapshot, site_kinds, sites_of_kinds
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, ORANGE, STATE_COLOURS, STATE_NAMES, region_colours
 from fingerslip.report.figures.deformed import snapshots_at
-from fingerslip.report.figures.marks import event_keys, happened, mark_run
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, name_panel, styled, titled
+from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, styled
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import COLOUR_MAP, field_limits, region_names
 from fingerslip.report.scene.viewer import stills
@@ -27,7 +27,7 @@ from fingerslip.slip import Events, slide_tangent, slide_window
 from fingerslip.slip.windows import EVENTS
 
 __all__ = [
-    "cropped",
+    "crop",
     "cut_frames_figure",
     "reference_kinds",
     "reference_nodes_figure",
@@ -51,9 +51,9 @@ def cut_frames_figure(
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = options or SceneOptions(cut="z", camera="side", receptors=False, written=False)
     numbers = _snapshots(history, events)
-    heading = titled("Stress on a cut along the finger", title)
+    heading = join_title("Stress on a cut along the finger", title)
     figure, panels = figure_grid(len(numbers), 3, _PANEL, heading, ("", ""), share="none")
-    pictures = cropped(stills(history, numbers, options, _SIZE))
+    pictures = crop(stills(history, numbers, options, _SIZE))
     for axes, number, picture in zip(panels, numbers, pictures, strict=True):
         axes.imshow(picture)
         axes.set_axis_off()
@@ -65,7 +65,7 @@ def cut_frames_figure(
     return figure
 
 
-def cropped(pictures: Iterable[Pixels]) -> list[Pixels]:
+def crop(pictures: Iterable[Pixels]) -> list[Pixels]:
     """Cut the white margins off pictures of one size, the same off all of them.
 
     Arrays: pictures (height, width, 3); returns (h, w, 3).
@@ -118,9 +118,9 @@ def solid_views_figure(
     """
     options = options or SceneOptions(cut="z", written=False)
     numbers = snapshots_at(history, view_times(history, events) if times is None else dict.fromkeys(times, ""))
-    pictures = cropped(stills(history, list(numbers), options, _SIZE_SOLID_VIEWS))
+    pictures = crop(stills(history, list(numbers), options, _SIZE_SOLID_VIEWS))
     columns, ratio = columns_for(len(numbers)), pictures[0].shape[0] / pictures[0].shape[1]
-    heading = titled(f"Deformed body, {SCALARS[options.scalar][0].partition(' [')[0]}", title)
+    heading = join_title(f"Deformed body, {SCALARS[options.scalar][0].partition(' [')[0]}", title)
     width = 3.2 if columns > 1 else 6.0
     figure, panels = figure_grid(len(numbers), columns, (width, width * ratio + 0.35), heading, ("", ""), share="none")
     for axes, picture, name in zip(panels, pictures, numbers.values(), strict=True):
@@ -163,7 +163,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
     """
     rows = sites_of_kinds(history, reference_kinds(history))
     labels = ("time [s]", "displacement along the slide [mm]")
-    heading = titled("Reference nodes along the slide", title)
+    heading = join_title("Reference nodes along the slide", title)
     figure, panels = figure_grid(len(rows), _COLUMNS, (2.2, 1.35), heading, labels)
     tangent = slide_tangent(history)
     moved = 1e3 * history["displacement"].values @ tangent
@@ -180,7 +180,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
         right.plot(history["time"], pushed[:, row], color=ORANGE, linewidth=0.7)
     reach = 1.2 * float(np.abs(moved[:, rows]).max()) or 1.0
     panels[0].set_ylim(*((-reach, 0.1 * reach) if plate.sum() < 0.0 else (-0.1 * reach, reach)))
-    happening = event_keys(happened([events.slip] if events else ()))
+    happening = event_keys(events_that_happen([events.slip] if events else ()))
     add_legend(figure, {**_keys(), **(happening if slide_window(history) else {})})
     return figure
 

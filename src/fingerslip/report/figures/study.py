@@ -58,7 +58,9 @@ def event_times_figure(
     beside = []
     for axes, members in panels:
         _draw_times(axes, sorted(members, key=axis.position), axis, since)
-        beside.append(_draw_published(axes, _published(members, axis, _of(reference, MAIN_EVENTS), since)))
+        beside.append(
+            _draw_published_points(axes, _published_points(members, axis, _of(reference, MAIN_EVENTS), since))
+        )
         axis.apply(axes)
     add_legend(figure, _event_keys(runs) | _published_key(any(beside)))
     return figure
@@ -81,13 +83,15 @@ def latency_figure(
     beside = []
     for axes, members in panels:
         _draw_latencies(axes, sorted(members, key=axis.position), axis)
-        values = _published(members, axis, _of(reference, (LATENCY,)))
-        beside.append(_draw_published(axes, [(position, 1e3 * value, colour) for position, value, colour in values]))
+        values = _published_points(members, axis, _of(reference, (LATENCY,)))
+        beside.append(
+            _draw_published_points(axes, [(position, 1e3 * value, colour) for position, value, colour in values])
+        )
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)
     keys: dict[str, Artist] = {
         READINGS[reading]: Line2D([], [], linestyle="", marker=mark, color=READING_COLOURS[reading], markersize=6)
-        for reading, mark in _recorded(runs).items()
+        for reading, mark in _reading_marks(runs).items()
         if any(run.events.reading(reading).latency is not None for run in runs)
     }
     add_legend(figure, keys | _published_key(any(beside)))
@@ -170,7 +174,7 @@ def _draw_latencies(axes: Axes, members: Sequence[RunResult], axis: _Axis) -> No
         axes.plot(positions, latencies, linestyle=line, marker=mark, color=READING_COLOURS[reading], markersize=6.5)
 
 
-def _published(
+def _published_points(
     members: Sequence[RunResult],
     axis: _Axis,
     values: Sequence[PublishedValue],
@@ -189,7 +193,7 @@ def _published(
     ]
 
 
-def _draw_published(axes: Axes, intervals: Sequence[tuple[float, float, str]]) -> bool:
+def _draw_published_points(axes: Axes, intervals: Sequence[tuple[float, float, str]]) -> bool:
     """Draw published values; tell whether there are any."""
     for position, value, colour in intervals:
         axes.plot([position], [value], **_PUBLISHED, color=colour, markersize=8, zorder=6)
@@ -212,7 +216,7 @@ def _event_keys(runs: Sequence[RunResult]) -> dict[str, Artist]:
         for event in MAIN_EVENTS
         if any(run.events.reading(reading).time(event) is not None for run in runs for reading in READINGS)
     }
-    for reading, mark in _recorded(runs).items():
+    for reading, mark in _reading_marks(runs).items():
         if not any(run.events.reading(reading).time(event) is not None for run in runs for event in MAIN_EVENTS):
             continue
         face = _face(reading, BLACK)
@@ -222,7 +226,7 @@ def _event_keys(runs: Sequence[RunResult]) -> dict[str, Artist]:
     return keys
 
 
-def _recorded(runs: Sequence[RunResult]) -> dict[str, str]:
+def _reading_marks(runs: Sequence[RunResult]) -> dict[str, str]:
     """Return the marks of the readings that any run recorded."""
     return {
         reading: mark

@@ -58,6 +58,7 @@ __all__ = [
     "columns_for",
     "figure_bytes",
     "figure_grid",
+    "join_title",
     "looking",
     "name_panel",
     "region_colours",
@@ -65,7 +66,6 @@ __all__ = [
     "save_figure",
     "say",
     "styled",
-    "titled",
 ]
 
 
@@ -137,7 +137,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
         with mpl.rc_context():
             mpl.rcdefaults()
             mpl.rcParams.update(_STYLE)
-            mpl.rcParams.update(_scaled(_look.get()))
+            mpl.rcParams.update(_scale_settings(_look.get()))
             figure = draw(*args, **values)
             if isinstance(figure, Figure):
                 _write_texts_as_they_are(figure)
@@ -172,7 +172,7 @@ def looking(name: str) -> Iterator[None]:
         _look.reset(token)
 
 
-def _scaled(look: Look) -> Any:
+def _scale_settings(look: Look) -> Any:
     """Return the settings that a look changes."""
     letters = [name for name in _STYLE if name.endswith("size")]
     lines = [name for name in _STYLE if name.endswith("width")]
@@ -214,9 +214,9 @@ def figure_grid(
     label_size = mpl.rcParams["axes.labelsize"]
     # The label is as long as the panels, not the figure: the rest holds titles, ticks and the legend.
     room = size[1] - _BESIDE_PANELS * letters
-    figure.supylabel(_wrapped(labels[1], room / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
+    figure.supylabel(_wrap(labels[1], room / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
     if _look.get().titled:
-        figure.suptitle(_wrapped(title, size[0] / (letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
+        figure.suptitle(_wrap(title, size[0] / (letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
 
 
@@ -245,10 +245,10 @@ def name_panel(axes: Axes, title: str, columns: int) -> None:
     figure = axes.get_figure(root=True)
     assert figure is not None  # panels are made with one
     width = (figure.get_figwidth() - 0.6) / columns
-    axes.set_title(_wrapped(title, width / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)))
+    axes.set_title(_wrap(title, width / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)))
 
 
-def _wrapped(title: str, letters: float) -> str:
+def _wrap(title: str, letters: float) -> str:
     return textwrap.fill(title, max(int(letters), 20), break_long_words=False)
 
 
@@ -288,7 +288,7 @@ def _legend_columns(widths: Sequence[float], available: float) -> int:
     return 1
 
 
-def titled(title: str, more: str) -> str:
+def join_title(title: str, more: str) -> str:
     """Join the title of a figure with what it is of, such as the title of a run."""
     return f"{title}: {more}" if more else title
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import path_label, run_title, swept_text
-from fingerslip.report.page.beside import beside_published
+from fingerslip.report.page.beside import published_rows_beside
 from fingerslip.report.tables.events import swept_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip.resolution import resolution_warnings
@@ -36,10 +36,10 @@ def _of_slides(
         first: tuple[str, ...] = (
             f"The whole contact does not slip in {many}: overall slip is not reached by the end of the slide.",
         )
-        return (*first, *beside_published(sliding, references))
+        return (*first, *published_rows_beside(sliding, references))
     single = len(study.runs) == 1
     first = _of_one(slipped[0], starts) if single else _of_many(study, sliding, slipped, starts)
-    return *first, *beside_published(sliding, references)
+    return *first, *published_rows_beside(sliding, references)
 
 
 def _worth(study: StudyResult, sliding: Sequence[RunResult]) -> tuple[str, ...]:
@@ -110,10 +110,10 @@ def _by(study: StudyResult) -> str:
     if study.ranges:
         return f" of {len(study.ranges)} uncertain values"
     labels = [path_label(path) for path in swept_paths(study.runs) if len(_values(study.runs, path)) > 1]
-    return f" that differ in {_listed(labels)}" if labels else ""
+    return f" that differ in {_list_words(labels)}" if labels else ""
 
 
-def _listed(words: Sequence[str]) -> str:
+def _list_words(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 

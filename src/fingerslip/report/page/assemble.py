@@ -9,7 +9,7 @@ from fingerslip.report.figures.forces import energy_figure, force_overview_figur
 from fingerslip.report.figures.receptors import acceleration_overview_figure
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.report.page.answer import answer
-from fingerslip.report.page.citations import cited
+from fingerslip.report.page.citations import bibtex_entries
 from fingerslip.report.page.content import MOST_RUNS, ReportContent
 from fingerslip.report.page.definitions import definitions
 from fingerslip.report.page.hero import are_held, hero_pictures, swept_pictures
@@ -40,7 +40,7 @@ def study_report(content: ReportContent) -> Report:
             _conditions_section(content),
             _notes_section(content),
         )
-        return _assembled(content, (*sections, _values_section(content)))
+        return _assemble(content, (*sections, _values_section(content)))
     runs = [
         run_section(
             run,
@@ -66,11 +66,11 @@ def study_report(content: ReportContent) -> Report:
         _values_section(content),
         *runs,
     )
-    return _assembled(content, sections, hero_pictures(content))
+    return _assemble(content, sections, hero_pictures(content))
 
 
-def _assembled(content: ReportContent, sections: Sequence[ReportSection], hero: tuple[Picture, ...] = ()) -> Report:
-    citations = cited(content.values, content.references)
+def _assemble(content: ReportContent, sections: Sequence[ReportSection], hero: tuple[Picture, ...] = ()) -> Report:
+    citations = bibtex_entries(content.values, content.references)
     said = "What these results rest on, as BibTeX."
     shown = (*sections, ReportSection("Citations", (said,), code=citations, folded=True))
     return Report(

@@ -9,7 +9,7 @@ from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.results import RunResult
 from fingerslip.slip.windows import LATENCY
 
-__all__ = ["beside_published"]
+__all__ = ["published_rows_beside"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class _Pair:
         return None if self.ours is None else 1e3 * (self.ours - min(max(self.ours, self.span[0]), self.span[1]))
 
 
-def beside_published(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[str, ...]:
+def published_rows_beside(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[str, ...]:
     """Put overall slip, incipient slip and latency from accumulated slip beside published times, in plain sentences."""
     overall, incipient, latency = (_pairs(runs, references, name) for name in ("overall", "incipient", LATENCY))
     second = _sentence([part for part in (_early(incipient), _left(latency)) if part])

@@ -10,7 +10,7 @@ from fingerslip.published import PublishedSet
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.version import __version__
 
-__all__ = ["bibliography", "cited"]
+__all__ = ["bibliography", "bibtex_entries"]
 
 # Every table of slip events has the share that people notice.
 _NOTICED = "barrea2018"
@@ -23,7 +23,7 @@ def bibliography() -> dict[str, str]:
     return {found.group(1): found.group(0) for found in _ENTRY.finditer(text)}
 
 
-def cited(values: Sequence[ShownValue], references: Iterable[PublishedSet]) -> str:
+def bibtex_entries(values: Sequence[ShownValue], references: Iterable[PublishedSet]) -> str:
     """Return the entries of all that a study rests on."""
     known = bibliography()
     named = {word for value in values for word in re.findall(r"\w+", value.source)}

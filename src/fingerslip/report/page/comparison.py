@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from fingerslip.report.figures.samples import Pair, paired_figure
 from fingerslip.report.labels import run_title, swept_text
-from fingerslip.report.page.citations import cited
+from fingerslip.report.page.citations import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.tables.compare import differences_table
 from fingerslip.report.tables.events import events_table, time_cell
@@ -63,7 +63,7 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
             (),
             tuple(_events(name, one) for name, one in zip(names, (first, second), strict=True)),
         ),
-        ReportSection("Citations", code=cited([*first.values, *second.values], ()), folded=True),
+        ReportSection("Citations", code=bibtex_entries([*first.values, *second.values], ()), folded=True),
     )
     shown = tuple(section for section in sections if not section.is_empty)
     title = f"{first.title} beside {second.title}"
@@ -94,11 +94,11 @@ def _change(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) 
     low, high = min(known), max(known)
     if max(abs(low), abs(high)) < 0.5:
         return f"In {many} that both studies have, overall slip comes at the same time, to the millisecond."
-    span = _signed(low) if f"{low:.0f}" == f"{high:.0f}" else f"{_signed(low)} to {_signed(high)}"
+    span = _with_sign(low) if f"{low:.0f}" == f"{high:.0f}" else f"{_with_sign(low)} to {_with_sign(high)}"
     return f"In {many} that both studies have, overall slip of B comes {span} into the slide than that of A."
 
 
-def _signed(change: float) -> str:
+def _with_sign(change: float) -> str:
     return f"{abs(change):.0f} ms {'later' if change >= 0.0 else 'earlier'}"
 
 

@@ -59,7 +59,7 @@ def _values(runs: Sequence[RunResult], path: str) -> set[object]:
 
 
 def _against(content: ReportContent, path: str) -> tuple[Picture, Picture]:
-    runs, reference = content.study.runs, _merged(content.references)
+    runs, reference = content.study.runs, _merge_sets(content.references)
     name, words = path.replace(".", "-").replace("_", "-"), path_label(path)
     latency = latency_figure(runs, path, reference)
     times = event_times_figure(runs, path, reference, content.starts or None)
@@ -75,7 +75,7 @@ def are_held(histories: Mapping[str, xr.Dataset]) -> bool:
     return bool(histories) and all(map(is_held, histories.values()))
 
 
-def _merged(references: Sequence[PublishedSet]) -> PublishedSet | None:
+def _merge_sets(references: Sequence[PublishedSet]) -> PublishedSet | None:
     """Join published sets for a figure; the first stands for the paper."""
     if not references:
         return None

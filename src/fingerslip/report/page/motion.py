@@ -26,7 +26,7 @@ from fingerslip.report.colours import (
     VERMILLION,
     region_colours,
 )
-from fingerslip.report.page.packing import packed, quantised
+from fingerslip.report.page.packing import pack_arrays, quantise
 from fingerslip.report.page.surface import surface_arrays
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names, soft_regions
@@ -81,7 +81,7 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
         "panels": _panels(history, records, arrays),
         "body": body,
         "friction": float(history["counterface_friction_coefficient"].values[0]),
-        **packed(arrays),
+        **pack_arrays(arrays),
     }
 
 
@@ -206,8 +206,8 @@ def _plane_body(history: xr.Dataset, frames: Sequence[int]) -> tuple[dict[str, A
     body = _common_body(history, frames) | {"top": field_limits(history, SceneOptions())[1]}
     cells = history["cell_nodes"].values[:, : _corners(history)]
     used, corners = np.unique(cells, return_inverse=True)
-    points, unit = quantised(1e3 * history["node_position"].values[used])
-    moved, moved_unit = quantised(1e3 * history["snapshot_displacement"].values[list(frames)][:, used])
+    points, unit = quantise(1e3 * history["node_position"].values[used])
+    moved, moved_unit = quantise(1e3 * history["snapshot_displacement"].values[list(frames)][:, used])
     stress = 1e-3 * history["snapshot_von_mises"].values[list(frames)]
     arrays: dict[str, NDArray[Any]] = {
         "points": points,
@@ -254,8 +254,8 @@ def _solid_body(history: xr.Dataset, frames: Sequence[int]) -> tuple[dict[str, A
     soft = np.unique(surface.triangles[np.isin(surface.regions, soft_regions(history))])
     top = 1e-3 * float(np.quantile(surface.stress[:, soft], 0.999)) if soft.size else 0.0
     body = _common_body(history, frames) | {"top": top or 1.0}
-    points, unit = quantised(1e3 * surface.points)
-    moved, moved_unit = quantised(1e3 * surface.moved)
+    points, unit = quantise(1e3 * surface.points)
+    moved, moved_unit = quantise(1e3 * surface.moved)
     stress = np.clip(255e-3 * surface.stress / body["top"], 0.0, 255.0).astype(np.uint8)
     arrays: dict[str, NDArray[Any]] = {
         "points": points,

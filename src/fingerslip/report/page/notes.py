@@ -32,7 +32,7 @@ def notes_html(folder: Path) -> str:
     """
     shown: set[Path] = set()
     text = _text(folder / NOTES)
-    body = _rendered(text, folder, shown) if text else ""
+    body = _render(text, folder, shown) if text else ""
     others = (path for path in sorted((folder / PICTURES).glob("*")) if path.suffix.lower() in _TYPES)
     figures = (_figure(path) for path in others if path.resolve() not in shown)
     return "\n".join(part for part in (body, *figures) if part)
@@ -45,7 +45,7 @@ def _text(path: Path) -> str:
         raise ResultError(f"{path}: cannot be read as text ({error})") from None
 
 
-def _rendered(text: str, folder: Path, shown: set[Path]) -> str:
+def _render(text: str, folder: Path, shown: set[Path]) -> str:
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = reader.parse(text)
     for token in tokens:
@@ -53,12 +53,12 @@ def _rendered(text: str, folder: Path, shown: set[Path]) -> str:
             token.tag = f"h{min(int(token.tag[1]) + _DEEPER, 6)}"
         for child in token.children or ():
             if child.type == "image":
-                _embed(child, folder, shown)
+                _embed_picture(child, folder, shown)
     page = str(reader.renderer.render(tokens, reader.options, {}))
     return page.replace("<table>", '<div class="table"><table>').replace("</table>", "</table></div>")
 
 
-def _embed(image: Token, folder: Path, shown: set[Path]) -> None:
+def _embed_picture(image: Token, folder: Path, shown: set[Path]) -> None:
     """Put the bytes of a picture into its link."""
     source = str(image.attrs["src"])
     if urlparse(source).scheme:

@@ -60,12 +60,12 @@ def model_pictures(run: RunToDraw, mesh: skfem.Mesh) -> list[Picture]:
 def draw_ahead(run: RunToDraw, mesh: skfem.Mesh | None, *, contact: bool) -> RunPictures:
     """Draw the pictures of one run before its report is made."""
     return RunPictures(
-        contact=_rendered(_pictures(run)) if contact else None,
-        model=None if mesh is None else _rendered(model_pictures(run, mesh)),
+        contact=_render(_pictures(run)) if contact else None,
+        model=None if mesh is None else _render(model_pictures(run, mesh)),
     )
 
 
-def _rendered(pictures: Sequence[Picture]) -> tuple[DrawnPicture, ...]:
+def _render(pictures: Sequence[Picture]) -> tuple[DrawnPicture, ...]:
     return tuple(DrawnPicture(picture.name, picture.caption, picture.png) for picture in pictures)
 
 

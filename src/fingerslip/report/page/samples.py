@@ -170,13 +170,13 @@ def _values_table(shown: list[Representative]) -> Table:
         *(Column(labels[path]) for path in paths),
     )
     rows = tuple(
-        (one.title, one.since, *(_shown(own.get(path)) for path in paths))
+        (one.title, one.since, *(_sample_cell(own.get(path)) for path in paths))
         for one, own in zip(shown, values, strict=True)
     )
     return Table("The samples in motion", columns, rows, "Slip in seconds from the start of the slide.")
 
 
-def _shown(value: object) -> Cell:
+def _sample_cell(value: object) -> Cell:
     """Return a value with four digits, which samples have by chance."""
     if isinstance(value, str):
         parts = split_quantity(value)

@@ -18,8 +18,8 @@ from fingerslip.report.figures.contact import (
     stick_ratio_figure,
     surface_strain_figure,
 )
-from fingerslip.report.figures.solid import cropped, cut_frames_figure, reference_kinds, reference_nodes_figure
-from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
+from fingerslip.report.figures.solid import crop, cut_frames_figure, reference_kinds, reference_nodes_figure
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
 from fingerslip.report.page.page import Picture
 from fingerslip.report.page.pictures import PictureSet, RunToDraw
 from fingerslip.report.scene.options import SceneOptions
@@ -38,8 +38,10 @@ __all__ = ["SOLID", "scene_figure"]
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers, cut open, at the start."""
     options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
-    figure, (axes,) = figure_grid(1, 1, (7.0, 3.4), titled("Layers and mesh at the start, cut open", title), ("", ""))
-    axes.imshow(cropped([still(history, 0.0, options)])[0])
+    figure, (axes,) = figure_grid(
+        1, 1, (7.0, 3.4), join_title("Layers and mesh at the start, cut open", title), ("", "")
+    )
+    axes.imshow(crop([still(history, 0.0, options)])[0])
     axes.set_axis_off()
     keys: dict[str, Artist] = {
         name: Swatch(color=colour) for name, colour in region_colours(region_names(history)).items()

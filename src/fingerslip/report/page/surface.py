@@ -89,7 +89,7 @@ def surface_arrays(history: xr.Dataset, frames: Sequence[int]) -> Surface:
         own = corners[cell_region == number]
         if own.size:
             parts += [_outside(own, number), _cut(own, points, cut_at, number)]
-    return _joined(history, list(frames), [part for part in parts if part.triangles.size], cut_at)
+    return _join(history, list(frames), [part for part in parts if part.triangles.size], cut_at)
 
 
 def _corners(history: xr.Dataset) -> Integers:
@@ -142,7 +142,7 @@ def _corners_of_cut(tetrahedra: Integers, crossed: NDArray[np.bool_], count: int
     return np.concatenate([edges[:, [0, 1, 3]], edges[:, [0, 3, 2]]])
 
 
-def _joined(history: xr.Dataset, frames: list[int], parts: Sequence[_Part], cut_at: float) -> Surface:
+def _join(history: xr.Dataset, frames: list[int], parts: Sequence[_Part], cut_at: float) -> Surface:
     points, moved = history["node_position"].values, history["snapshot_displacement"].values[frames]
     starts = np.cumsum([0, *(len(part.pairs) for part in parts)])
     lengths = [len(part.triangles) for part in parts]

@@ -157,12 +157,12 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
     if options.scalar in {"displacement", "velocity"}:
         sizes = np.linalg.norm(values, axis=-1)
     else:
-        sizes = values[:, _counted(history, options)]
+        sizes = values[:, _cells_in_range(history, options)]
     top = SCALARS[options.scalar][1] * float(np.quantile(sizes, 0.999))
     return 0.0, top if top > 0.0 else 1.0
 
 
-def _counted(history: xr.Dataset, options: SceneOptions) -> NDArray[np.bool_]:
+def _cells_in_range(history: xr.Dataset, options: SceneOptions) -> NDArray[np.bool_]:
     """Return the cells whose values make the range of colours."""
     counted: NDArray[np.bool_] = np.isin(history["cell_region"].values, soft_regions(history, options.hidden))
     return counted if counted.any() else np.ones_like(counted)

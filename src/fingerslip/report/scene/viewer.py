@@ -23,7 +23,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.files import new_file
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
-from fingerslip.report.figures.marks import event_keys, happened, mark_run
+from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
 from fingerslip.report.figures.style import add_legend, figure_grid, styled
 from fingerslip.report.scene.names import CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
@@ -128,7 +128,7 @@ def picked_figure(history: xr.Dataset, node: int, events: Events | None = None) 
     below.set_ylim(bottom=0.0)
     for axes in (above, below):
         mark_run(axes, history, events.slip if events else None)
-    add_legend(figure, event_keys(happened([events.slip] if events else ())))
+    add_legend(figure, event_keys(events_that_happen([events.slip] if events else ())))
     return figure
 
 
@@ -313,7 +313,7 @@ def _add_controls(control: SceneControl, events: Events | None = None) -> None:
     _list_events(control, events)
     plotter.add_key_event("f", lambda: control.choose(scalar=_next(tuple(SCALARS), control.options.scalar)))
     plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
-    plotter.enable_point_picking(lambda point: _draw_picked(control, point), show_message=False, show_point=False)
+    plotter.enable_point_picking(lambda point: _draw_picked_node(control, point), show_message=False, show_point=False)
 
 
 def _add_boxes(control: SceneControl) -> None:
@@ -346,7 +346,7 @@ def _list_events(control: SceneControl, events: Events | None) -> None:
         control.plotter.add_text(text, position=where, viewport=True, font_size=9, color=colour, name=f"event {words}")
 
 
-def _draw_picked(control: SceneControl, point: Any) -> None:
+def _draw_picked_node(control: SceneControl, point: Any) -> None:
     """Draw the displacement of the picked node over time in a corner."""
     node = nearest_node(control.history, control.number, np.asarray(point))
     times = control.history["snapshot_time"].values

@@ -41,7 +41,7 @@ def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str
     control = SceneControl(plotter, history, options)
     page = _Page(server, control, events, title)
     page.build()
-    server.controller.on_server_ready.add(lambda **_: _shown(served, f"http://{served.host}:{server.port}/"))
+    server.controller.on_server_ready.add(lambda **_: _show(served, f"http://{served.host}:{server.port}/"))
     try:
         server.start(
             host=served.host,
@@ -54,7 +54,7 @@ def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str
         plotter.close()
 
 
-def _shown(served: Served, address: str) -> None:
+def _show(served: Served, address: str) -> None:
     """Tell where the page is, and open it where that is wanted."""
     served.announce(address)
     if served.opened:

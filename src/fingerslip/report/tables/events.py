@@ -10,7 +10,7 @@ from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Tabl
 from fingerslip.results import RunResult
 from fingerslip.slip import PeakTable
 from fingerslip.slip.front import edge_warning
-from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, is_defined
+from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, defines_time
 
 __all__ = [
     "events_table",
@@ -32,7 +32,7 @@ def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> C
     """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none."""
     events = run.events.reading(reading)
     value = events.time(time)
-    if not is_defined(reading, time):
+    if not defines_time(reading, time):
         return Missing.NOT_DEFINED
     if value is None:
         return Missing.NO_EVENT if events.recorded else Missing.NOT_RECORDED
@@ -102,7 +102,7 @@ def run_notes(runs: Sequence[RunResult]) -> str:
 
 
 def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
-    explained = any(is_defined(reading, "noticed") for reading in readings)
+    explained = any(defines_time(reading, "noticed") for reading in readings)
     return " ".join(filter(None, (NOTICED_NOTE if explained else "", run_notes(runs))))
 
 

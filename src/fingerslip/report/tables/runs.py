@@ -126,11 +126,11 @@ def _cell_measures(run: RunResult, measure: Measure) -> Cell:
     value = run.numbers[measure.key]
     if value is None:
         return _reason(run, measure)
-    displayed, uncertainty = _displayed(value, measure), run.uncertainty.get(measure.key)
-    return displayed if uncertainty is None else Measured(displayed, _displayed(uncertainty, measure))
+    displayed, uncertainty = _display_value(value, measure), run.uncertainty.get(measure.key)
+    return displayed if uncertainty is None else Measured(displayed, _display_value(uncertainty, measure))
 
 
-def _displayed(value: float, measure: Measure) -> float:
+def _display_value(value: float, measure: Measure) -> float:
     return measure.unit.to_display(value) if measure.unit else value
 
 

@@ -13,7 +13,7 @@ from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.sampling import Effect, Fit, Interval, fits_of, groups_of, interval_of, published_intervals
 from fingerslip.sampling.indices import Sensitivity
 from fingerslip.sampling.surrogate import Prediction, Surrogate, Validation
-from fingerslip.slip.windows import READINGS, TIMES, event_label, is_defined
+from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 
 __all__ = [
     "group_text",
@@ -99,7 +99,7 @@ def _interval_rows(runs: Sequence[RunResult]) -> Iterator[tuple[Cell, ...]]:
             events = [run.events.reading(reading) for run in members]
             for time in TIMES if any(event.recorded for event in events) else ():
                 interval = interval_of([event.time(time) for event in events])
-                if is_defined(reading, time):
+                if defines_time(reading, time):
                     fault = f"{0 if interval is None else len(interval.values)} of {len(members)}"
                     name = f"{event_label(time)} ({words})"
                     yield (group_text(group) or "all", name, *interval_cells(interval), fault)

@@ -11,7 +11,7 @@ from fingerslip.report.tables.events import swept_paths
 from fingerslip.report.tables.table import Cell, Column, Table
 from fingerslip.results import RefusedRun, RunResult
 from fingerslip.slip import measures
-from fingerslip.slip.windows import READINGS, TIMES, is_defined
+from fingerslip.slip.windows import READINGS, TIMES, defines_time
 from fingerslip.units import si_quantity, unit_suffix
 
 __all__ = ["summary_table", "summary_units"]
@@ -58,8 +58,8 @@ def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_
     columns = [
         _Known("run", "", lambda run: run.name, lambda one: one.name),
         *(_swept_column(path, (*runs, *refused)) for path in paths),
-        *(_time_column(reading, time) for reading in READINGS for time in TIMES if is_defined(reading, time)),
-        _Known("readings_recorded", "", _recorded),
+        *(_time_column(reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)),
+        _Known("readings_recorded", "", _reading_cell),
         *(_measure_column(measure) for measure in measures.MEASURES),
         *(_derived_column(name, runs) for name in dict.fromkeys(name for run in runs for name in run.derived)),
         *(_uncertainty_column(key) for key in keys),
@@ -95,7 +95,7 @@ def _time_column(reading: str, time: str) -> _Known:
     return _Known(f"{time}_s{suffix}", "s", lambda run: run.events.reading(reading).time(time))
 
 
-def _recorded(run: RunResult) -> Cell:
+def _reading_cell(run: RunResult) -> Cell:
     return " ".join(reading for reading in READINGS if run.events.reading(reading).recorded)
 
 

@@ -25,27 +25,27 @@ _PART = re.compile(r".+?(?:(?<=\w)[_/-](?=\w)|(?<=\w)\.(?=[a-z])|$)")
 def to_rich(table: Table, width: int = 80) -> rich.console.Group:
     """Turn a table into one for the terminal, with its remarks below it."""
     widths = _widths(table, width)
-    rows_shown = _listed(table, width) if widths is None else [_gridded(table, widths)]
+    rows_shown = _list_rows(table, width) if widths is None else [_grid(table, widths)]
     # A caption of the table itself would be as narrow as the table.
     remarks = rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic")
     return rich.console.Group(*rows_shown, remarks)
 
 
-def _gridded(table: Table, widths: Sequence[int]) -> rich.table.Table:
+def _grid(table: Table, widths: Sequence[int]) -> rich.table.Table:
     grid = rich.table.Table(
         title=escape(table.title), title_justify="left", box=rich.box.SIMPLE_HEAD, padding=0, pad_edge=False
     )
     for index, column in enumerate(table.columns):
         justify: Literal["left", "right"] = "right" if is_numeric(table, index) else "left"
-        heading = _wrapped(column.heading.replace(" [", "\n["), widths[index])[0]
+        heading = _wrap(column.heading.replace(" [", "\n["), widths[index])[0]
         grid.add_column(escape("\n".join(heading)), justify=justify, width=widths[index], overflow="fold")
     for index, cells in enumerate(texts(table)):
-        wrapped = (_wrapped(cell, width)[0] for cell, width in zip(cells, widths, strict=True))
+        wrapped = (_wrap(cell, width)[0] for cell, width in zip(cells, widths, strict=True))
         grid.add_row(*(escape("\n".join(lines)) for lines in wrapped), style="bold" if index in table.marked else None)
     return grid
 
 
-def _listed(table: Table, width: int) -> list[rich.console.RenderableType]:
+def _list_rows(table: Table, width: int) -> list[rich.console.RenderableType]:
     """Write every row as a list of its cells, under the title."""
     # Where headings leave less room, they are narrowed rather than the cells.
     beside = max(_beside(table, width), _WHOLE)
@@ -55,7 +55,7 @@ def _listed(table: Table, width: int) -> list[rich.console.RenderableType]:
         row.add_column(overflow="fold", style="dim")
         row.add_column(overflow="fold", style="bold" if index in table.marked else "")
         for column, cell in zip(table.columns, cells, strict=True):
-            row.add_row(escape(column.heading), escape("\n".join(_wrapped(cell, beside)[0])))
+            row.add_row(escape(column.heading), escape("\n".join(_wrap(cell, beside)[0])))
         items += [row, rich.text.Text()]
     return items
 
@@ -64,7 +64,7 @@ def _widths(table: Table, width: int) -> list[int] | None:
     """Return the width of each column; None where none fits without breaking numbers, short or many words."""
     columns = list(zip(*texts(table), strict=True)) or [()] * len(table.columns)
     measured = [
-        _measured(column.heading, cells, is_numeric(table, index))
+        _measure(column.heading, cells, is_numeric(table, index))
         for index, (column, cells) in enumerate(zip(table.columns, columns, strict=True))
     ]
     floors, *stages = (list(entry) for entry in zip(*measured, strict=True))
@@ -74,7 +74,7 @@ def _widths(table: Table, width: int) -> list[int] | None:
         return None
     widths = floors
     for wanted in stages:
-        widths = _filled(widths, wanted, room)
+        widths = _fill_widths(widths, wanted, room)
     return widths if _is_readable(table, widths, width) else None
 
 
@@ -84,9 +84,9 @@ def _is_readable(table: Table, widths: Sequence[int], width: int) -> bool:
     beside = _beside(table, width)
     grid, listed = 0, 0
     for cells in (headings, *texts(table)):
-        wrapped = [_wrapped(cell, element) for cell, element in zip(cells, widths, strict=True)]
+        wrapped = [_wrap(cell, element) for cell, element in zip(cells, widths, strict=True)]
         grid += max((len(lines) for lines, _ in wrapped), default=0) + 2 * sum(broken for _, broken in wrapped)
-        listed += sum(len(_wrapped(cell, beside)[0]) for cell in cells) + 1
+        listed += sum(len(_wrap(cell, beside)[0]) for cell in cells) + 1
     # Headings stand once above the grid, and beside every cell of a list.
     return grid <= max(listed, 2 * len(table.columns))
 
@@ -96,12 +96,12 @@ def _beside(table: Table, width: int) -> int:
     return max(width - max((cell_len(column.heading) for column in table.columns), default=0) - 2, 1)
 
 
-def _wrapped(text: str, width: int) -> tuple[list[str], int]:
+def _wrap(text: str, width: int) -> tuple[list[str], int]:
     """Return the lines of a text in a width, and how many of its words are broken within a part.
 
     Examples
     --------
-    >>> _wrapped("time_threshold slips", 14), _wrapped("time_threshold", 10), _wrapped("incipient", 7)
+    >>> _wrap("time_threshold slips", 14), _wrap("time_threshold", 10), _wrap("incipient", 7)
     ((['time_threshold', 'slips'], 0), (['time_', 'threshold'], 0), (['incipie', 'nt'], 1))
     """
     lines, broken = [], 0
@@ -124,7 +124,7 @@ def _wrapped(text: str, width: int) -> tuple[list[str], int]:
     return lines, broken
 
 
-def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int]:
+def _measure(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int]:
     """Return the least width of a column, one that leaves all words whole, and one that breaks no line."""
     lines = (*heading.replace(" [", "\n[").split("\n"), *cells)
     words = [word for line in lines for word in line.split()]
@@ -139,7 +139,7 @@ def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, i
     )
 
 
-def _filled(widths: Sequence[int], wanted: Sequence[int], room: int) -> list[int]:
+def _fill_widths(widths: Sequence[int], wanted: Sequence[int], room: int) -> list[int]:
     """Widen columns as far as they want and there is room, which those that lack most share evenly."""
     filled, left = list(widths), room - sum(widths)
     by_lack = sorted(range(len(filled)), key=lambda index: wanted[index] - filled[index])

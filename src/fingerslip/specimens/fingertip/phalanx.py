@@ -43,7 +43,7 @@ def phalanx_contour(fingertip: FingertipNumbers) -> Floats:
     the first one again.
     """
     if fingertip.phalanx.variant == "scaled":
-        contour = _scaled(fingertip)
+        contour = _scale(fingertip)
     elif fingertip.section == "sagittal":
         contour = _sagittal(fingertip)
     else:
@@ -123,10 +123,10 @@ def _transverse(fingertip: FingertipNumbers) -> Floats:
     y[palmar] = _transverse_face(fingertip, x[palmar], y[palmar])
     contour = np.column_stack([x, y])
     contour[-1] = contour[0]
-    return contour if fingertip.solid is None else _stretched(fingertip, contour)
+    return contour if fingertip.solid is None else _stretch(fingertip, contour)
 
 
-def _stretched(fingertip: FingertipNumbers, contour: Floats) -> Floats:
+def _stretch(fingertip: FingertipNumbers, contour: Floats) -> Floats:
     """Stretch a transverse contour to the height of the sagittal one above the lowest point of the skin."""
     phalanx = fingertip.phalanx
     if phalanx.sagittal.distal_end <= phalanx.corner_radius:
@@ -157,12 +157,12 @@ def _transverse_face(fingertip: FingertipNumbers, x: Floats, y: Floats) -> Float
     return face
 
 
-def _scaled(fingertip: FingertipNumbers) -> Floats:
+def _scale(fingertip: FingertipNumbers) -> Floats:
     """Return the outline moved inward by skin and tissue, its sharp ends rounded by the corner radius."""
     curve = outline_curve(fingertip)
     offset = fingertip.layers.skin_thickness + fingertip.phalanx.tissue_thickness
     ring = _rounded_offset(curve, offset, fingertip.phalanx.corner_radius)
-    contour = ring if curve.closed else _clipped(fingertip, ring)
+    contour = ring if curve.closed else _clip(fingertip, ring)
     if len(contour) == 0:
         fault = f"got {millimetres(fingertip.phalanx.tissue_thickness)}"
         raise InputError("phalanx.tissue_thickness", fault, "needs a smaller value: nothing is left of the phalanx")
@@ -202,7 +202,7 @@ def _arc(centre: Floats, start: Floats, end: Floats) -> Floats:
     return circle
 
 
-def _clipped(fingertip: FingertipNumbers, ring: Floats) -> Floats:
+def _clip(fingertip: FingertipNumbers, ring: Floats) -> Floats:
     """Cut a ring off at the proximal cut, or keep it clear of the cut where it does not reach it."""
     cut = -fingertip.sagittal.pad_length
     reaching = len(ring) > 0 and ring[:, 0].min() <= cut

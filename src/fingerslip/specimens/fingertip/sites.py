@@ -14,7 +14,7 @@ from fingerslip.sites import Site
 from fingerslip.specimens.fingertip.interfaces import interface_depth
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, Section
 from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
-from fingerslip.specimens.fingertip.skin import posed, skin_section, solid_shape
+from fingerslip.specimens.fingertip.skin import pose_points, skin_section, solid_shape
 
 __all__ = [
     "receptor_sites",
@@ -96,7 +96,7 @@ def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     section = dataclasses.replace(fingertip, section="sagittal", ridges=plain)
     sites = receptor_sites(section)
     flat = np.array([site.position for site in sites])
-    places = posed(fingertip, np.column_stack([flat, np.zeros(len(sites))]))
+    places = pose_points(fingertip, np.column_stack([flat, np.zeros(len(sites))]))
     return tuple(
         dataclasses.replace(site, position=_position(point)) for site, point in zip(sites, places, strict=True)
     )
@@ -132,7 +132,7 @@ def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tup
     sites = []
     for layer, (region, depth) in layers.items():
         for line in _LINES:
-            places = posed(fingertip, _line(fingertip, line, spacing, depth))
+            places = pose_points(fingertip, _line(fingertip, line, spacing, depth))
             sites += [
                 Site(f"{layer}-{line}{number}", f"{layer} surface", _position(point), region)
                 for number, point in enumerate(places, start=1)
@@ -165,7 +165,7 @@ def skin_markers(fingertip: FingertipNumbers, spacing: float = 1.5e-3, layers: i
     """
     solid_shape(fingertip)
     layout = hexagonal_layout(spacing, layers)
-    places = posed(fingertip, _lowest(fingertip, *layout.position.T))
+    places = pose_points(fingertip, _lowest(fingertip, *layout.position.T))
     first = np.searchsorted(layout.ring, layout.ring)
     return tuple(
         Site(f"external-marker-{ring}-{number:02d}", _KIND, tuple(map(float, point)), "epidermis")

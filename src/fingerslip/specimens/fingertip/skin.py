@@ -23,7 +23,7 @@ __all__ = [
     "depth_below_skin",
     "inward_skin_normal",
     "onto_skin",
-    "posed",
+    "pose_points",
     "relief_depth",
     "skin_grid",
     "skin_ring",
@@ -171,7 +171,7 @@ def _pad_level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Flo
     return up**2 + across**2 - 1.0, np.column_stack([along, 2 * up / height, 2 * across / width])
 
 
-def posed(fingertip: FingertipNumbers, points: Floats) -> Floats:
+def pose_points(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return (n, 3) points [m] of a level finger where they are when the finger stands at its angle.
 
     The finger is turned about z and shifted so that the lowest point of its skin is at x = 0, y = -`half_height`.

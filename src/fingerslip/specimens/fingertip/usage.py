@@ -110,7 +110,7 @@ def _of_an_empty_zone(fingertip: FingertipNumbers, path: str, use: ModelUse) -> 
     return "" if (relief and use.meshed) or receptors else "nothing lies in the zone"
 
 
-def _not_recorded(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+def _recording_reason(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
     kind = _KIND_OF_DEPTH.get(path)
     return f"no {kind} receptors are recorded" if kind and kind not in use.groups else ""
 
@@ -122,5 +122,5 @@ _RULES: tuple[_Rule, ...] = (
     _of_other_supports,
     _switched_off,
     _of_an_empty_zone,
-    _not_recorded,
+    _recording_reason,
 )

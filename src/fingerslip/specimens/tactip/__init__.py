@@ -3,7 +3,7 @@
 from fingerslip.specimens.tactip.layout import MarkerPlaces, marker_places
 from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers
 from fingerslip.specimens.tactip.parts import Dome, Markers, Ridges, Rods, Skin, Window
-from fingerslip.specimens.tactip.profile import SkinLines, placed, skin_lines
+from fingerslip.specimens.tactip.profile import SkinLines, place_points, skin_lines
 from fingerslip.specimens.tactip.tactip import PRESETS, TacTip
 
 __all__ = [
@@ -20,6 +20,6 @@ __all__ = [
     "TacTipNumbers",
     "Window",
     "marker_places",
-    "placed",
+    "place_points",
     "skin_lines",
 ]

@@ -11,7 +11,7 @@ from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.specimens.tactip.layout import marker_places
 from fingerslip.specimens.tactip.parts import Dome, Markers, Rods, Skin, Window
-from fingerslip.specimens.tactip.profile import placed
+from fingerslip.specimens.tactip.profile import place_points
 from fingerslip.units import millimetres
 
 __all__ = ["REGIONS", "Part", "TacTipNumbers"]
@@ -91,7 +91,7 @@ def _check_ends(sensor: TacTipNumbers) -> None:
     fault = f"markers {millimetres(sensor.marker_depth)} below the crowns"
     if sensor.marker_depth >= sensor.dome.radius:
         raise InputError("rods.length", fault, f"needs < {millimetres(sensor.dome.radius)} (dome.radius)")
-    distance, height = placed(sensor.dome, places.along, np.full(len(places.along), sensor.marker_depth)).T
+    distance, height = place_points(sensor.dome, places.along, np.full(len(places.along), sensor.marker_depth)).T
     if height.max() + rods.radius >= sensor.dome.height:
         raise InputError("rods.length", fault, "needs markers below the window", "make the rods shorter")
     ends = np.column_stack([distance * np.cos(places.azimuth), height, distance * np.sin(places.azimuth)])

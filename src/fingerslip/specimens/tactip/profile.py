@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fingerslip.specimens.tactip.parts import Dome, Ridges, Skin
 
-__all__ = ["SkinLines", "inward", "placed", "skin_lines"]
+__all__ = ["SkinLines", "inward", "place_points", "skin_lines"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,7 +28,7 @@ class SkinLines:
     corners: Integers  # (k,), rows at which smooth pieces of both lines begin and end: crowns, valleys and both ends
 
 
-def placed(dome: Dome, along: Floats, depth: Floats) -> Floats:
+def place_points(dome: Dome, along: Floats, depth: Floats) -> Floats:
     """Return the points at arc lengths from the axis and depths below the outermost surface.
 
     Parameters
@@ -68,18 +68,18 @@ def skin_lines(dome: Dome, skin: Skin, spacing: float) -> SkinLines:
     if not skin.ridges.enabled:
         lines = [_to_window(dome, np.array([[0.0, depth]]), step) for depth in (0.0, skin.thickness)]
         return SkinLines(lines[0], lines[1], np.array([0, len(lines[0]) - 1]))
-    waves = _ridged(skin.ridges, skin.thickness)
+    waves = _ridge_line(skin.ridges, skin.thickness)
     corners = np.linspace(0, len(waves[0]) - 1, 2 * skin.ridges.number + 2).round().astype(np.int64)
     outer, inner = (_to_window(dome, line, step) for line in waves)
     return SkinLines(outer, inner, np.append(corners, len(outer) - 1))
 
 
-def _ridged(ridges: Ridges, thickness: float) -> tuple[Floats, Floats]:
+def _ridge_line(ridges: Ridges, thickness: float) -> tuple[Floats, Floats]:
     """Return arc lengths and depths of both lines up to the valley behind the last ridge."""
     far, near = ridges.bend_radius + thickness / 2, ridges.bend_radius - thickness / 2
     centres = (far, ridges.height - near)
     outer, inner = (_half_wave(ridges, radii, centres) for radii in ((far, near), (near, far)))
-    return _repeated(outer, ridges), _repeated(inner, ridges)
+    return _repeat(outer, ridges), _repeat(inner, ridges)
 
 
 def _half_wave(ridges: Ridges, radii: tuple[float, float], centres: tuple[float, float]) -> Floats:
@@ -91,7 +91,7 @@ def _half_wave(ridges: Ridges, radii: tuple[float, float], centres: tuple[float,
     return np.vstack([crown, valley[-2 if meets else -1 :: -1]])
 
 
-def _repeated(half: Floats, ridges: Ridges) -> Floats:
+def _repeat(half: Floats, ridges: Ridges) -> Floats:
     """Return the line over all ridges: the half wave, and then waves of two mirrored ones."""
     up = np.column_stack([ridges.pitch - half[:, 0], half[:, 1]])[::-1]
     wave = np.vstack([up[1:], (half + np.array([ridges.pitch, 0.0]))[1:]])
@@ -107,7 +107,7 @@ def _to_window(dome: Dome, line: Floats, step: float) -> Floats:
     end = _end(dome, depth)
     rest = np.append(last + between * min(1.0, (end - last) / (_end(dome, 0.0) - last)), end)
     along = np.concatenate([line[:, 0], rest])
-    points = placed(dome, along, np.concatenate([line[:, 1], np.full(len(rest), depth)]))
+    points = place_points(dome, along, np.concatenate([line[:, 1], np.full(len(rest), depth)]))
     points[-1, 1] = dome.height
     return points
 

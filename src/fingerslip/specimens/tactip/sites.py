@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.sites import Site
 from fingerslip.specimens.tactip.layout import MarkerPlaces, marker_places
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
-from fingerslip.specimens.tactip.profile import placed
+from fingerslip.specimens.tactip.profile import place_points
 
 __all__ = ["GROUPS", "marker_name", "marker_sites", "modelled_places", "points_at"]
 
@@ -45,7 +45,7 @@ def modelled_places(sensor: TacTipNumbers) -> MarkerPlaces:
 
 def points_at(sensor: TacTipNumbers, places: MarkerPlaces, depth: float) -> Floats:
     """Return the points at a depth [m] under marker places, shape (n, 2) for a section, else (n, 3) [m]."""
-    distance, height = placed(sensor.dome, places.along, np.full(len(places.along), depth)).T
+    distance, height = place_points(sensor.dome, places.along, np.full(len(places.along), depth)).T
     x = distance * np.cos(places.azimuth)
     if sensor.part == "section":
         return np.column_stack([x, height])

@@ -41,7 +41,7 @@ def levels_of(study: Study) -> tuple[Level, ...]:
 def run_at(run: Run, level: Level, model: Model) -> Run:
     """Return a run with one setting changed, and without snapshots."""
     study = dataclasses.replace(
-        _changed(run.study, level, model), record=dataclasses.replace(run.study.record, snapshots_every=0.0)
+        _change(run.study, level, model), record=dataclasses.replace(run.study.record, snapshots_every=0.0)
     )
     return dataclasses.replace(
         run, name=f"{run.name}_{level.label}", where=f"{run.where} at {level.label}", study=study
@@ -61,7 +61,7 @@ def _applies(level: Level, study: Study) -> bool:
             return True
 
 
-def _changed(study: Study, level: Level, model: Model) -> Study:
+def _change(study: Study, level: Level, model: Model) -> Study:
     value = level.value
     from fingerslip.dynamics.system.penalties import contact_penalties
 

@@ -62,7 +62,7 @@ _ALLOWED = f"needs numbers, names, + - * / **, parentheses and {', '.join(FUNCTI
 
 def check_expression(text: str) -> str:
     """Return an expression that can be read; refuse any other, without knowing the names in it."""
-    tree, _ = _parsed(text)
+    tree, _ = _parse(text)
     for node in ast.walk(tree):
         _check_node(node, text)
     return text
@@ -73,13 +73,13 @@ def check_names(expressions: Mapping[str, str]) -> Mapping[str, str]:
     for name in expressions:
         if not _WORD.fullmatch(name):
             raise InputError(name, "is no name of a column", "needs letters, digits and '_', a letter first")
-        if name in _taken():
+        if name in _taken_names():
             raise InputError(name, "is the name of something else in the summary", "needs a name of its own")
     return expressions
 
 
 @functools.cache
-def _taken() -> frozenset[str]:
+def _taken_names() -> frozenset[str]:
     """Return the names that events, measures and columns of the summary have."""
     readings = {"" if reading == "slip" else f"_{reading}" for reading in READINGS}
     times = {f"{time}{reading}" for time in TIMES for reading in readings}
@@ -96,7 +96,7 @@ def derive(name: str, text: str, result: RunResult) -> Quantity:
 
     Nor has it a value where there is none, as of a square root of a negative number; its unit is known all the same.
     """
-    tree, names = _parsed(text)
+    tree, names = _parse(text)
     quantities = {key: _looked_up(path, result, f"derived.{name}") for key, path in names.items()}
     try:
         numbers = {
@@ -117,7 +117,7 @@ def _number_in(value: float, unit: str) -> Any:
 
 
 @functools.lru_cache(maxsize=256)
-def _parsed(text: str) -> tuple[ast.Expression, dict[str, str]]:
+def _parse(text: str) -> tuple[ast.Expression, dict[str, str]]:
     """Return the tree of an expression, and its names by what stands for them in the tree."""
     if len(text) > _LONGEST:
         raise InputError("", f"has {len(text)} characters", f"needs {_LONGEST} or fewer", "define parts of it")

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
-from fingerslip.errors import InputError, Mistakes, shortened
+from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import known_part
 from fingerslip.parameters.mistakes import in_order
@@ -77,7 +77,7 @@ def _read_text(path: Path) -> str:
     name = path.name.encode(errors="surrogateescape")
     if name.decode(errors="replace").encode() != name:
         repair = "rename the file: results and reports are written under its name"
-        raise InputError(shortened(ascii(path.name)), "is a name that is not UTF-8", "needs a study file", repair)
+        raise InputError(shorten(ascii(path.name)), "is a name that is not UTF-8", "needs a study file", repair)
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -89,7 +89,7 @@ def _read_text(path: Path) -> str:
     except UnicodeDecodeError:
         raise InputError(str(path), "is not text in UTF-8", "needs a study file", "save it as UTF-8") from None
     except OSError as error:  # such as a name that is too long
-        raise InputError(shortened(str(path)), f"cannot be read ({error.strerror})", "needs a study file") from None
+        raise InputError(shorten(str(path)), f"cannot be read ({error.strerror})", "needs a study file") from None
 
 
 #: The key that names the base of a study file.
@@ -105,27 +105,27 @@ def read_with_base(path: Path) -> dict[str, Any]:
     while BASE in mappings[-1]:
         base = _base_of(files[-1], mappings[-1].pop(BASE))
         if base in files:
-            names = shortened(" -> ".join(file.name for file in (*files, base)))
+            names = shorten(" -> ".join(file.name for file in (*files, base)))
             fault = f"leads back to {base.name} ({names})"
             raise InputError(f"{files[-1]}: {BASE}", fault, "needs a file without this one as base")
         files.append(base)
         mappings.append(read_mapping(base))
-    return functools.reduce(_merged, reversed(mappings))
+    return functools.reduce(_merge, reversed(mappings))
 
 
 def _base_of(path: Path, name: object) -> Path:
     """Return the file of a base, which is in the folder of the study, as paths of mesh files are."""
     if not isinstance(name, str) or not name or Path(name).name != name:
-        fault = f"got {shortened(repr(name))}"
+        fault = f"got {shorten(repr(name))}"
         raise InputError(f"{path}: {BASE}", fault, "needs the name of a study file in the same folder", "copy it there")
     return path.with_name(name)
 
 
-def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in changes.items():
         inner = None if key == "sweep" else base.get(key)
-        merged[key] = _merged(inner, value) if isinstance(inner, Mapping) and isinstance(value, Mapping) else value
+        merged[key] = _merge(inner, value) if isinstance(inner, Mapping) and isinstance(value, Mapping) else value
     return merged
 
 
@@ -165,17 +165,17 @@ def choice_of(union: Any, what: str) -> Callable[[type[T]], type[T]]:
 
 def chosen(choice: object) -> tuple[str, Any]:
     """Return the one field of a choice that was given: its key and its value."""
-    return next(iter(_given(choice).items()))
+    return next(iter(_given_values(choice).items()))
 
 
-def _given(choice: object) -> dict[str, Any]:
+def _given_values(choice: object) -> dict[str, Any]:
     values = {field.name: getattr(choice, field.name) for field in dataclasses.fields(choice)}  # type: ignore[arg-type]
     return {name: value for name, value in values.items() if value is not None}
 
 
 def _check(choice: object, what: str) -> None:
     """Refuse a choice of which not exactly one field is given."""
-    values = _given(choice)
+    values = _given_values(choice)
     if len(values) != 1:
         names = ", ".join(field.name for field in dataclasses.fields(choice))  # type: ignore[arg-type]
         raise InputError("", f"has {' and '.join(values) or f'no {what}'}", f"needs one of {names}")

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 import numpy as np
 import pydantic
 
-from fingerslip.errors import InputError, shortened
+from fingerslip.errors import InputError, shorten
 from fingerslip.parameters import parameters
 from fingerslip.units import si_quantity
 
-__all__ = ["RepeatSettings", "repeat_seed", "scattered"]
+__all__ = ["RepeatSettings", "scatter_values", "seed_of_repeat"]
 
 _DIGITS = 6
 
@@ -24,7 +24,7 @@ def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
     for path, deviation in scatter.items():
         quantity = _quantity(deviation)
         if quantity is None or not 0.0 < quantity[0] < math.inf:
-            fault, allowed = f"got {shortened(repr(deviation))}", "needs a standard deviation above 0"
+            fault, allowed = f"got {shorten(repr(deviation))}", "needs a standard deviation above 0"
             raise InputError(path, fault, allowed, "write a number, or a quantity such as '0.1 mm'")
     return scatter
 
@@ -52,20 +52,20 @@ class RepeatSettings:
     seed: Annotated[int, pydantic.Field(ge=0)] = 1
 
 
-def repeat_seed(settings: RepeatSettings, number: int) -> int:
+def seed_of_repeat(settings: RepeatSettings, number: int) -> int:
     """Return the seed of a repeat, which numbers from 1."""
     return int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
 
 
-def scattered(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
+def scatter_values(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of a repeat by dotted path, as a study file writes them.
 
     Examples
     --------
-    >>> scattered(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})
+    >>> scatter_values(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})
     {'time.end': '3.08945 s'}
     """
-    draws = np.random.default_rng(repeat_seed(settings, number)).standard_normal(len(settings.scatter))
+    draws = np.random.default_rng(seed_of_repeat(settings, number)).standard_normal(len(settings.scatter))
     pairs = zip(settings.scatter.items(), draws, strict=True)
     return {path: _drawn(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
 
@@ -74,11 +74,11 @@ def _drawn(path: str, value: Any, deviation: Any, draw: float) -> Any:
     quantity, spread = _quantity(value), _quantity(deviation)
     where = f"repeats.scatter.{path}"
     if quantity is None:
-        fault = "is not known" if value is None else f"leads to {shortened(repr(value))}"
+        fault = "is not known" if value is None else f"leads to {shorten(repr(value))}"
         raise InputError(where, fault, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
     if spread is None or spread[1] != quantity[1]:
         raise InputError(
-            where, f"got {shortened(repr(deviation))}", f"needs a unit of [{quantity[1] or 'a pure number'}]"
+            where, f"got {shorten(repr(deviation))}", f"needs a unit of [{quantity[1] or 'a pure number'}]"
         )
     text = f"{quantity[0] + draw * spread[0]:.{_DIGITS}g}"
     return f"{text} {quantity[1]}" if quantity[1] else float(text)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.errors import InputError, Mistakes, shortened
+from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import is_below
 from fingerslip.results import SAMPLE
@@ -58,7 +58,7 @@ def _number_and_unit(path: str, value: object) -> tuple[float, str]:
         return quantity
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
-    raise InputError(path, f"got {shortened(repr(value))}", "needs numbers or quantities", "sweep what has no order")
+    raise InputError(path, f"got {shorten(repr(value))}", "needs numbers or quantities", "sweep what has no order")
 
 
 def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
@@ -67,7 +67,7 @@ def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple
             raise InputError(path, f"has {len(values)} values", "needs two or more")
         repeated = next((value for number, value in enumerate(values) if value in values[:number]), None)
         if repeated is not None:
-            raise InputError(path, f"has {shortened(repr(repeated))} twice", "needs every value once")
+            raise InputError(path, f"has {shorten(repr(repeated))} twice", "needs every value once")
     return choices
 
 

@@ -191,7 +191,7 @@ def _check_no_sites(name: str, specimen: str | None, mesh: MeshSettings, record:
 NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "trials", "cameras")
 
 
-def _check_published(name: str) -> str:
+def _check_references(name: str) -> str:
     try:
         published(name)
     except InputError as error:
@@ -199,7 +199,7 @@ def _check_published(name: str) -> str:
     return name
 
 
-PublishedName = Annotated[str, pydantic.AfterValidator(_check_published)]
+PublishedName = Annotated[str, pydantic.AfterValidator(_check_references)]
 Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_sweep)]
 
 
@@ -368,11 +368,11 @@ def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     """Build a study from plain data, quantities as text with units."""
     mapping = _with_marks(mapping)
-    study, mistakes = _read(mapping)
+    study, mistakes = _read_study(mapping)
     if mapping.get("sweep"):
-        mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
+        mistakes += swept_mistakes(_complete(mapping), mistakes, known_paths(mapping), _mistakes_of)
     if isinstance(mapping.get("sample"), Mapping):
-        mistakes += sample_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
+        mistakes += sample_mistakes(_complete(mapping), mistakes, known_paths(mapping), _mistakes_of)
     if study is None or mistakes:
         error = Mistakes(in_order(mistakes, walk(mapping))).error()
         raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
@@ -413,10 +413,10 @@ def _specimen_of(mapping: Mapping[str, Any]) -> Specimen | None:
 
 def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
     """Return the mistakes of a study as plain data, but not those of its runs; their locations are dotted paths."""
-    return _read(mapping)[1]
+    return _read_study(mapping)[1]
 
 
-def _read(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
+def _read_study(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
     """Return a study from plain data, or its mistakes without those of its runs."""
     try:
         return from_mapping(Study, mapping), []
@@ -424,7 +424,7 @@ def _read(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
         return None, [*error.all, *mistakes_between(valid_fields(Study, mapping))]
 
 
-def _completed(mapping: Mapping[str, Any]) -> dict[str, Any]:
+def _complete(mapping: Mapping[str, Any]) -> dict[str, Any]:
     """Return a study as plain data with all defaults and new names in the fields that are right."""
     return {
         **mapping,

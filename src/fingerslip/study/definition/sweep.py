@@ -16,12 +16,12 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.results import REPEAT, SAMPLE, RefusedRun
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.names import run_names
-from fingerslip.study.definition.repeats import RepeatSettings, scattered
+from fingerslip.study.definition.repeats import RepeatSettings, scatter_values
 from fingerslip.study.definition.sampled import SampleSettings, drawn
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, parse_study, study_mapping
 from fingerslip.study.definition.swept import combinations, with_values
 
-__all__ = ["Expansion", "Run", "expand", "expand_checked", "expand_samples"]
+__all__ = ["Expansion", "Run", "expand", "expand_known", "expand_samples"]
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,10 @@ class Run:
 
     def resolved(self) -> dict[str, Any]:
         """Return everything that makes the run as plain data, which is a study file of its own."""
-        return dict(self._resolved)
+        return dict(self._all_values)
 
     @cached_property
-    def _resolved(self) -> dict[str, Any]:
+    def _all_values(self) -> dict[str, Any]:
         mapping = study_mapping(self.study)
         kind = self.study.specimen_kind
         if kind is not None:
@@ -87,10 +87,10 @@ def expand(study: Study, source: Path) -> tuple[Run, ...]:
 def expand_samples(study: Study, source: Path) -> Expansion:
     """Return the runs of a study; the first swept path varies slowest, samples vary fastest."""
     parse_study(study_mapping(study), source)
-    return expand_checked(study, source)
+    return expand_known(study, source)
 
 
-def expand_checked(study: Study, source: Path) -> Expansion:
+def expand_known(study: Study, source: Path) -> Expansion:
     """Return the runs of a study whose swept paths and values are known to be right; see :func:`expand_samples`."""
     swept = combinations(study.sweep)
     if study.repeats is not None:
@@ -126,7 +126,7 @@ def _with_repeats(study: Study, settings: RepeatSettings, swept: list[dict[str, 
         values_of_run = flatten(_run(mapping, values, source, _Named("", values)).resolved())
         for number in numbers:
             try:
-                values_drawn = scattered(settings, number, values_of_run)
+                values_drawn = scatter_values(settings, number, values_of_run)
             except InputError as error:
                 raise error.moved(lambda where: f"{source}: {where}") from None
             named.append((_Named(next(names), {**values, REPEAT: number}, values_drawn), {**values, **values_drawn}))

@@ -112,9 +112,7 @@ def swept_mistakes(
     unknown = unknown_paths(judged, known_paths, "sweep")
     misnamed = {keys[mistake.where.removeprefix("sweep.")] for mistake in unknown}
     sweep = {
-        key: values
-        for key, values in study["sweep"].items()
-        if key not in misnamed and _can_be_assigned(study, key, values)
+        key: values for key, values in study["sweep"].items() if key not in misnamed and _can_assign(study, key, values)
     }
     unknown = [_in_key(mistake, keys) for mistake in unknown]
     return [*unknown, *_mistakes_of_runs(study, sweep, known_mistakes, mistakes_of)]
@@ -132,7 +130,7 @@ def _mistakes_of_runs(
     for swept in combinations(sweep):
         for mistake in mistakes_of(with_values(study, swept)):
             if _content(mistake) not in contents:
-                placed = _placed(mistake, swept, sweep)
+                placed = _place_mistake(mistake, swept, sweep)
                 mistakes.setdefault((placed.where, *_content(mistake)), placed)
     return mistakes.values()
 
@@ -162,7 +160,7 @@ def _in_key(mistake: InputError, keys: Mapping[str, str]) -> InputError:
     return InputError(f"sweep.{keys[path]}", f"has '{path}', which is not known", mistake.allowed, mistake.repair)
 
 
-def _can_be_assigned(study: Mapping[str, Any], key: str, values: Sequence[Any]) -> bool:
+def _can_assign(study: Mapping[str, Any], key: str, values: Sequence[Any]) -> bool:
     """Tell whether paths lead somewhere; they may not where a field is wrong itself."""
     try:
         with_values(study, _rows(key, values)[0])
@@ -171,7 +169,7 @@ def _can_be_assigned(study: Mapping[str, Any], key: str, values: Sequence[Any]) 
     return True
 
 
-def _placed(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping[str, Sequence[Any]]) -> InputError:
+def _place_mistake(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping[str, Sequence[Any]]) -> InputError:
     """Return a mistake of a run at the swept value that it is in; where it is in none, with the values of the run."""
     path = next((path for path in swept if is_below(mistake.where, path)), None)
     if path is None:

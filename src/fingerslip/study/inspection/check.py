@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from fingerslip.dynamics.recording.steps import record_bytes, step_times
-from fingerslip.dynamics.system.checks import checked
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
@@ -44,7 +44,7 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
 
 def check_plans(plans: Sequence[Plan]) -> Table:
     """Check studies that are planned already; see :func:`check_studies`."""
-    checked_plans = [_checked(plan) for plan in plans]
+    checked_plans = [_check_plan(plan) for plan in plans]
     rows = [row for entry, _, _ in checked_plans for row in entry]
     jobs_together = [part for _, entry, _ in checked_plans for part in groups(entry)]
     warnings = list(dict.fromkeys(warning for _, _, entry in checked_plans for warning in entry))
@@ -79,7 +79,7 @@ def _of_groups(job_groups: Sequence[Sequence[Job]]) -> str:
 def _bytes(jobs: Sequence[Job]) -> float:
     """Estimate the memory of a process that computes jobs together [bytes]."""
     model = jobs[0].model
-    checked_model = checked(model)
+    checked_model = inspect_model(model)
     candidates = sum(len(candidate.nodes) for candidate in checked_model.candidates)
     records = sum(
         record_bytes(job.model, checked_model.space.n_dofs // checked_model.space.dim, candidates) for job in jobs
@@ -87,7 +87,7 @@ def _bytes(jobs: Sequence[Job]) -> float:
     return process_bytes(checked_model.space.n_dofs, records, checked_model.space.dim)
 
 
-def _checked(plan: Plan) -> tuple[list[_Row], list[Job], list[str]]:
+def _check_plan(plan: Plan) -> tuple[list[_Row], list[Job], list[str]]:
     """Return a row for each run, the jobs that are to do, and what is doubtful in the models."""
     finished = plan.finished()
     prepared = prepare_samples(plan, plan.runs)

@@ -20,7 +20,7 @@ from fingerslip.report.tables.events import swept_paths
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.run_folder import HISTORY
 from fingerslip.study.inspection.times import time_of_run
-from fingerslip.study.storage.reporting import read_stored, read_stored_run
+from fingerslip.study.storage.reporting import read_results, read_stored_run
 from fingerslip.study.storage.summary import read_manifest
 
 __all__ = ["FILM", "FORMATS", "FigureChoice", "film_size", "kinds_text", "write_figure"]
@@ -107,7 +107,7 @@ def _study(target: Path) -> StudyResult:
         raise ResultError(
             f"{target}: holds no study; this figure needs the folder of a study that fingerslip run wrote"
         )
-    return read_stored(target)
+    return read_results(target)
 
 
 def _study_subject(study: StudyResult, choice: FigureChoice) -> StudySubject:

@@ -18,7 +18,7 @@ from fingerslip.sampling.indices import Sensitivity, morris_effects, sobol_indic
 from fingerslip.sampling.surrogate import fit_surrogate
 from fingerslip.study.opened import open_study
 
-__all__ = ["Method", "predicted", "sensitivities", "write_sensitivities"]
+__all__ = ["Method", "predict_table", "sensitivities", "write_sensitivities"]
 
 Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]
 
@@ -60,7 +60,7 @@ def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:
     return chosen
 
 
-def predicted(folder: Path, assignments: Sequence[str], outputs: Sequence[str]) -> Table:
+def predict_table(folder: Path, assignments: Sequence[str], outputs: Sequence[str]) -> Table:
     """Predict what a run between those of a study would come to."""
     study = open_study(folder).result
     values = dict(map(_pair, assignments))

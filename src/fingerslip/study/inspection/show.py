@@ -19,14 +19,14 @@ from fingerslip.report.tables.runs import measures_table
 from fingerslip.report.tables.table import Cell, Column, Measured, Table
 from fingerslip.results import RunResult
 from fingerslip.run_folder import HISTORY, RESULT, RUN
-from fingerslip.slip.windows import LATENCY, READINGS, TIMES, event_label, is_defined
+from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.opened import open_study
-from fingerslip.study.storage.reporting import read_stored, read_stored_run, study_tables
+from fingerslip.study.storage.reporting import read_results, read_stored_run, study_tables
 from fingerslip.study.storage.summary import read_manifest
-from fingerslip.study.storage.values import Specified, read_specified, value_rows
+from fingerslip.study.storage.values import Specified, read_run_values, value_rows
 
 __all__ = [
     "diff_runs",
@@ -112,7 +112,7 @@ def _study_table(path: Path) -> Table:
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
     if not (folder / RESULT).exists():
-        return study_tables(read_stored(folder))
+        return study_tables(read_results(folder))
     result = read_stored_run(folder)
     versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
     measures = measures_table([result], ["value"])
@@ -145,7 +145,7 @@ def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
 
 def _values(folder: Path, run: RunResult) -> dict[str, str]:
     """Return the values of a run as people read them, and the versions of the programs that made it."""
-    values = {value.path: value.value for value in value_rows([read_specified(folder / RUN)])}
+    values = {value.path: value.value for value in value_rows([read_run_values(folder / RUN)])}
     return values | {f"version of {name}": version for name, version in run.versions.items()}
 
 
@@ -166,7 +166,7 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
 
 def _event_rows(runs: tuple[RunResult, RunResult]) -> Iterator[tuple[str, str, Cell, Cell]]:
     for reading, words in READINGS.items():
-        for time in (time for time in TIMES if is_defined(reading, time)):
+        for time in (time for time in TIMES if defines_time(reading, time)):
             unit, factor = ("ms", 1e3) if time == LATENCY else ("s", 1.0)
             first, second = (time_cell(run, reading, time, factor) for run in runs)
             yield f"{event_label(time)} ({words})", unit, first, second

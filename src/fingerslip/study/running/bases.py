@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fingerslip.contact.friction import weakens
 from fingerslip.dynamics.recording.steps import step_count
 from fingerslip.dynamics.step.sharing import first_alike, material_key, same_body, same_matrix
-from fingerslip.dynamics.system.checks import checked
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.model import Model
 from fingerslip.study.running.cost import basis_saves
 from fingerslip.study.running.jobs import Job
@@ -29,7 +29,7 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
         if any(_is_open(job) for job, leader in zip(jobs, first, strict=True) if leader == kind)
     }
     return tuple(
-        _decided(job, reduced=saves[leader]) if _is_open(job) else job for job, leader in zip(jobs, first, strict=True)
+        _decide(job, reduced=saves[leader]) if _is_open(job) else job for job, leader in zip(jobs, first, strict=True)
     )
 
 
@@ -41,7 +41,7 @@ def _saves(models: Sequence[Model]) -> bool:
     """Tell whether a basis saves time in all motions of a body together."""
     if any(_needs_mesh(model) for model in models):
         return False
-    checked_model = checked(models[0])
+    checked_model = inspect_model(models[0])
     nodes = {node for candidate in checked_model.candidates for node in candidate.nodes.tolist()}
     # The first of several motions with a matrix may try out how many vibrations they need, and is then computed again.
     first = first_alike(models, same_matrix)
@@ -64,7 +64,7 @@ def _needs_mesh(model: Model) -> bool:
     return weak or relaxes or damped or moved or model.is_finite or isinstance(model.time, Adaptive)
 
 
-def _decided(job: Job, *, reduced: bool) -> Job:
+def _decide(job: Job, *, reduced: bool) -> Job:
     dynamics = dataclasses.replace(job.run.study.dynamics, basis="reduced" if reduced else "full")
     study = dataclasses.replace(job.run.study, dynamics=dynamics)
     model = dataclasses.replace(job.model, basis=dynamics.reduced)

@@ -26,7 +26,7 @@ from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.units import millimetres
 
-__all__ = ["build_mesh", "build_model", "contact_of", "inspect_mesh", "located", "mesh_key"]
+__all__ = ["build_mesh", "build_model", "contact_of", "inspect_mesh", "locate_error", "mesh_key"]
 
 # A file in millimetres that is read as metres is a thousand times too large.
 _LARGE_BODY = 1.0
@@ -55,7 +55,7 @@ def build_mesh(run: Run) -> Any:
 
     Units: returns [m].
     """
-    with _errors_named(run):
+    with _name_errors(run):
         require_mesh_memory(run.study.mesh, run.specimen)
         mesh = run.study.mesh.build(run.specimen)
         _check_extent(mesh, run)
@@ -64,7 +64,7 @@ def build_mesh(run: Run) -> Any:
 
 def inspect_mesh(run: Run) -> InspectedMesh:
     """Build or read the mesh of a run, with tables of what is worth knowing of it; errors as of :func:`build_mesh`."""
-    with _errors_named(run):
+    with _name_errors(run):
         require_mesh_memory(run.study.mesh, run.specimen)
         inspected = run.study.mesh.inspect(run.specimen)
         _check_extent(inspected.mesh, run)
@@ -73,23 +73,23 @@ def inspect_mesh(run: Run) -> InspectedMesh:
 
 def mesh_key(run: Run) -> str:
     """Return what decides the mesh of a run, hashed: runs with the same key share one mesh."""
-    with _errors_named(run):
+    with _name_errors(run):
         return run.study.mesh.key(run.specimen)
 
 
 def build_model(run: Run, mesh: Any = None) -> Model:
     """Make the model of a run."""
-    with _errors_named(run):
+    with _name_errors(run):
         return _model(run, build_mesh(run) if mesh is None else mesh)
 
 
 @contextlib.contextmanager
-def _errors_named(run: Run) -> Iterator[None]:
+def _name_errors(run: Run) -> Iterator[None]:
     """Name the run in errors, and their places as the study file calls them."""
     try:
         yield
     except InputError as error:
-        raise located(error, run.where, run.study) from None
+        raise locate_error(error, run.where, run.study) from None
 
 
 def _model(run: Run, mesh: Any) -> Model:
@@ -118,7 +118,7 @@ def _model(run: Run, mesh: Any) -> Model:
     )
 
 
-def located(error: InputError, where: str, study: Study | None = None) -> InputError:
+def locate_error(error: InputError, where: str, study: Study | None = None) -> InputError:
     """Return the error with the name of the run in front of its place, and the place as the study file calls it."""
     source = where.partition(" (")[0]
     if all(mistake.where.startswith(source) for mistake in error.all):

@@ -101,7 +101,7 @@ def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgres
         progress.finish(job.run.name, "failed" if error else "done")
 
     try:
-        with _connected(address) as client:
+        with _connect(address) as client:
             _check_workers(client, progress)
             cores = max(1, sum(client.ncores().values()))
             for part, outcome in _outcomes(client, groups(jobs, cores), cores, progress):
@@ -114,7 +114,7 @@ def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgres
     return {name: error for name, error in errors.items() if error}
 
 
-def _distributed() -> Any:
+def _import_distributed() -> Any:
     """Return the package of Dask's scheduler, which is optional."""
     try:
         return importlib.import_module("distributed")
@@ -139,7 +139,7 @@ def _versions(client: Any) -> dict[str, object]:
     return versions
 
 
-def _refused(client: Any, progress: StudyProgress) -> list[str]:
+def _refuse_workers(client: Any, progress: StudyProgress) -> list[str]:
     """Send workers away that cannot compute, which have joined meanwhile, and return their addresses."""
     needed = metadata.version("fingerslip")
     wrong = {worker: version for worker, version in _versions(client).items() if version != needed}
@@ -151,11 +151,11 @@ def _refused(client: Any, progress: StudyProgress) -> list[str]:
 
 
 @contextlib.contextmanager
-def _connected(address: str) -> Iterator[Any]:
+def _connect(address: str) -> Iterator[Any]:
     allowed = "needs the address of a Dask scheduler such as tcp://host:8786"
     if not _ADDRESS.fullmatch(address):
         raise InputError("scheduler", f"got '{address}'", allowed)
-    distributed = _distributed()
+    distributed = _import_distributed()
     try:
         client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -182,19 +182,19 @@ def _outcomes(
         mesh = part[0].model.mesh
         if id(mesh) not in meshes:
             # Submitted, not scattered: the scheduler makes it again where the workers that held it have died.
-            meshes[id(mesh)] = client.submit(_given, mesh, pure=False)
+            meshes[id(mesh)] = client.submit(_give, mesh, pure=False)
         future = client.submit(compute_task, _task(part), meshes[id(mesh)], pure=False)
         sent[future] = part, len(refused)
         return future
 
     first = [send(part) for part in itertools.islice(waiting, _AHEAD * cores)]
-    completed = _distributed().as_completed(first, loop=client.loop)
+    completed = _import_distributed().as_completed(first, loop=client.loop)
     try:
         for future in completed:
             part, refused_before = sent.pop(future)
             if future.cancelled():
                 raise CancelledError
-            refused += _refused(client, progress) if future.status == "error" else []
+            refused += _refuse_workers(client, progress) if future.status == "error" else []
             if future.status == "error" and len(refused) > refused_before:
                 meshes.clear()  # they may have been on that worker
                 completed.add(send(part))
@@ -208,7 +208,7 @@ def _outcomes(
             client.cancel(list(sent))
 
 
-def _given(mesh: Any) -> Any:
+def _give(mesh: Any) -> Any:
     return mesh
 
 
@@ -234,7 +234,7 @@ def _outcome(future: Any) -> _Outcome:
     if error is None:
         outcome: _Outcome = future.result()
         return outcome
-    if isinstance(error, _distributed().KilledWorker):
+    if isinstance(error, _import_distributed().KilledWorker):
         lost = "the workers that computed it died again and again, perhaps because there was not enough memory"
         return _AnyName(ResultError(f"cluster: {lost}; give each worker more memory"))
     if isinstance(error, FingerslipError):

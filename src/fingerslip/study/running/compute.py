@@ -13,7 +13,7 @@ from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
 from fingerslip.files import new_folder, writing
 from fingerslip.run_folder import LOG
-from fingerslip.study.running.build import located
+from fingerslip.study.running.build import locate_error
 from fingerslip.study.running.jobs import Job
 from fingerslip.study.storage.bases import BasisFolder
 from fingerslip.study.storage.store import write_run
@@ -56,7 +56,7 @@ def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: i
             return [simulate(jobs[0].model, progress=progress, threads=threads, bases=bases)]
         return simulate_together([job.model for job in jobs], progress=progress, threads=threads, bases=bases)
     except InputError as error:
-        raise located(error, jobs[0].run.where, jobs[0].run.study) from None
+        raise locate_error(error, jobs[0].run.where, jobs[0].run.study) from None
 
 
 class _LogFile(logging.FileHandler):

@@ -130,7 +130,7 @@ def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]
     for name, result in plan.finished().items() if plan.study.cameras else ():
         for kind, settings in plan.study.cameras.items():
             folder, key = plan.folder / name / CAMERAS / kind, digest([_FORMAT, result.identity, as_mapping(settings)])
-            if _is_filmed(folder, key):
+            if _has_film(folder, key):
                 continue
             try:
                 filmed = film_history(read_history(plan.folder / name / HISTORY), kind, settings, folder, key)
@@ -215,7 +215,7 @@ def _points(
 _TIERS = {"pixel": _pixels, "point": _points}
 
 
-def _is_filmed(folder: Path, key: str) -> bool:
+def _has_film(folder: Path, key: str) -> bool:
     try:
         stored: Mapping[str, Any] = read_json(folder / ERRORS, "run the study again")
     except (FileNotFoundError, DamagedError):

@@ -15,7 +15,7 @@ from fingerslip.slip.events import Events
 from fingerslip.study.definition.derived import derive
 from fingerslip.study.definition.file import line_numbers, read_with_base
 from fingerslip.study.definition.spec import Study, given_in, parse_study
-from fingerslip.study.definition.sweep import Run, expand_checked
+from fingerslip.study.definition.sweep import Run, expand_known
 from fingerslip.study.storage.store import identity
 
 __all__ = ["Plan", "plan_mapping", "plan_studies", "plan_study"]
@@ -50,13 +50,13 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
 def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:
     """List the runs of a study that is given as plain data."""
     study = parse_study(mapping, source)
-    expansion = expand_checked(study, source)
-    _check_derived(study, expansion.runs, source)
+    expansion = expand_known(study, source)
+    _check_quantities(study, expansion.runs, source)
     identities = {run.name: identity(run) for run in expansion.runs}
     return Plan(source, study, folder, expansion.runs, identities, given_in(mapping), expansion.refused)
 
 
-def _check_derived(study: Study, runs: Sequence[Run], source: Path) -> None:
+def _check_quantities(study: Study, runs: Sequence[Run], source: Path) -> None:
     """Refuse derived quantities whose names a run does not know, or whose units do not fit, before anything runs."""
     mistakes = Mistakes()
     # A swept group may give runs other values than the first one has.

@@ -59,11 +59,11 @@ def _compute_here(job_groups: Sequence[Sequence[Job]], progress: StudyProgress, 
     failures: Failures = {}
     for jobs in job_groups:
         outcome = compute_group(jobs, progress.advance, threads)
-        failures |= _reported(jobs, outcome, progress)
+        failures |= _report(jobs, outcome, progress)
     return failures
 
 
-def _reported(jobs: Sequence[Job], errors: Mapping[str, Exception], progress: StudyProgress) -> Failures:
+def _report(jobs: Sequence[Job], errors: Mapping[str, Exception], progress: StudyProgress) -> Failures:
     """Report jobs as done or failed, and return the errors to keep."""
     failures: Failures = {}
     for job in jobs:
@@ -85,7 +85,7 @@ def _compute_apart(
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
-        with _interrupts_ignored(), without_main_module():
+        with _ignore_interrupts(), without_main_module():
             # The workers start here. They inherit the ignored Ctrl-C, which the parent alone answers.
             futures = {pool.submit(_compute_in_worker, jobs, threads, drawings): jobs for jobs in job_groups}
         return _follow(futures, news, progress)
@@ -103,8 +103,8 @@ def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: S
         done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
         _pass_on(news, progress)
         for future in done:
-            outcome, pictures = _found(future, futures[future])
-            computed.failures.update(_reported(futures[future], outcome, progress))
+            outcome, pictures = _outcome_of(future, futures[future])
+            computed.failures.update(_report(futures[future], outcome, progress))
             computed.pictures.update(pictures)
     return computed
 
@@ -116,7 +116,7 @@ def _pass_on(news: Any, progress: StudyProgress) -> None:
             progress.advance(name, fraction)
 
 
-def _found(future: Future[_Found], jobs: Sequence[Job]) -> _Found:
+def _outcome_of(future: Future[_Found], jobs: Sequence[Job]) -> _Found:
     """Return what went wrong in a worker's jobs, and what it drew; what is no error of fingerslip is raised."""
     try:
         return future.result()
@@ -129,7 +129,7 @@ def _out_of_memory(job: Job) -> ResultError:
 
 
 @contextlib.contextmanager
-def _interrupts_ignored() -> Iterator[None]:
+def _ignore_interrupts() -> Iterator[None]:
     """Ignore Ctrl-C in the block, where signals can be handled at all."""
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fingerslip.dynamics.system.checks import checked
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.errors import InputError
 from fingerslip.fe.space import Space, build_space
 from fingerslip.results import RefusedRun
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.bases import choose_bases
-from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
+from fingerslip.study.running.build import build_mesh, build_model, locate_error, mesh_key
 from fingerslip.study.running.jobs import Job, Prepared
 from fingerslip.study.running.plan import Plan
 
@@ -50,8 +50,8 @@ def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
     model = build_model(run, mesh)
     try:
         space = space or build_space(mesh)
-        checked_model = checked(model, space)
+        checked_model = inspect_model(model, space)
     except InputError as error:
-        raise located(error, run.where, run.study) from None
+        raise locate_error(error, run.where, run.study) from None
     meshes[key] = mesh, space
     return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model))

@@ -154,7 +154,7 @@ def run_plans(
         check_folder(plan.folder)
     finished = [{} if force else plan.finished() for plan in plans]
     prepared = [
-        _prepared(plan, [run for run in plan.runs if run.name not in stored])
+        _prepare(plan, [run for run in plan.runs if run.name not in stored])
         for plan, stored in zip(plans, finished, strict=True)
     ]
     with progress or SilentProgress() as reporter:
@@ -167,7 +167,7 @@ def run_plans(
     return results
 
 
-def _prepared(plan: Plan, runs: Sequence[Run]) -> Prepared:
+def _prepare(plan: Plan, runs: Sequence[Run]) -> Prepared:
     """Build and check what is to be computed; where nothing is, nothing that does so is loaded."""
     if not runs:
         return Prepared((), plan.refused)
@@ -210,7 +210,7 @@ def _drawings(plan: Plan, jobs: Sequence[Job]) -> Mapping[str, Drawing]:
     return drawings_of(plan, jobs)
 
 
-def _filmed(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
+def _film(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
     """Film the finished runs; see :func:`~fingerslip.study.running.pictures.film_runs`."""
     if not plan.study.cameras:
         return {}
@@ -237,7 +237,7 @@ def _execute(
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished(), refused, report="")
         raise
-    failures = {**done.failures, **_filmed(plan, progress)}
+    failures = {**done.failures, **_film(plan, progress)}
     computed = tuple(name for name in to_compute if name not in done.failures)
     result = write_up(plan, refused, done.pictures, whole=(*computed, *unchanged))
     result = dataclasses.replace(result, computed=computed, unchanged=unchanged)
@@ -257,7 +257,7 @@ def compute_jobs(
     if not jobs:
         return Computed()
     for job in jobs:
-        _say_damaged(plan, job, progress)
+        _say_damage(plan, job, progress)
     try:
         compute = _engine(engine, None) if isinstance(engine, int) else engine
         return compute(jobs, progress, drawings)
@@ -266,7 +266,7 @@ def compute_jobs(
         remove_empty(*created)
 
 
-def _say_damaged(plan: Plan, job: Job, progress: StudyProgress) -> None:
+def _say_damage(plan: Plan, job: Job, progress: StudyProgress) -> None:
     """Say that a run is computed again because its results are damaged."""
     try:
         stored_result(job.folder)
@@ -303,7 +303,7 @@ def _write_tables(
 ) -> StudyResult:
     uncertainties = read_uncertainties(plan.folder, plan.identities)
     runs = tuple(
-        _completed(plan, run, finished[run.name], uncertainties.get(run.name, {}))
+        _complete(plan, run, finished[run.name], uncertainties.get(run.name, {}))
         for run in plan.runs
         if run.name in finished
     )
@@ -327,7 +327,7 @@ def _write_tables(
     return study
 
 
-def _completed(plan: Plan, run: Run, result: RunResult, uncertainty: Mapping[str, float]) -> RunResult:
+def _complete(plan: Plan, run: Run, result: RunResult, uncertainty: Mapping[str, float]) -> RunResult:
     """Return the result of a run with its values, uncertainties and derived quantities."""
     completed = dataclasses.replace(result, values=flatten(run.resolved()), uncertainty=uncertainty)
     return (

@@ -7,9 +7,9 @@ from pathlib import Path
 from fingerslip.report.page.comparison import ComparedStudy, comparison_report
 from fingerslip.report.page.page import write_page
 from fingerslip.run_folder import RUN
-from fingerslip.study.storage.reporting import provenance_of, read_stored, slide_starts
+from fingerslip.study.storage.reporting import provenance_of, read_results, slide_starts
 from fingerslip.study.storage.summary import read_manifest
-from fingerslip.study.storage.values import read_specified, value_rows
+from fingerslip.study.storage.values import read_run_values, value_rows
 
 __all__ = ["compare_studies"]
 
@@ -17,7 +17,7 @@ __all__ = ["compare_studies"]
 def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:
     """Write the page of two studies side by side."""
     folders = Path(first), Path(second)
-    compared = [_compared(folder) for folder in folders]
+    compared = [_compare(folder) for folder in folders]
     provenance = {
         f"{side}: {name}": value
         for side, folder in zip("AB", folders, strict=True)
@@ -28,8 +28,8 @@ def compare_studies(first: str | Path, second: str | Path, output: Path | None =
     return path
 
 
-def _compared(folder: Path) -> ComparedStudy:
-    study = read_stored(folder)
-    specified = [read_specified(folder / run.name / RUN) for run in study.runs]
+def _compare(folder: Path) -> ComparedStudy:
+    study = read_results(folder)
+    specified = [read_run_values(folder / run.name / RUN) for run in study.runs]
     values = value_rows(specified, read_manifest(folder).get("given") or None)
     return ComparedStudy(study, values, slide_starts(study))

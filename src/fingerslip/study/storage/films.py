@@ -27,17 +27,17 @@ _REPAIR = "remove its folder and run the study again"
 
 def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
     """Return what tells the films of some runs from others, for the key of a report."""
-    return [str(read_json(path, _REPAIR)["key"]) for run in runs for path in _stored(folder / run)]
+    return [str(read_json(path, _REPAIR)["key"]) for run in runs for path in _stored_films(folder / run)]
 
 
 def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film, ...]:
     """Read the films of the runs whose histories are shown."""
     return tuple(
-        _film(run, path.parent, history) for run, history in histories.items() for path in _stored(folder / run)
+        _film(run, path.parent, history) for run, history in histories.items() for path in _stored_films(folder / run)
     )
 
 
-def _stored(run: Path) -> list[Path]:
+def _stored_films(run: Path) -> list[Path]:
     return sorted(run.glob(f"{CAMERAS}/*/{ERRORS}"))
 
 

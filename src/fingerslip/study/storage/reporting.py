@@ -24,7 +24,7 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.storage.store import read_run
 from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
-from fingerslip.study.storage.values import read_specified, value_rows
+from fingerslip.study.storage.values import read_run_values, value_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +36,7 @@ __all__ = [
     "REPORT",
     "event_tables",
     "provenance_of",
-    "read_stored",
+    "read_results",
     "read_stored_run",
     "report_again",
     "report_key",
@@ -49,7 +49,7 @@ __all__ = [
 REPORT = "report.html"
 
 
-def read_stored(folder: str | Path) -> StudyResult:
+def read_results(folder: str | Path) -> StudyResult:
     """Read the finished runs of a study back."""
     folder = Path(folder)
     manifest = stored_manifest(folder)
@@ -85,7 +85,7 @@ def event_tables(runs: Sequence[RunResult], compare: Sequence[str]) -> tuple[Tab
 
 def report_again(folder: str | Path) -> tuple[Table, ...]:
     """Make the report of a study again from its stored histories."""
-    stored = read_stored(folder)
+    stored = read_results(folder)
     write_report(stored)
     return study_tables(stored)
 
@@ -120,7 +120,7 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
 
     manifest = read_manifest(study.folder)
     convergences = read_convergences(study.folder, identities(manifest))
-    specified = [read_specified(study.folder / run.name / RUN) for run in study.runs]
+    specified = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
     first = [] if study.ranges else _first_of_meshes(study)
     # The models of all meshes are shown, of other runs no more than the first.
     meshed = [name for name in first if name not in pictures or pictures[name].model is None]

@@ -21,7 +21,7 @@ from fingerslip.specimens.protocol import ModelUse, Specimen
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, read_study
 from fingerslip.units import Unit
 
-__all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "Specified", "read_specified", "value_rows"]
+__all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "Specified", "read_run_values", "value_rows"]
 
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
@@ -48,7 +48,7 @@ class _Row:
     text: str
 
 
-def read_specified(path: Path) -> Specified:
+def read_run_values(path: Path) -> Specified:
     """Read what makes a run from its ``run.yaml``."""
     study = read_study(path)
     return Specified(study, study.specimen(str(path)))
@@ -60,10 +60,10 @@ def value_rows(runs: Sequence[Specified], paths: Collection[str] | None = None) 
     for run in runs:
         for row in _rows(run, paths):
             result.setdefault(row.shown.path, []).append(row)
-    return tuple(_merged(rows, len(runs)) for rows in result.values())
+    return tuple(_merge_rows(rows, len(runs)) for rows in result.values())
 
 
-def _merged(rows: Sequence[_Row], runs: int) -> ShownValue:
+def _merge_rows(rows: Sequence[_Row], runs: int) -> ShownValue:
     """Join the rows of one path over all runs."""
     texts = list(dict.fromkeys(row.text for row in rows))
     first = rows[0].shown
@@ -71,10 +71,10 @@ def _merged(rows: Sequence[_Row], runs: int) -> ShownValue:
         return first
     partly = f"in {len(rows)} of {runs} runs" if len(rows) < runs else ""
     notes = dict.fromkeys(text for text in (partly, *(row.shown.note for row in rows)) if text)
-    return ShownValue(first.path, _listed(texts), SWEPT, "; ".join(notes))
+    return ShownValue(first.path, _list_texts(texts), SWEPT, "; ".join(notes))
 
 
-def _listed(texts: Sequence[str]) -> str:
+def _list_texts(texts: Sequence[str]) -> str:
     """Return some values one after the other, of many the first and how many there are."""
     return ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
 
@@ -110,7 +110,7 @@ def _specimen_rows(run: Specified, specimen: Specimen, paths: Collection[str] | 
         origins[f"{kind}.{path}"] = _origin_of(MATERIALS, material, f"{kind}.{path}")
     whole = _origin_of(presets, name, kind)
     for leaf in walk_values(specimen):
-        if reason := _why_unused(leaf.path, run.study, specimen):
+        if reason := _unused_reason(leaf.path, run.study, specimen):
             yield _row(f"{kind}.{leaf.path}", _text(leaf.value, leaf.unit), NOT_USED, reason)
             continue
         element = next((origin for path, origin in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
@@ -156,7 +156,7 @@ def _row_of(group: str, leaf: Leaf, origin: _Origin, paths: Collection[str] | No
     return _row(path, text, DEFAULT if is_preset or brought else STUDY_FILE, f"preset: {entry.value}" if entry else "")
 
 
-def _why_unused(path: str, study: Study, specimen: Specimen) -> str:
+def _unused_reason(path: str, study: Study, specimen: Specimen) -> str:
     """Return why a run does not use a value of its specimen; empty for one that it uses."""
     group, _, rest = path.partition(".")
     if group in ("formulation", "depth") and getattr(study, group) is not None:

@@ -65,7 +65,7 @@ def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> t
     stored: Mapping[str, Any] | None = store.load(key)
     if stored is not None:
         return key, StaticBody(**stored)
-    body = _made(run, settings, _REACH * deepest)
+    body = _make(run, settings, _REACH * deepest)
     store.save(key, {field.name: getattr(body, field.name) for field in dataclasses.fields(StaticBody)})
     return key, body
 
@@ -91,7 +91,7 @@ def _press(run: Run) -> float:
     return sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press))
 
 
-def _made(run: Run, settings: TrialSettings, reach: float) -> StaticBody:
+def _make(run: Run, settings: TrialSettings, reach: float) -> StaticBody:
     model = _upright(build_model(run, build_mesh(run)), programme_of(run.study), reach)
     with limited_threads(1):
         return static_body(model, reach=reach, hidden=settings.hidden, patch=settings.patch)

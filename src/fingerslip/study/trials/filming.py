@@ -66,10 +66,10 @@ def _camera(settings: TrialSettings, eyes: Eyes, kind: str, heights: Floats) -> 
         frame_rate=settings.frame_rate,
         exposure=0.0,
     )
-    return dataclasses.replace(camera, pose=_moved(camera.pose, eyes))
+    return dataclasses.replace(camera, pose=_shift_pose(camera.pose, eyes))
 
 
-def _moved(pose: Pose, eyes: Eyes) -> Pose:
+def _shift_pose(pose: Pose, eyes: Eyes) -> Pose:
     x, z = eyes.shift
     position, target = ((at[0] + x, at[1], at[2] + z) for at in (pose.position, pose.target))
     side = np.sin(eyes.turn) * pose.rotation[0]

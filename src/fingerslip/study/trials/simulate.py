@@ -76,7 +76,7 @@ def simulate_trials(
         _, body = shared_body(runs, settings, work / "bodies")
         clean_stale(work)
         origin = {"study": source.name, "commit": commit() or "", "body": key}
-        missing = [plan for plan in plans if not _is_finished(work / plan.name, keys[plan.name])]
+        missing = [plan for plan in plans if not _is_there(work / plan.name, keys[plan.name])]
         with progress or SilentProgress() as reporter:
             _compute(missing, (settings, body, origin, keys, work), workers, reporter)
         notes = card_notes(study, settings, body)
@@ -108,11 +108,11 @@ def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
     return (
         trials is not None
         and set(trials.names) == set(keys)
-        and all(_is_finished(folder / name, key) for name, key in keys.items())
+        and all(_is_there(folder / name, key) for name, key in keys.items())
     )
 
 
-def _is_finished(folder: Path, key: str) -> bool:
+def _is_there(folder: Path, key: str) -> bool:
     """Tell whether a trial is there, of the same inputs."""
     try:
         mapping: Any = read_json(folder / FILES[3], "compute the trial again")

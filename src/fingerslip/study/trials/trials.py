@@ -32,7 +32,7 @@ from fingerslip.study.trials.bodies import turned_whole
 from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
 from fingerslip.study.trials.plates import load_rate, plate_of, programme_of
 from fingerslip.version import __version__
-from fingerslip.vision.cameras.camera import interpolated
+from fingerslip.vision.cameras.camera import interpolate
 from fingerslip.vision.cameras.point import pair_tracks, plate_mark
 from fingerslip.vision.tracks import make_tracks
 
@@ -151,7 +151,7 @@ def _markers(
     tracks = make_tracks(np.concatenate(both, axis=1), motion.time, units="m")
     times = np.concatenate([span[:1], motion.time[(motion.time > span[0]) & (motion.time < span[1])], span[1:]])
     return make_tracks(
-        interpolated(tracks, times),
+        interpolate(tracks, times),
         times - span[0],
         units="m",
         kind=["internal"] * len(whole.ring) + ["external"] * len(whole.ring),

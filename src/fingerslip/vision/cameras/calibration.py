@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.files import write_text
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
@@ -67,14 +67,14 @@ def read_calibration(path: str | Path, *, model: str | None = None, size: tuple[
     InputError
         Where it is no calibration.
     """
-    values = _read(Path(path))
+    values = _read_lines(Path(path))
     where = str(path)
     matrix = _array(values, _MATRIX, where)
     if matrix is None or matrix.shape != (3, 3):
         fault = (
             f"has the keys {', '.join(values)}" if matrix is None else f"has a camera matrix of shape {matrix.shape}"
         )
-        raise InputError(where, shortened(fault), "needs camera_matrix with 3 x 3 numbers")
+        raise InputError(where, shorten(fault), "needs camera_matrix with 3 x 3 numbers")
     if matrix[0, 1] != 0 or not np.array_equal(matrix[[1, 2, 2, 2], [0, 0, 1, 2]], [0, 0, 0, 1]):
         raise InputError(f"{where}: camera_matrix", "has a skew or another scale", "needs fx 0 cx, 0 fy cy, 0 0 1")
     distortion = _array(values, _DISTORTION, where)
@@ -90,7 +90,7 @@ def read_calibration(path: str | Path, *, model: str | None = None, size: tuple[
         raise error.moved(lambda place: f"{where}: {place}") from None
 
 
-def _read(path: Path) -> Mapping[str, Any]:
+def _read_lines(path: Path) -> Mapping[str, Any]:
     try:
         content = path.read_bytes()[: _LARGEST + 1]
         text = content.decode("utf-8")
@@ -107,7 +107,7 @@ def _read(path: Path) -> Mapping[str, Any]:
     except ValueError as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(str(path), f"is no JSON ({shortened(str(error))})", "needs a calibration file") from None
+        raise InputError(str(path), f"is no JSON ({shorten(str(error))})", "needs a calibration file") from None
     if not isinstance(values, Mapping):
         raise InputError(str(path), "has no keys", "needs camera_matrix and distortion_coefficients")
     return values
@@ -125,7 +125,7 @@ def _array(values: Mapping[str, Any], names: Sequence[str], where: str) -> Float
         array = np.array(content, dtype=np.float64)
     except (KeyError, TypeError, ValueError):
         allowed = "needs rows, cols and data, or lists of numbers"
-        raise InputError(f"{where}: {name}", f"got {shortened(repr(content))}", allowed) from None
+        raise InputError(f"{where}: {name}", f"got {shorten(repr(content))}", allowed) from None
     return array.reshape(3, 3) if name in _MATRIX and array.size == 9 else array
 
 
@@ -149,7 +149,7 @@ def _model(values: Mapping[str, Any], source: str | None, where: str) -> type[Pi
     name = source or values.get("distortion_model") or ("fisheye" if values.get("fisheye_model") else "pinhole")
     if name not in MODELS:
         raise InputError(
-            f"{where}: distortion_model", f"got {shortened(repr(name))}", f"needs one of {', '.join(MODELS)}"
+            f"{where}: distortion_model", f"got {shorten(repr(name))}", f"needs one of {', '.join(MODELS)}"
         )
     return MODELS[name]
 
@@ -183,7 +183,7 @@ def write_calibration(intrinsics: Pinhole | Fisheye, path: str | Path) -> None:
 
 
 def _json(plain: Mapping[str, Any], matrices: Mapping[str, Floats]) -> str:
-    stored = {name: {"type_id": "opencv-matrix", **_stored(matrix)} for name, matrix in matrices.items()}
+    stored = {name: {"type_id": "opencv-matrix", **_stored_values(matrix)} for name, matrix in matrices.items()}
     return json.dumps({**plain, **stored}, indent=4) + "\n"
 
 
@@ -191,9 +191,9 @@ def _yaml(plain: Mapping[str, Any], matrices: Mapping[str, Floats]) -> str:
     lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in plain.items())]
     for name, matrix in matrices.items():
         lines.append(f"{name}: !!opencv-matrix")
-        lines += [f"   {key}: {value}" for key, value in _stored(matrix).items()]
+        lines += [f"   {key}: {value}" for key, value in _stored_values(matrix).items()]
     return "\n".join(lines) + "\n"
 
 
-def _stored(matrix: Floats) -> dict[str, Any]:
+def _stored_values(matrix: Floats) -> dict[str, Any]:
     return {"rows": matrix.shape[0], "cols": matrix.shape[1], "dt": "d", "data": matrix.ravel().tolist()}

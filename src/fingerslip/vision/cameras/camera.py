@@ -21,7 +21,7 @@ from fingerslip.vision.tracks import check_tracks, make_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Camera", "Pose", "frame_times", "interpolated", "pixels_of", "pixels_per_metre", "true_tracks"]
+__all__ = ["Camera", "Pose", "frame_times", "interpolate", "pixels_of", "pixels_per_metre", "true_tracks"]
 
 Floats = NDArray[np.float64]
 FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
@@ -163,7 +163,7 @@ def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
     return times_of_frames
 
 
-def interpolated(tracks: xr.Dataset, times: Floats) -> Floats:
+def interpolate(tracks: xr.Dataset, times: Floats) -> Floats:
     """Return where markers are at some times [s], shape (n_times, n_markers, n_axes), straight between the known times.
 
     Before the first and after the last time they rest. Between two times, at one of which a marker is not known, it is
@@ -203,7 +203,7 @@ def true_tracks(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
     """
     chosen = seen_kind(camera, tracks)
     times = frame_times(camera, chosen)
-    position = interpolated(chosen, times) if times.size else chosen["position"].values
+    position = interpolate(chosen, times) if times.size else chosen["position"].values
     more = {name: chosen[name].values for name in ("ring", "angle") if name in chosen.coords}
     return make_tracks(
         pixels_of(camera, position),

@@ -30,14 +30,14 @@ __all__ = [
     "Pinhole",
     "PixelCount",
     "PositiveNumber",
+    "distort_pinhole",
     "fisheye_angles",
     "fisheye_distances",
     "fisheye_for_view",
     "largest_angle",
     "largest_radius",
-    "pinhole_distorted",
     "pinhole_for_view",
-    "pinhole_undistorted",
+    "undistort_pinhole",
 ]
 
 
@@ -49,7 +49,7 @@ _REAL = 1e-9
 _STEPS, _HALVINGS, _EXACT = 200, 60, 1e-12
 
 
-def pinhole_distorted(points: Floats, coefficients: Sequence[float]) -> Floats:
+def distort_pinhole(points: Floats, coefficients: Sequence[float]) -> Floats:
     """Return where the lens of a pinhole puts undistorted points.
 
     With r² = x² + y²: x' = x (1 + k1 r² + k2 r⁴ + k3 r⁶)/(1 + k4 r² + k5 r⁴ + k6 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
@@ -64,8 +64,8 @@ def pinhole_distorted(points: Floats, coefficients: Sequence[float]) -> Floats:
 def _pinhole_terms(points: Floats, coefficients: Sequence[float]) -> tuple[Floats, Floats]:
     """Return the radial factor (...) and the tangential and prism shift (..., 2) at undistorted points."""
     numerator, denominator = _radial(coefficients)
-    p1, p2 = _padded(coefficients)[2:4]
-    s1, s2, s3, s4 = _padded(coefficients)[8:]
+    p1, p2 = _pad(coefficients)[2:4]
+    s1, s2, s3, s4 = _pad(coefficients)[8:]
     x, y = points[..., 0], points[..., 1]
     square = x * x + y * y
     shift = np.stack(
@@ -78,7 +78,7 @@ def _pinhole_terms(points: Floats, coefficients: Sequence[float]) -> tuple[Float
     return numerator(square) / denominator(square), shift
 
 
-def pinhole_undistorted(points: Floats, coefficients: Sequence[float]) -> Floats:
+def undistort_pinhole(points: Floats, coefficients: Sequence[float]) -> Floats:
     """Return the undistorted points of distorted ones, by fixed-point iteration; NaN where it does not converge.
 
     Arrays: points (..., 2) [-].
@@ -90,7 +90,7 @@ def pinhole_undistorted(points: Floats, coefficients: Sequence[float]) -> Floats
             last, undistorted = undistorted, (points - shift) / radial[..., None]
             if not (np.abs(undistorted - last) > _EXACT).any():
                 break
-        wrong = ~(np.abs(pinhole_distorted(undistorted, coefficients) - points) < 1e3 * _EXACT).all(axis=-1)
+        wrong = ~(np.abs(distort_pinhole(undistorted, coefficients) - points) < 1e3 * _EXACT).all(axis=-1)
         wrong |= np.hypot(undistorted[..., 0], undistorted[..., 1]) > largest_radius(coefficients)
     undistorted[wrong] = np.nan
     return undistorted
@@ -139,13 +139,13 @@ def largest_angle(coefficients: Sequence[float]) -> float:
     return math.sqrt(_first_root(series + 2.0 * Polynomial([0.0, 1.0]) * series.deriv()))
 
 
-def _padded(coefficients: Sequence[float]) -> list[float]:
+def _pad(coefficients: Sequence[float]) -> list[float]:
     return [*coefficients, *[0.0] * (PINHOLE_COUNTS[-1] - len(coefficients))]
 
 
 def _radial(coefficients: Sequence[float]) -> tuple[Polynomial, Polynomial]:
     """Return numerator and denominator of a pinhole's radial factor as polynomials of r²."""
-    k1, k2, _, _, k3, k4, k5, k6 = _padded(coefficients)[:8]
+    k1, k2, _, _, k3, k4, k5, k6 = _pad(coefficients)[:8]
     return Polynomial([1.0, k1, k2, k3]), Polynomial([1.0, k4, k5, k6])
 
 
@@ -254,11 +254,11 @@ class Pinhole(_Matrix):
         depth = np.where(points[..., 2] > 0, points[..., 2], np.nan)
         plane = points[..., :2] / depth[..., None]
         beyond = np.hypot(plane[..., 0], plane[..., 1]) > largest_radius(self.distortion)
-        return self._pixels(pinhole_distorted(np.where(beyond[..., None], np.nan, plane), self.distortion))
+        return self._pixels(distort_pinhole(np.where(beyond[..., None], np.nan, plane), self.distortion))
 
     def directions(self, pixels: Floats) -> Floats:
         """Return unit vectors (..., 3) of the rays that pixels (..., 2) see; NaN where the lens images none."""
-        plane = pinhole_undistorted(self._plane(pixels), self.distortion)
+        plane = undistort_pinhole(self._plane(pixels), self.distortion)
         rays = np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
         unit_rays: Floats = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
         return unit_rays

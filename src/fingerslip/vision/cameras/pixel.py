@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.vision.cameras.camera import Camera, frame_times, interpolated, pixels_per_metre, seen_kind, true_tracks
+from fingerslip.vision.cameras.camera import Camera, frame_times, interpolate, pixels_per_metre, seen_kind, true_tracks
 from fingerslip.vision.cameras.look import Lighting, PixelCamera
 from fingerslip.vision.video import opencv, write_video
 
@@ -78,7 +78,7 @@ def draw_spots(  # noqa: PLR0917  numba takes them in order
                 for sample in range(count):
                     share = (2.0 * sample + 1.0) / count - 1.0
                     off = math.hypot(column - x - share * dx, row - y - share * dy)
-                    covered += _covered(off - radii[spot], softness)
+                    covered += _cover(off - radii[spot], softness)
                 covered /= count
                 picture[row, column] += np.float32(covered) * (top[row, column] - picture[row, column])
 
@@ -91,7 +91,7 @@ def _limits(middle: float, reach: float, size: int) -> tuple[int, int]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _covered(outside: float, softness: float) -> float:
+def _cover(outside: float, softness: float) -> float:
     """Return the share of a pixel that a blurred edge covers, at a distance outside it [px]."""
     if outside > _REACH * softness:
         return 0.0
@@ -101,7 +101,7 @@ def _covered(outside: float, softness: float) -> float:
 
 
 @numba.njit(cache=True, nogil=True)
-def _mixed(state: np.uint64) -> np.uint64:
+def _mix(state: np.uint64) -> np.uint64:
     """Return the random bits of a state (Steele, Lea & Flood 2014)."""
     state = (state ^ (state >> _30)) * _FIRST
     state = (state ^ (state >> _27)) * _SECOND
@@ -120,11 +120,11 @@ def expose(  # noqa: PLR0917  numba takes them in order
     frame = np.empty(picture.shape, dtype=np.uint8)
     light, levels = picture.ravel(), frame.ravel()
     plain = math.sqrt(read)
-    key = _mixed(_mixed(np.uint64(seed) + _GOLDEN) + np.uint64(number) * _GOLDEN)
+    key = _mix(_mix(np.uint64(seed) + _GOLDEN) + np.uint64(number) * _GOLDEN)
     bits = key
     for pixel in range(light.size):
         if pixel % 4 == 0:
-            bits = _mixed(key + np.uint64(pixel // 4 + 1) * _GOLDEN)
+            bits = _mix(key + np.uint64(pixel // 4 + 1) * _GOLDEN)
         value = factor * light[pixel]
         deviation = plain if shot == 0.0 else math.sqrt(read + shot * max(value, 0.0))
         value += deviation * table[bits & _MASK] + 0.5
@@ -285,13 +285,13 @@ def frames_of(
         for number, factor, middles, halves, radii in zip(numbers, factors, *spots, strict=True):
             picture = empty.copy()
             draw_spots(picture, covered, middles, halves, radii, pixel_camera.look.softness)
-            yield _developed(pixel_camera, picture, int(number), float(factor))
+            yield _develop(pixel_camera, picture, int(number), float(factor))
 
 
 def _spots(pixel_camera: PixelCamera, tracks: xr.Dataset, times: Floats) -> tuple[Floats, Floats, Floats]:
     """Return middles, half movements (n_times, n_markers, 2) and radii (n_times, n_markers) of the spots [px]."""
     camera = pixel_camera.camera
-    points = _in_space(interpolated(tracks, times))
+    points = _in_space(interpolate(tracks, times))
     radii = pixel_camera.look.radius * pixels_per_metre(camera, points)
     return _image(camera, points), _half_movements(camera, tracks, times), radii
 
@@ -300,7 +300,7 @@ def _half_movements(camera: Camera, tracks: xr.Dataset, times: Floats) -> Floats
     """Return how far spots move in half of the exposure [px], 0 where that is not known."""
     times_known = tracks["time"].values
     opened, closed = (np.clip(times + side * camera.exposure, times_known[0], times_known[-1]) for side in (-0.5, 0.5))
-    ends = [_image(camera, _in_space(interpolated(tracks, shutter))) for shutter in (closed, opened)]
+    ends = [_image(camera, _in_space(interpolate(tracks, shutter))) for shutter in (closed, opened)]
     # At both ends of the tracks half of the exposure lies outside: the speed is that of the other half.
     span = np.where(closed > opened, closed - opened, np.inf)[:, None, None]
     return np.nan_to_num(0.5 * camera.exposure * (ends[0] - ends[1]) / span)
@@ -315,14 +315,14 @@ def _in_space(points: Floats) -> Floats:
     return points if points.shape[-1] == 3 else np.concatenate([points, np.zeros_like(points[..., :1])], axis=-1)
 
 
-def _developed(pixel_camera: PixelCamera, picture: NDArray[np.float32], number: int, factor: float) -> Frame:
+def _develop(pixel_camera: PixelCamera, picture: NDArray[np.float32], number: int, factor: float) -> Frame:
     """Return the frame that the sensor and the compression make of the light."""
     noise = pixel_camera.noise
     frame: Frame = expose(picture, factor, noise.read**2, noise.shot, pixel_camera.seed, number, normal_table())
-    return frame if pixel_camera.jpeg_quality is None else _compressed(frame, pixel_camera.jpeg_quality)
+    return frame if pixel_camera.jpeg_quality is None else _compress(frame, pixel_camera.jpeg_quality)
 
 
-def _compressed(frame: Frame, quality: int) -> Frame:
+def _compress(frame: Frame, quality: int) -> Frame:
     """Return a frame that went through JPEG."""
     cv2 = opencv()
     _, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, quality])

@@ -16,7 +16,7 @@ from fingerslip.vision.cameras.camera import (
     Camera,
     frame_times,
     image_attributes,
-    interpolated,
+    interpolate,
     pixels_per_metre,
     true_tracks,
 )
@@ -181,7 +181,7 @@ def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArra
     mark = make_tracks(displacement[:, None], time, units="m", kind="external")
     camera, times = pair.external, frame_times(pair.external, mark)
     # As far as a marker may fall it is in sight: it need not be in the middle of the image.
-    image = camera.intrinsics.project(camera.pose.to_camera(interpolated(mark, times)))
+    image = camera.intrinsics.project(camera.pose.to_camera(interpolate(mark, times)))
     noise = pair.errors.noise * np.random.default_rng([pair.seed, 3]).standard_normal(image.shape)
     return make_tracks(image + noise, times, units="px", kind="external")
 

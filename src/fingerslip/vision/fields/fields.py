@@ -320,7 +320,7 @@ def marker_fields(
         "triangle_marker": triangles,
         "contact_centroid": contact_centroid(position, divergence, spread_floor),
     }
-    return _labelled(values, tracks, {"rest_frames": rest, "smoothing": smoothing, "spread_floor": spread_floor})
+    return _label(values, tracks, {"rest_frames": rest, "smoothing": smoothing, "spread_floor": spread_floor})
 
 
 def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floats:
@@ -339,7 +339,7 @@ def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floa
     return centroid
 
 
-def _labelled(values: Mapping[str, Any], tracks: xr.Dataset, settings: Mapping[str, Any]) -> xr.Dataset:
+def _label(values: Mapping[str, Any], tracks: xr.Dataset, settings: Mapping[str, Any]) -> xr.Dataset:
     import xarray as xr
 
     length = tracks["position"].attrs["units"]

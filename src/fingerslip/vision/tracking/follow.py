@@ -89,14 +89,14 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     here = state.missing == 0
     guess = np.where(here[:, None], state.position + state.velocity, np.nan)
     measured = measure(markers, image, mask, guess)
-    sure = _agreed(markers, state, measured, _looks_right(markers, state, measured, guess, _LEAST_QUALITY))
+    sure = _find_agreement(markers, state, measured, _looks_right(markers, state, measured, guess, _LEAST_QUALITY))
     if state.image is not None and (here & ~sure).any():
         measured, sure = _by_flow(markers, state, image, mask, measured, sure)
     if state.image is not None and lost_suddenly(here, sure):
         measured, sure = _by_leap(markers, state, image, mask, measured, sure)
     if not sure.all():
-        measured, sure = _searched(markers, state, image, mask, measured, sure)
-    return _updated(markers, state, image, measured, sure)
+        measured, sure = _search(markers, state, image, mask, measured, sure)
+    return _update(markers, state, image, measured, sure)
 
 
 def _looks_right(markers: Markers, state: State, measured: Measured, guess: Floats, least: float) -> Flags:
@@ -108,7 +108,7 @@ def _looks_right(markers: Markers, state: State, measured: Measured, guess: Floa
     return right
 
 
-def _agreed(markers: Markers, state: State, measured: Measured, sure: Flags) -> Flags:
+def _find_agreement(markers: Markers, state: State, measured: Measured, sure: Flags) -> Flags:
     """Tell which markers moved as their neighbours did since they were seen; see `State.carried`."""
     share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
     displacement = measured.position - markers.position
@@ -126,8 +126,8 @@ def _by_flow(  # noqa: PLR0917  a step of follow
     guess[tried] = moved
     again = measure(markers, image, mask, guess)
     right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
-    merged = _merged(measured, again, right)
-    return merged, _agreed(markers, state, merged, sure | right)
+    merged = _merge(measured, again, right)
+    return merged, _find_agreement(markers, state, merged, sure | right)
 
 
 def _by_leap(  # noqa: PLR0917  a step of follow
@@ -140,7 +140,7 @@ def _by_leap(  # noqa: PLR0917  a step of follow
     guess = np.where(here[:, None], state.position + shift, np.nan)
     again = measure(markers, image, mask, guess)
     right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
-    agreed = _agreed(markers, state, again, right)
+    agreed = _find_agreement(markers, state, again, right)
     return (again, agreed) if agreed.sum() > sure.sum() else (measured, sure)
 
 
@@ -159,7 +159,7 @@ def _flow(before: Frame | None, image: Frame, points: Floats) -> Floats:
     return flown
 
 
-def _merged(measured: Measured, again: Measured, used: Flags) -> Measured:
+def _merge(measured: Measured, again: Measured, used: Flags) -> Measured:
     return Measured(
         np.where(used[:, None], again.position, measured.position),
         np.where(used, again.amplitude, measured.amplitude),
@@ -167,11 +167,11 @@ def _merged(measured: Measured, again: Measured, used: Flags) -> Measured:
     )
 
 
-def _searched(  # noqa: PLR0917  a step of follow
+def _search(  # noqa: PLR0917  a step of follow
     markers: Markers, state: State, image: Frame, mask: Flags | None, measured: Measured, sure: Flags
 ) -> tuple[Measured, Flags]:
     """Search around the expected places for all that is not sure, and match it one to one with what is there."""
-    expected = _expected(markers, state, measured, sure)
+    expected = _expected_places(markers, state, measured, sure)
     wanted = np.flatnonzero(~sure)
     starts, owners = _starts(expected[wanted], wanted, markers.window)
     seen = measure(markers, image, mask, starts, owners)
@@ -191,10 +191,10 @@ def _searched(  # noqa: PLR0917  a step of follow
     again.position[wanted[rows]] = seen.position[chosen]
     again.amplitude[wanted[rows]] = seen.amplitude[chosen]
     again.quality[wanted[rows]] = _FOUND_AGAIN * seen.quality[chosen]
-    return again, _agreed(markers, state, again, sure | used)
+    return again, _find_agreement(markers, state, again, sure | used)
 
 
-def _expected(markers: Markers, state: State, measured: Measured, sure: Flags) -> Floats:
+def _expected_places(markers: Markers, state: State, measured: Measured, sure: Flags) -> Floats:
     """Return where the neighbours say that each marker is; where none is sure, where it was carried to."""
     return markers.position + state.carried + _neighbours_step(markers, state, measured, sure)
 
@@ -230,7 +230,7 @@ def _trust(quality: Floats) -> Floats:
     return trust
 
 
-def _updated(
+def _update(
     markers: Markers, state: State, image: Frame, measured: Measured, sure: Flags
 ) -> tuple[State, Floats, Floats]:
     """Return the state after a frame, and what was found."""

@@ -142,7 +142,7 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
         window = _windows(radii, spacing)
         profiles = np.empty((len(points), N_PROFILE))
         learn_profiles(image, places, window, shape, polarity, profiles)
-        profiles = _normalised(profiles, window)
+        profiles = _normalise(profiles, window)
         markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
         markers, places = _measured_again(markers, grey, mask)
         radii = _half_height(profiles, window)
@@ -189,12 +189,12 @@ def _windows(radii: Floats, spacing: Floats) -> Floats:
     return windows
 
 
-def _normalised(profiles: Floats, window: Floats) -> Floats:
+def _normalise(profiles: Floats, window: Floats) -> Floats:
     """Return profiles from 1 in the centre to 0 at the edge, half of each what all have in common."""
     samples = _SOFT * (profiles.shape[1] - 1) / window
     filled = np.array(
         [
-            gaussian_filter1d(_filled(profile), width, mode="nearest")
+            gaussian_filter1d(_fill(profile), width, mode="nearest")
             for profile, width in zip(profiles, samples, strict=True)
         ]
     )
@@ -206,7 +206,7 @@ def _normalised(profiles: Floats, window: Floats) -> Floats:
     return mixed
 
 
-def _filled(profile: Floats) -> Floats:
+def _fill(profile: Floats) -> Floats:
     finite = np.flatnonzero(np.isfinite(profile))
     return np.interp(np.arange(len(profile)), finite, profile[finite]) if finite.size else np.zeros(len(profile))
 
@@ -353,7 +353,7 @@ def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
     around = tree.query(points[start], k=min(7, len(points)))[1][1:]
     first = points[around[0]] - points[start]
     places: dict[int, tuple[int, int]] = {start: (0, 0)}
-    steps = {start: np.array([_turned(first, k) for k in range(6)])}
+    steps = {start: np.array([_turn(first, k) for k in range(6)])}
     queue = deque([start])
     while queue:
         here = queue.popleft()
@@ -361,7 +361,7 @@ def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
             distance, neighbour = tree.query(points[here] + steps[here][k])
             if neighbour not in places and distance < _OFF_LATTICE * float(np.linalg.norm(steps[here][k])):
                 places[int(neighbour)] = (places[here][0] + q, places[here][1] + r)
-                steps[int(neighbour)] = _adapted(steps[here], k, points[neighbour] - points[here])
+                steps[int(neighbour)] = _adapt(steps[here], k, points[neighbour] - points[here])
                 queue.append(int(neighbour))
     ring = np.full(len(points), -1, dtype=np.intp)
     for index, (q, r) in places.items():
@@ -371,13 +371,13 @@ def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
     return ring, f"{off} of {len(points)} markers are not on the hexagonal lattice" if off else ""
 
 
-def _turned(vector: Floats, sixths: int) -> Floats:
+def _turn(vector: Floats, sixths: int) -> Floats:
     angle = sixths * math.pi / 3.0
     turned: Floats = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]) @ vector
     return turned
 
 
-def _adapted(steps: Floats, k: int, seen: Floats) -> Floats:
+def _adapt(steps: Floats, k: int, seen: Floats) -> Floats:
     """Return steps of which one was seen, and its opposite with it."""
     adapted = steps.copy()
     adapted[k] = 0.5 * (adapted[k] + seen)

@@ -63,7 +63,7 @@ def find_blobs(
     Arrays: image (height, width); mask (height, width).
     """
     relative = _relative(image)
-    candidates = [_settled(*answer, n_markers) for answer in _answers(relative, mask, bright)]
+    candidates = [_settle_scale(*answer, n_markers) for answer in _answers(relative, mask, bright)]
     usable = [(merit, blobs) for merit, blobs in candidates if blobs is not None]
     return max(usable, key=lambda pair: pair[0])[1] if usable else None
 
@@ -98,7 +98,7 @@ def _answers(
         for polarity in (True, False) if bright is None else (bright,):
             points, strengths = _peaks(smooth, sigma, 1.0 if polarity else -1.0)
             points = (points + 0.5) * (width / size[0], height / size[1]) - 0.5
-            allowed = _allowed(points, mask, image.shape)
+            allowed = _allowed_pairs(points, mask, image.shape)
             yield scale, polarity, points[allowed], strengths[allowed]
 
 
@@ -118,7 +118,7 @@ def _peaks(smooth: NDArray[np.float32], sigma: float, polarity: float) -> tuple[
     return np.column_stack([columns, rows])[order].astype(np.float64), strengths[order]
 
 
-def _allowed(points: Floats, mask: NDArray[np.bool_] | None, shape: Sequence[int]) -> NDArray[np.bool_]:
+def _allowed_pairs(points: Floats, mask: NDArray[np.bool_] | None, shape: Sequence[int]) -> NDArray[np.bool_]:
     if mask is None:
         return np.ones(len(points), dtype=bool)
     columns = np.clip(np.rint(points[:, 0]).astype(int), 0, shape[1] - 1)
@@ -127,7 +127,7 @@ def _allowed(points: Floats, mask: NDArray[np.bool_] | None, shape: Sequence[int
     return allowed
 
 
-def _settled(
+def _settle_scale(
     scale: float, bright: bool, points: Floats, strengths: Floats, n_markers: int | None
 ) -> tuple[float, Blobs | None]:
     """Return how clearly the markers stand out at one scale, and the blobs with the count that was settled on."""
@@ -205,7 +205,7 @@ def reference_of(  # noqa: PLR0917  the options of a search
     markers = _best(image, mask, n_markers, layout, bright)
     count = 0 if markers is None else len(markers.position)
     if markers is None or count < (_LEAST_SHARE * n_markers if n_markers else _FEWEST):
-        raise InputError(name, _found(image, count), _needed(n_markers), _REPAIR)
+        raise InputError(name, _words_found(image, count), _words_needed(n_markers), _REPAIR)
     numbered = topology(markers.position, layout)
     warnings = (_of_number(image, mask, n_markers, layout, bright, markers, name), numbered.complaint)
     return Reference(
@@ -246,14 +246,14 @@ def _of_their_kind(markers: Markers, others: Markers) -> int:
 _REPAIR = "give the number of markers, whether they are bright, or a mask of where they are"
 
 
-def _found(image: Floats, count: int) -> str:
+def _words_found(image: Floats, count: int) -> str:
     level = float(image.mean())
     light = "dark " if level < _DARK else "overexposed " if level > _BRIGHT else ""
     what = f"{count} markers" if count else "no markers"
     return f"found {what} in the {light}first frames, of mean grey level {level:.0f} of 255"
 
 
-def _needed(n_markers: int | None) -> str:
+def _words_needed(n_markers: int | None) -> str:
     blobs = f"needs at least {_FEWEST} blobs that are alike and stand out of what is around them"
     return f"needs {n_markers}" if n_markers else blobs
 
@@ -317,11 +317,11 @@ def _alike(markers: Markers, points: Floats, radius: float, layout: LayoutName) 
     if layout == "rings" and alike.any():
         alike[alike] = ~out_of_place(markers.position[alike])
     if layout == "hex" and alike.sum() > 1:
-        alike[alike] = ~_crowded(apart[np.ix_(alike, alike)], markers.quality[alike])
+        alike[alike] = ~_find_crowded(apart[np.ix_(alike, alike)], markers.quality[alike])
     return alike
 
 
-def _crowded(apart: Floats, quality: Floats) -> Flags:
+def _find_crowded(apart: Floats, quality: Floats) -> Flags:
     """Tell which blobs lie between markers of a lattice: too near to one that is more like a marker."""
     distance = np.where(np.eye(len(apart), dtype=bool), np.inf, apart)
     near = distance < _CLOSEST * np.median(distance.min(axis=0))

@@ -49,7 +49,7 @@ __all__ = [
     "seen_count",
     "seen_share",
     "track_markers",
-    "undistorted",
+    "undistort_pixels",
 ]
 
 
@@ -156,7 +156,7 @@ def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) 
     return calibration
 
 
-def undistorted(lens: Pinhole | Fisheye, position: Floats) -> Floats:
+def undistort_pixels(lens: Pinhole | Fisheye, position: Floats) -> Floats:
     """Return pixels of a pinhole with the same camera matrix and no distortion; NaN for what it does not see.
 
     Arrays: position (..., 2) [px].
@@ -257,11 +257,11 @@ def track_markers(
         frame_rate=frame_rate,
         channel=channel,
     )
-    course = _followed(stream)
+    course = _follow(stream)
     if calibration is not None:
         lens = lens_of(calibration, (stream.shape[1], stream.shape[0]))
-        course = dataclasses.replace(course, position=undistorted(lens, course.position), raw=course.position)
-    tracks = _labelled(stream, course, rest_frames)
+        course = dataclasses.replace(course, position=undistort_pixels(lens, course.position), raw=course.position)
+    tracks = _label(stream, course, rest_frames)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
     return tracks
@@ -280,7 +280,7 @@ class _Course:
     raw: Floats | None = None
 
 
-def _followed(stream: MarkerStream) -> _Course:
+def _follow(stream: MarkerStream) -> _Course:
     """Return what was found in all frames; of the frames, only two are in memory at a time."""
     rows: list[SeenMarkers] = []
     broken = ""
@@ -297,7 +297,7 @@ def _followed(stream: MarkerStream) -> _Course:
     )
 
 
-def _labelled(stream: MarkerStream, course: _Course, rest_frames: int) -> xr.Dataset:
+def _label(stream: MarkerStream, course: _Course, rest_frames: int) -> xr.Dataset:
     frames, reference = stream.frames, stream.reference
     complaints = [*reference.warnings, *_complaints(stream, course, rest_frames)]
     rest = min(rest_frames, len(course.states))
@@ -360,7 +360,7 @@ def _complaints(stream: MarkerStream, course: _Course, rest_frames: int) -> Iter
     if often:
         total = course.position.shape[1]
         yield f"{frames.name}: {often} of {total} markers were not seen in more than a tenth of the frames"
-    moved = _moved(course.position[:rest])
+    moved = _largest_motion(course.position[:rest])
     if moved > _MOVED:
         yield f"{frames.name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
 
@@ -373,7 +373,7 @@ def _of_light(name: str, rest: Exposure) -> Iterator[str]:
         yield f"{name}: is overexposed, {100 * rest.saturated:.0f} % of the pixels are saturated at rest; less light"
 
 
-def _moved(position: Floats) -> float:
+def _largest_motion(position: Floats) -> float:
     """Return the largest distance between the markers' median displacements in some frames [px]."""
     seen = position[np.isfinite(position).all(axis=(1, 2))]
     if len(seen) < 2:

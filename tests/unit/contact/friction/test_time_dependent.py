@@ -13,7 +13,7 @@ from fingerslip.contact.friction import (
 from fingerslip.contact.states import SLIP
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
-from fingerslip.verification.blocks import dragged
+from fingerslip.verification.blocks import drag_block
 from unit.contact.friction.nodes import conditions
 
 
@@ -47,7 +47,7 @@ def test_times_and_values_have_to_fit(times, values, message):
 def test_a_sliding_block_follows_the_coefficient():
     """Pressed and dragged steadily, friction over normal force is the coefficient at the end of every step."""
     law = TimeDependent((0.0, 0.5, 1.0), (0.5, 0.5, 0.2))
-    history = dragged("Q4", law, speed=1e-3, travel=1e-3)
+    history = drag_block("Q4", law, speed=1e-3, travel=1e-3)
     sliding = (history["contact_state"].values == SLIP).all(axis=1)
     assert sliding.sum() > 20
     force = history["counterface_force"].values[sliding, 0]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.contact.solve.bordered import add_borders, missing_borders, piece_matrix, solve_bordered
+from fingerslip.contact.solve.bordered import add_borders, missing_borders, piece_matrix, solve_with_borders
 from fingerslip.contact.solve.dense import factorise_dense
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
@@ -62,7 +62,7 @@ def test_any_piece_can_be_reached_from_any_base_and_so_can_the_next_one(seed, co
         missing = missing_borders(base[0], base[1], components, states, slopes)
         components, borders = add_borders(compliance, base, components, borders, missing)
         start = start_of(compliance, free, base)
-        found = solve_bordered(compliance, free, base, start, components, borders, states, slopes)
+        found = solve_with_borders(compliance, free, base, start, components, borders, states, slopes)
         exact = forces_of(compliance, free, states, slopes)
         np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-10 * np.abs(exact).max(initial=1e-9))
         assert (found[states == OPEN] == 0.0).all()
@@ -76,7 +76,7 @@ def test_the_base_itself_needs_no_border():
     base = base_of(compliance, states, slopes)
     assert missing_borders(states, slopes, NONE, states, slopes).size == 0
     given_ = base, start_of(compliance, free, base), NONE, np.zeros((2, 0, base[2].size))
-    found = solve_bordered(compliance, free, *given_, states, slopes)
+    found = solve_with_borders(compliance, free, *given_, states, slopes)
     np.testing.assert_allclose(found, forces_of(compliance, free, states, slopes), atol=1e-12)
 
 

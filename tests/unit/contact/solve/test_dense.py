@@ -7,12 +7,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from fingerslip.contact.solve.dense import factorise_dense, solve_factorised
+from fingerslip.contact.solve.dense import factorise_dense, solve_by_factors
 
 
 def solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     factor, found = factorise_dense(matrix.copy()), right.copy()
-    solve_factorised(factor.factors, factor.pivots, found)
+    solve_by_factors(factor.factors, factor.pivots, found)
     return found
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.contact.frames import contact_frames
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.gmres import Preconditioner, ScaledCompliance, new_space, solve, write_moved
+from fingerslip.contact.solve.gmres import Preconditioner, ScaledCompliance, new_space, solve, write_motion
 from fingerslip.contact.solve.local_inverse import renew_rows
 from fingerslip.contact.solve.projection import step_lengths
 from fingerslip.contact.solve.working_set import gather
@@ -72,7 +72,7 @@ def test_what_forces_do_is_the_compliance_in_the_frames_of_the_nodes():
     for part in (scaled, scaled.of_first(COUNT // 2)):
         forces = rng.normal(size=part.of_body.size)
         moved = np.empty_like(forces)
-        write_moved(part, forces, moved)
+        write_motion(part, forces, moved)
         whole, _ = matrices(np.zeros((len(part.frames), DIM, DIM)), part)
         np.testing.assert_allclose(moved, whole @ forces, rtol=1e-12, atol=1e-12)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.past import Past, first_guess, updated
+from fingerslip.contact.solve.past import Past, first_guess, next_past
 
 COUNT, DIM = 12, 3
 
@@ -27,9 +27,9 @@ def forces(seed: int) -> np.ndarray:
 def two_steps(compliance: Compliance) -> Past:
     """Return what two steps leave, with the forces of three seeds at their starts and ends."""
     first, second, third = map(forces, (1, 2, 3))
-    past = updated(None, second, compliance.response(second), first, None)
+    past = next_past(None, second, compliance.response(second), first, None)
     assert past.response_before is None
-    return updated(past, third, compliance.response(third), second, None)
+    return next_past(past, third, compliance.response(third), second, None)
 
 
 def test_the_response_to_a_guess_is_that_of_the_compliance(compliance: Compliance) -> None:
@@ -49,7 +49,7 @@ def test_other_forces_and_compliances_have_no_known_response(compliance: Complia
     guess, response = first_guess(compliance, past.under_other_compliance(), past.forces, None)
     np.testing.assert_array_equal(guess, first_guess(compliance, past, past.forces, None)[0])
     assert response is None
-    assert updated(past, forces(4), None, forces(5), None).response_before is None
+    assert next_past(past, forces(4), None, forces(5), None).response_before is None
 
 
 def test_a_search_within_a_step_keeps_what_was_known_at_its_start(compliance: Compliance) -> None:
@@ -57,7 +57,7 @@ def test_a_search_within_a_step_keeps_what_was_known_at_its_start(compliance: Co
     guess, response = first_guess(compliance, past, past.forces, past.before)
     assert guess is past.forces
     assert response is past.response
-    again = updated(past, forces(4), compliance.response(forces(4)), past.forces, past.before)
+    again = next_past(past, forces(4), compliance.response(forces(4)), past.forces, past.before)
     assert again.before is past.before
     assert again.response_before is past.response_before
-    assert updated(past, forces(4), None, past.forces, forces(6)).response_before is None
+    assert next_past(past, forces(4), None, past.forces, forces(6)).response_before is None

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.detect.evaluation.robustness import disturbed, robustness_of
+from fingerslip.detect.evaluation.robustness import disturb, robustness_of
 from fingerslip.detect.training import train
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
@@ -15,19 +15,19 @@ from unit.detect.conftest import MOTION, SAMPLING
 def test_disturbed_tracks_are_tracks(name: str, amount: float, trials: TrialSet) -> None:
     tracks = trials.tracks(trials.names[0])
     before = tracks.copy(deep=True)
-    found = check_tracks(disturbed(tracks, name, amount))
+    found = check_tracks(disturb(tracks, name, amount))
     assert tracks.equals(before)
     assert not found.equals(tracks)
-    again = disturbed(tracks, name, amount)
+    again = disturb(tracks, name, amount)
     assert found.equals(again)
 
 
 def test_the_amount_is_that_asked_for(trials: TrialSet) -> None:
     tracks = trials.tracks(trials.names[0])
-    assert np.isnan(disturbed(tracks, "lost", 0.2)["position"].values).mean() == pytest.approx(0.2, abs=0.01)
-    change = disturbed(tracks, "noise", 0.5)["position"].values - tracks["position"].values
+    assert np.isnan(disturb(tracks, "lost", 0.2)["position"].values).mean() == pytest.approx(0.2, abs=0.01)
+    change = disturb(tracks, "noise", 0.5)["position"].values - tracks["position"].values
     assert change.std() == pytest.approx(0.5, rel=0.02)
-    assert disturbed(tracks, "slower", 3).sizes["time"] == 87
+    assert disturb(tracks, "slower", 3).sizes["time"] == 87
 
 
 def test_more_is_lost_with_more_disturbance(trials: TrialSet) -> None:
@@ -44,4 +44,4 @@ def test_more_is_lost_with_more_disturbance(trials: TrialSet) -> None:
 @pytest.mark.parametrize(("name", "amount"), [("fog", 1.0), ("lost", 1.0), ("noise", -1.0), ("slower", 0.5)])
 def test_what_cannot_be_is_refused(name: str, amount: float, trials: TrialSet) -> None:
     with pytest.raises(InputError, match="got"):
-        disturbed(trials.tracks(trials.names[0]), name, amount)
+        disturb(trials.tracks(trials.names[0]), name, amount)

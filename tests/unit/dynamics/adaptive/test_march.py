@@ -101,7 +101,7 @@ def test_phases_begin_with_the_shortest_step(monkeypatch):
         taken.append((state.time, size * self._tick))
         return original(self, state, at, size)
 
-    monkeypatch.setattr(march._Walk, "_taken", spied)
+    monkeypatch.setattr(march._Walk, "_take_step", spied)
     fs.simulate(push_and_slide(time=fs.Adaptive(5e-3, 1e-2, smallest=0.625e-3)))
     for knot in (0.0, 0.1, 0.12):
         lengths = [length for time, length in taken if time == pytest.approx(knot, abs=1e-9)]
@@ -144,7 +144,7 @@ def test_a_step_that_is_not_solved_is_halved(monkeypatch):
             raise ConvergenceError(state.time, 0, 1.0, 1e-10, "try again")
         return original(self, state, at, size)
 
-    monkeypatch.setattr(march._Walk, "_taken", fails)
+    monkeypatch.setattr(march._Walk, "_take_step", fails)
     history = fs.simulate(push_and_slide(time=fs.Adaptive(5e-3, 0.5)))
     assert refused
     assert history.attrs["steps_rejected"] >= len(refused)
@@ -155,7 +155,7 @@ def test_what_the_shortest_step_does_not_solve_is_refused(monkeypatch):
     def fails(self, state, at, size):
         raise ConvergenceError(state.time, 7, 1.0, 1e-10, "try softer contact")
 
-    monkeypatch.setattr(march._Walk, "_taken", fails)
+    monkeypatch.setattr(march._Walk, "_take_step", fails)
     with pytest.raises(ConvergenceError, match="node 7"):
         fs.simulate(push_and_slide(time=fs.Adaptive(5e-3)))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.steering.commands import commanded
+from fingerslip.dynamics.steering.commands import with_command
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import InputError
 from fingerslip.verification.meshes import box
@@ -29,7 +29,7 @@ def a_model(**changes: object) -> fs.Model:
 def test_a_velocity_replaces_the_motion_from_its_time_on() -> None:
     model = a_model()
     system = build_system(model)
-    found = commanded(system, model, fs.Command("bottom", velocity=(0.0, -0.05)), 1.5)
+    found = with_command(system, model, fs.Command("bottom", velocity=(0.0, -0.05)), 1.5)
     times = np.array([0.5, 1.5, 2.5])
     np.testing.assert_allclose(found.motions[0].displacement(times), [[0.0, 0.05], [0.05, 0.1], [0.05, 0.05]])
     np.testing.assert_allclose(system.motions[0].displacement(times)[2], [0.15, 0.1])
@@ -42,7 +42,7 @@ def test_a_later_force_replaces_an_earlier_one_and_adds_to_the_drive() -> None:
     at = int(system.coordinates.rigid[0])
     assert system.load(0.5)[at] == 3.0
     for force, total in ((1.0, 4.0), (-0.5, 2.5)):
-        system = commanded(system, model, fs.Command("bottom", force=(force,)), 0.2)
+        system = with_command(system, model, fs.Command("bottom", force=(force,)), 0.2)
         assert system.load(0.5)[at] == pytest.approx(total)
 
 
@@ -52,6 +52,6 @@ def test_a_free_direction_is_not_prescribed() -> None:
     model = a_model(contacts=(contact,), bodies={"block": body}, programme=(), time=fs.TimeStepping(0.1, end=1.0))
     system = build_system(model)
     with pytest.raises(InputError, match=r"command.velocity: moves along a direction in which the body is free"):
-        commanded(system, model, fs.Command("block", velocity=(0.1, 0.0)), 0.0)
-    moved = commanded(system, model, fs.Command("block", velocity=(0.0, 0.1)), 0.0)
+        with_command(system, model, fs.Command("block", velocity=(0.1, 0.0)), 0.0)
+    moved = with_command(system, model, fs.Command("block", velocity=(0.0, 0.1)), 0.0)
     np.testing.assert_allclose(moved.displacements(0.5), [[0.0, 0.05]])

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.dynamics.steering.packing import is_like, read_packed, write_packed
+from fingerslip.dynamics.steering.packing import is_like, read_archive, write_archive
 from fingerslip.dynamics.system.motion import Motion
 from fingerslip.errors import DamagedError
 
@@ -43,7 +43,7 @@ def as_npy(shape: tuple[int, ...], data: bytes) -> bytes:
 def test_what_is_deep_huge_or_of_another_kind_is_refused(tmp_path: Path, parts, compression: int) -> None:
     write_parts(tmp_path / "made", parts, compression)
     with pytest.raises(DamagedError, match="holds no saved simulation, or is damaged; save the simulation again"):
-        read_packed(tmp_path / "made", {})
+        read_archive(tmp_path / "made", {})
 
 
 @pytest.mark.parametrize(
@@ -80,8 +80,8 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
         "sparse": sparse.csr_matrix(np.diag([1.0, 0.0, 2.0])),
         "outside": outside,
     }
-    write_packed(tmp_path / "file", value, {"known": outside})
-    found = read_packed(tmp_path / "file", {"known": outside})
+    write_archive(tmp_path / "file", value, {"known": outside})
+    found = read_archive(tmp_path / "file", {"known": outside})
     assert found["plain"] == value["plain"]
     assert found["number"] == value["number"]
     assert isinstance(found["motion"], Motion)
@@ -102,10 +102,10 @@ class Foreign:
 
 def test_only_data_of_the_package_is_written_and_made(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="cannot save a Foreign"):
-        write_packed(tmp_path / "file", Foreign(1.0), {})
+        write_archive(tmp_path / "file", Foreign(1.0), {})
     assert not (tmp_path / "file").exists()
     for mark in ("os:system", "fingerslip.dynamics.steering.packing:write_packed", "fingerslip.nothing:None"):
         with zipfile.ZipFile(tmp_path / "made", "w") as file:
             file.writestr("tree.json", json.dumps({"of": mark, "fields": {}}))
         with pytest.raises(DamagedError, match="holds no saved simulation, or is damaged"):
-            read_packed(tmp_path / "made", {})
+            read_archive(tmp_path / "made", {})

@@ -39,19 +39,19 @@ def test_a_step_leaves_the_state_before_as_it_was():
 def test_what_contact_has_found_of_its_forces_is_what_they_do(monkeypatch):
     """Steps take it from contact, those in which nodes leave too."""
     monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0)
-    told, left, original = [], [], step._joint_moved
+    told, left, original = [], [], step._joint_motion
 
     def asked(steppers, contacts, shape):
         told.append(original(steppers, contacts, shape))
         left.append(contacts[0].release_force is not None)
         return told[-1]
 
-    monkeypatch.setattr(step, "_joint_moved", asked)
+    monkeypatch.setattr(step, "_joint_motion", asked)
     model = push_and_slide(mesh=pad("Q4", columns=16))
     found = fs.simulate(model, solver=SuperLU())
     assert all(moved is not None for moved in told)
     assert any(left)
-    monkeypatch.setattr(step, "_joint_moved", lambda *_: None)
+    monkeypatch.setattr(step, "_joint_motion", lambda *_: None)
     exact = fs.simulate(model, solver=SuperLU())
     for name in ("contact_displacement", "contact_acceleration", "normal_traction", "tangential_traction"):
         expected = exact[name].values

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.system.checks import check_model, checked
+from fingerslip.dynamics.system.checks import check_model, inspect_model
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import InputError, MeshError
 from fingerslip.verification.meshes import box
@@ -146,7 +146,7 @@ def test_a_slide_after_a_press_that_is_too_short_is_refused():
 @pytest.mark.parametrize("counterface", [fs.Plane(), fs.Cylinder(8e-3), fs.Plane(normal=(0.1, 1.0))])
 def test_a_clearance_is_the_gap_along_the_normal_at_the_start(counterface):
     touching, apart = (
-        checked(push_and_slide(contacts=contact(counterface=counterface, clearance=clearance)))
+        inspect_model(push_and_slide(contacts=contact(counterface=counterface, clearance=clearance)))
         for clearance in (0.0, 0.35e-3)
     )
     skin = touching.space.positions[touching.candidates[0].nodes]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.system.checks import checked
+from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.verification.meshes import box
 
@@ -59,19 +59,19 @@ RINGING: dict[str, object] = {
 )
 def test_what_is_hardly_meant_is_named_and_nothing_else(changes: dict[str, object], words: list[str]) -> None:
     model = dataclasses.replace(MODEL, **changes)
-    texts = doubts(model, checked(model))
+    texts = doubts(model, inspect_model(model))
     assert all(any(word in text for text in texts) for word in words), texts
     assert len(texts) <= 2
 
 
 def test_a_model_that_is_meant_has_none() -> None:
-    assert doubts(MODEL, checked(MODEL)) == ()
+    assert doubts(MODEL, inspect_model(MODEL)) == ()
     adaptive = dataclasses.replace(MODEL, time=fs.Adaptive(50e-3))
     damped = dataclasses.replace(MODEL, **RINGING, damping=fs.RayleighDamping(stiffness=1e-3))
-    assert doubts(damped, checked(damped)) == ()
-    assert doubts(adaptive, checked(adaptive)) == ()
+    assert doubts(damped, inspect_model(damped)) == ()
+    assert doubts(adaptive, inspect_model(adaptive)) == ()
     static = dataclasses.replace(MODEL, time=fs.QuasiStatic(10e-3), programme=(fs.Press(0.2e-3, 1e-3),))
-    assert doubts(static, checked(static)) == (), "a press without inertia needs few steps"
+    assert doubts(static, inspect_model(static)) == (), "a press without inertia needs few steps"
 
 
 def test_simulating_says_them(caplog: pytest.LogCaptureFixture) -> None:

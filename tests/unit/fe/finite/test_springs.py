@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerslip.fe.finite.springs import ended, spring_excess
+from fingerslip.fe.finite.springs import end_history, spring_excess
 from fingerslip.materials.prony import PronyTerm
 from fingerslip.materials.relaxing import shape_energy
 from problems.verification.large_relaxation import relaxed_law
@@ -78,4 +78,4 @@ def test_an_elastic_layer_stores_nothing_more_and_a_step_that_was_not_begun_has_
     far = np.flatnonzero(bulk.relaxation.points == 1)
     assert not spring_excess(bulk.relaxation, 1, bulk.materials.materials[1], state, far).any()
     with pytest.raises(ValueError, match="was not begun"):
-        ended(bulk.relaxation, bulk.materials.materials, bulk.deformed(moved(bulk, 0.01)))
+        end_history(bulk.relaxation, bulk.materials.materials, bulk.deformed(moved(bulk, 0.01)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import FingerslipError, InputError
-from fingerslip.fe.finite.thickness import Pulled, check_thickness, thinned
+from fingerslip.fe.finite.thickness import Pulled, check_thickness, thickness_strain
 from unit.fe.finite.bodies import LAWS, SOFT
 
 
@@ -16,15 +16,15 @@ def test_no_stress_is_left_across_the_plane(law, guess):
     strain = np.random.default_rng(2).uniform(-0.5, 0.5, (50, 3))
     strain[:, 2] = guess
     kept = strain.copy()
-    across = thinned(law, strain)
+    across = thickness_strain(law, strain)
     np.testing.assert_array_equal(strain, kept)
     found = np.column_stack([strain[:, :2], across])
     np.testing.assert_allclose(law.kirchhoff_stress(found)[:, 2], 0.0, atol=1e-8)
 
 
 def test_a_sheet_at_rest_keeps_its_thickness_and_no_points_have_none():
-    np.testing.assert_array_equal(thinned(SOFT, np.zeros((3, 3))), 0.0)
-    assert thinned(SOFT, np.zeros((0, 3))).shape == (0,)
+    np.testing.assert_array_equal(thickness_strain(SOFT, np.zeros((3, 3))), 0.0)
+    assert thickness_strain(SOFT, np.zeros((0, 3))).shape == (0,)
 
 
 def test_what_a_step_finds_at_its_start_pulls_across_as_well():
@@ -33,7 +33,7 @@ def test_what_a_step_finds_at_its_start_pulls_across_as_well():
     strain, step = generator.uniform(-0.3, 0.3, (20, 3)), 1e-6
     ahead, back = (pulled.stress(strain + sign * step * np.eye(3)[2])[0] for sign in (1, -1))
     np.testing.assert_allclose((ahead - back) / 2 / step, pulled.stress(strain)[1], atol=1e-8)
-    found = np.column_stack([strain[:, :2], thinned(SOFT, strain, pulled)])
+    found = np.column_stack([strain[:, :2], thickness_strain(SOFT, strain, pulled)])
     np.testing.assert_allclose(SOFT.kirchhoff_stress(found)[:, 2] + pulled.stress(found)[0], 0.0, atol=1e-8)
     scale, third = np.exp(-2.0 / 3.0 * found.sum(axis=1)), pulled.across * np.exp(2.0 * found[:, 2])
     np.testing.assert_allclose(pulled.stress(found)[0], scale * ((pulled.in_plane + third) / 3.0 - third))
@@ -51,7 +51,7 @@ class _Pushing:
 
 def test_a_law_without_such_a_thickness_is_an_error_that_says_what_to_do():
     with pytest.raises(FingerslipError, match=r"_Pushing: no thickness .* take plane strain"):
-        thinned(_Pushing(), np.zeros((1, 3)))
+        thickness_strain(_Pushing(), np.zeros((1, 3)))
 
 
 class Sheet:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.solid import cropped, cut_frames_figure
+from fingerslip.report.figures.solid import crop, cut_frames_figure
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 
@@ -39,8 +39,8 @@ def test_pictures_share_one_bar_with_its_unit(history: xr.Dataset) -> None:
 def test_white_margins_go_at_the_same_place_of_all_pictures() -> None:
     first, second = np.full((2, 6, 8, 3), 255, dtype=np.uint8)
     first[1, 2], second[3, 5] = 0, 0
-    for picture, black in zip(cropped([first, second]), [(0, 0), (2, 3)], strict=True):
+    for picture, black in zip(crop([first, second]), [(0, 0), (2, 3)], strict=True):
         assert picture.shape == (3, 4, 3)
         assert np.argwhere(picture[..., 0] == 0).tolist() == [list(black)]
     blank = np.full((3, 3, 3), 255, dtype=np.uint8)
-    assert cropped([blank])[0].shape == blank.shape
+    assert crop([blank])[0].shape == blank.shape

@@ -15,10 +15,10 @@ from fingerslip.report.figures.style import (
     columns_for,
     figure_bytes,
     figure_grid,
+    join_title,
     run_panels,
     say,
     styled,
-    titled,
 )
 from unit.report.figures.made import HISTORY, panels
 
@@ -80,7 +80,7 @@ def test_drawing_takes_the_style_also_where_it_fails() -> None:
 
 
 def test_titles_say_what_tells_them_apart() -> None:
-    assert (titled("Forces", "run 1"), titled("Forces", "")) == ("Forces: run 1", "Forces")
+    assert (join_title("Forces", "run 1"), join_title("Forces", "")) == ("Forces: run 1", "Forces")
 
 
 def test_runs_have_a_panel_each_under_their_titles() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fingerslip.published import PublishedSet, PublishedValue, published
-from fingerslip.report.page.beside import beside_published
+from fingerslip.report.page.beside import published_rows_beside
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 
@@ -23,7 +23,7 @@ def run(variant: str, overall: float | None, incipient: float | None = None, **m
 
 def test_all_that_misses_is_said_beside_what_agrees() -> None:
     runs = [run("original", 1.71, 1.155, **CALIBRATED), run("scaled", 1.785, 1.23, **CALIBRATED)]
-    first, second, third = beside_published(runs, [TABLE2])
+    first, second, third = published_rows_beside(runs, [TABLE2])
     assert first == (
         "Beside 2 published times, overall slip comes 0 to 15 ms later; the model was calibrated on 1 of them."
     )
@@ -46,12 +46,12 @@ def test_all_that_misses_is_said_beside_what_agrees() -> None:
     ],
 )
 def test_overall_slip_alone(variant: str, overall: float | None, words: str) -> None:
-    assert beside_published([run(variant, overall)], [TABLE2])[0] == words
+    assert published_rows_beside([run(variant, overall)], [TABLE2])[0] == words
 
 
 def test_times_on_both_sides_and_those_not_reached() -> None:
     runs = [run("original", 1.70), run("flattened", 1.75), run("scaled", None)]
-    assert beside_published(runs, [TABLE2])[0] == (
+    assert published_rows_beside(runs, [TABLE2])[0] == (
         "Beside 3 published times, overall slip comes 10 ms earlier to 30 ms later; "
         "it is not reached in 1 of these runs."
     )
@@ -59,8 +59,8 @@ def test_times_on_both_sides_and_those_not_reached() -> None:
 
 def test_only_a_run_with_the_calibrated_values_is_calibrated() -> None:
     other = run("original", 1.71, **{**CALIBRATED, "fingertip.sagittal.half_height": "6.5 mm"})
-    assert "calibrated" not in beside_published([other], [TABLE2])[0]
-    assert "calibrated on it" in beside_published([run("original", 1.71, **CALIBRATED)], [TABLE2])[0]
+    assert "calibrated" not in published_rows_beside([other], [TABLE2])[0]
+    assert "calibrated on it" in published_rows_beside([run("original", 1.71, **CALIBRATED)], [TABLE2])[0]
 
 
 def test_what_is_comparable_has_no_excuse() -> None:
@@ -69,7 +69,7 @@ def test_what_is_comparable_has_no_excuse() -> None:
         for name, time in (("incipient", 0.9), ("overall", 1.1), ("latency", 0.2))
     )
     own = RunResult("a", {}, Events(slip=SlipEvents(incipient=0.565, overall=1.1)))
-    assert beside_published([own], [PublishedSet("p", "", "", "", values)]) == (
+    assert published_rows_beside([own], [PublishedSet("p", "", "", "", values)]) == (
         "Beside the published time, overall slip agrees to the millisecond.",
         "Incipient slip comes 335 ms earlier than published, and 535 ms are left to react, against 200 ms published.",
     )
@@ -77,5 +77,5 @@ def test_what_is_comparable_has_no_excuse() -> None:
 
 def test_a_value_in_two_sets_counts_once_and_other_conditions_not_at_all() -> None:
     own = run("original", 1.72)
-    assert beside_published([own], [TABLE2, published("wang2014-peaks")]) == beside_published([own], [TABLE2])
-    assert beside_published([RunResult("a", {}, own.events)], [TABLE2]) == ()
+    assert published_rows_beside([own], [TABLE2, published("wang2014-peaks")]) == published_rows_beside([own], [TABLE2])
+    assert published_rows_beside([RunResult("a", {}, own.events)], [TABLE2]) == ()

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 
 from fingerslip.published import published
-from fingerslip.report.page.citations import bibliography, cited
+from fingerslip.report.page.citations import bibliography, bibtex_entries
 from fingerslip.report.tables.parameters import ShownValue
 from places import ROOT
 
 
 def test_the_papers_of_values_and_comparisons_are_cited_and_no_others() -> None:
     values = (ShownValue("a", "1", "corniani2024"), ShownValue("b", "2", "assumed"))
-    text = cited(values, [published("wang2014-table2")])
+    text = bibtex_entries(values, [published("wang2014-table2")])
     assert text.startswith("@misc{fingerslip,"), "plain BibTeX knows no @software"
     assert "@article{barrea2018," in text, "the share of the contact at which slip is noticed"
     assert "@article{corniani2024," in text
@@ -29,7 +29,7 @@ def test_every_entry_is_whole() -> None:
 
 def test_every_entry_has_what_styles_of_bibliographies_ask_for() -> None:
     needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "misc": set()}
-    for entry in [*bibliography().values(), cited([], []).partition("\n\n")[0]]:
+    for entry in [*bibliography().values(), bibtex_entries([], []).partition("\n\n")[0]]:
         kind, fields = re.match(r"@(\w+)", entry)[1], set(re.findall(r"^  (\w+) *= \{.+\},$", entry, re.MULTILINE))
         assert fields >= {"title", "author", "year"} | needed[kind], entry
         assert entry.isascii(), "plain BibTeX sorts and prints nothing else"
@@ -37,4 +37,4 @@ def test_every_entry_has_what_styles_of_bibliographies_ask_for() -> None:
 
 def test_the_year_of_the_program_is_that_of_its_licence() -> None:
     year = re.search(r"Copyright \(c\) (\d{4})", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
-    assert f"year   = {{{year}}}" in cited([], [])
+    assert f"year   = {{{year}}}" in bibtex_entries([], [])

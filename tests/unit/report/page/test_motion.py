@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.report.page.motion import language, run_motion
-from fingerslip.report.page.packing import unpacked
+from fingerslip.report.page.packing import unpack_arrays
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
@@ -27,7 +27,7 @@ def summed(frames: np.ndarray) -> np.ndarray:
 
 def test_section_moves_as_its_snapshots_do(plane: xr.Dataset) -> None:
     motion = run_motion(plane, Events(), "a title")
-    arrays, body = unpacked(motion), motion["body"]
+    arrays, body = unpack_arrays(motion), motion["body"]
     assert body["frames"] == pytest.approx(plane["snapshot_time"].values.tolist())
     places = arrays["points"] * body["unit"] + summed(arrays["moved"]) * body["movedUnit"]
     expected = 1e3 * (plane["node_position"].values + plane["snapshot_displacement"].values)
@@ -46,7 +46,7 @@ def test_a_run_without_snapshots_has_no_body_and_its_events_are_named() -> None:
     motion = run_motion(history, Events(slip=SlipEvents(incipient=1.2, overall=1.7)), "t")
     assert motion["body"] is None
     assert [event["name"] for event in motion["events"]] == ["incipient", "overall"]
-    arrays = unpacked(motion)
+    arrays = unpack_arrays(motion)
     assert arrays["states"].shape == (arrays["times"].size, arrays["along"].size)
     assert [panel["label"] for panel in motion["panels"]][:2] == ["force [N]", "ratio, fraction"]
     for panel in motion["panels"]:
@@ -65,7 +65,7 @@ def test_the_snapshots_nearest_to_events_are_among_the_frames(
 def test_solid_has_triangles_and_its_states() -> None:
     history = block_history("T4")
     motion = run_motion(history, Events(), "t")
-    arrays = unpacked(motion)
+    arrays = unpack_arrays(motion)
     assert motion["solid"]
     assert arrays["triangles"].max() < len(arrays["points"])
     assert set(np.unique(arrays["vertexState"])) <= {0, 1, 2, 255}
@@ -88,8 +88,8 @@ def test_colours_of_a_solid_reach_what_is_drawn() -> None:
     """Its vertices have means over cells, which are smaller than what single cells have."""
     history = block_history("T4")
     motion = run_motion(history, Events(), "t")
-    assert summed(unpacked(motion)["stress"]).max() == 255
-    assert (summed(unpacked(motion)["stress"]) == 255).mean() < 0.01
+    assert summed(unpack_arrays(motion)["stress"]).max() == 255
+    assert (summed(unpack_arrays(motion)["stress"]) == 255).mean() < 0.01
 
 
 def test_language_has_a_colour_for_each_state_and_a_map() -> None:

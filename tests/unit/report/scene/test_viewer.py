@@ -108,7 +108,7 @@ def test_events_are_listed_and_a_picked_node_has_a_chart(control: SceneControl) 
     viewer._add_controls(control, Events(slip=SlipEvents(incipient=0.06)))
     assert "event incipient" in control.plotter.actors
     for _ in range(2):
-        viewer._draw_picked(control, (5.0, 5.0, 0.0))
+        viewer._draw_picked_node(control, (5.0, 5.0, 0.0))
     assert len(control.plotter.renderer._charts) == 1
 
 

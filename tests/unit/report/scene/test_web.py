@@ -44,7 +44,7 @@ def test_a_browser_is_opened_where_that_is_wanted_and_nothing_but_the_address_is
     asked: queue.Queue[str] = queue.Queue()
     monkeypatch.setattr(web.webbrowser, "open", asked.put)
     said: list[str] = []
-    web._shown(Served(announce=said.append, opened=opened), "http://127.0.0.1:1/")
+    web._show(Served(announce=said.append, opened=opened), "http://127.0.0.1:1/")
     assert said == ["http://127.0.0.1:1/"]
     if opened:
         assert asked.get(timeout=10) == said[0]

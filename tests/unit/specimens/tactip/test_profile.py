@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.specimens.tactip.parts import Dome, Ridges, Skin
-from fingerslip.specimens.tactip.profile import inward, placed, skin_lines
+from fingerslip.specimens.tactip.profile import inward, place_points, skin_lines
 
 DOME = Dome(20e-3, 20e-3)
 FLAT = Dome(5e-3, 8e-3, 15e-3)
@@ -15,16 +15,18 @@ RIDGES = Ridges(True, 3.3e-3, 3e-3, 4)
 
 def test_points_of_a_dome_lie_on_circles():
     along = np.linspace(0.0, 30e-3, 7)
-    points = placed(DOME, along, np.full(7, 2e-3)) - [0.0, 20e-3]
+    points = place_points(DOME, along, np.full(7, 2e-3)) - [0.0, 20e-3]
     assert np.hypot(*points.T) == pytest.approx(18e-3)
-    assert placed(DOME, along, np.zeros(7)) + 2e-3 * inward(DOME, along) == pytest.approx(
+    assert place_points(DOME, along, np.zeros(7)) + 2e-3 * inward(DOME, along) == pytest.approx(
         points + np.array([0.0, 20e-3])
     )
 
 
 def test_a_flat_sensor_is_flat_then_turns_then_rises():
     along = np.array([10e-3, 15e-3 + 2.5e-3 * np.pi, 15e-3 + 2.5e-3 * np.pi + 1e-3])
-    assert placed(FLAT, along, np.zeros(3)) == pytest.approx(np.array([[10e-3, 0.0], [20e-3, 5e-3], [20e-3, 6e-3]]))
+    assert place_points(FLAT, along, np.zeros(3)) == pytest.approx(
+        np.array([[10e-3, 0.0], [20e-3, 5e-3], [20e-3, 6e-3]])
+    )
 
 
 @pytest.mark.parametrize("dome", [DOME, FLAT, Dome(20e-3, 12e-3)])

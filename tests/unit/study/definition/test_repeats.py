@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.definition.repeats import RepeatSettings, repeat_seed, scattered
+from fingerslip.study.definition.repeats import RepeatSettings, scatter_values, seed_of_repeat
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand, expand_samples
 from fingerslip.study.running.plan import plan_mapping
@@ -32,12 +32,12 @@ def test_every_run_is_repeated_with_the_same_draws() -> None:
 
 def test_draws_have_the_standard_deviation_and_follow_from_the_seed() -> None:
     settings = RepeatSettings(count=400, scatter={"a": "0.1 mm"})
-    drawn = [scattered(settings, number, {"a": "1.5 mm"})["a"] for number in range(1, 401)]
+    drawn = [scatter_values(settings, number, {"a": "1.5 mm"})["a"] for number in range(1, 401)]
     values = np.array([float(text.removesuffix(" m")) for text in drawn])
     assert values.mean() == pytest.approx(1.5e-3, abs=2e-5)
     assert values.std() == pytest.approx(1e-4, rel=0.1)
     other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
-    assert repeat_seed(settings, 1) == repeat_seed(settings, 1) != repeat_seed(other, 1)
+    assert seed_of_repeat(settings, 1) == seed_of_repeat(settings, 1) != seed_of_repeat(other, 1)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.inspection.sensitivity import predicted, write_sensitivities
+from fingerslip.study.inspection.sensitivity import predict_table, write_sensitivities
 from fingerslip.study.running.runner import run_study
 from unit.study.block import block_values
 
@@ -43,9 +43,9 @@ def test_elementary_effects_and_predictions(write_study: Write) -> None:
     folder = folder_of(write_study, "morris", 6)
     (table,) = write_sensitivities(folder, "overall_slip", "auto")
     assert table.rows[0][0] == "friction coefficient"
-    (row,) = predicted(folder, AT, ["overall_slip"]).rows
+    (row,) = predict_table(folder, AT, ["overall_slip"]).rows
     assert row[2] == pytest.approx(1.4 + 0.5 * 0.3, abs=0.2)
     with pytest.raises(InputError, match=r"needs path=value, such as contact\.friction_coefficient=0\.5"):
-        predicted(folder, ["x"], ["overall_slip"])
+        predict_table(folder, ["x"], ["overall_slip"])
     with pytest.raises(InputError, match=r"time\.step: does not differ between the runs"):
-        predicted(folder, [*AT, "time.step=1 ms"], ["overall_slip"])
+        predict_table(folder, [*AT, "time.step=1 ms"], ["overall_slip"])

@@ -22,7 +22,7 @@ from fingerslip.rigid_bodies import RigidBody, Springs
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand
-from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, located, mesh_key
+from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, mesh_key
 from fingerslip.timing import QuasiStatic
 from places import ROOT
 from unit.fingers import coarse_solid
@@ -142,7 +142,7 @@ def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
     ],
 )
 def test_places_of_the_model_get_the_names_of_the_study(place: str, shown: str) -> None:
-    error = located(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)")
+    error = locate_error(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)")
     assert type(error) is SlipOutsideContactError
     assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
 
@@ -160,7 +160,7 @@ def test_places_of_the_model_get_the_names_of_the_study(place: str, shown: str) 
 )
 def test_value_of_the_fingertip_is_named_as_such(place: str, shown: str) -> None:
     own = {"dermis": {"youngs_modulus": "80 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}}
-    error = located(InputError(place, "a", "b"), "studies/x.yaml", parse_study(finger(materials=own), SOURCE))
+    error = locate_error(InputError(place, "a", "b"), "studies/x.yaml", parse_study(finger(materials=own), SOURCE))
     assert error.where == f"studies/x.yaml: {shown}"
 
 
@@ -172,7 +172,7 @@ def test_mesh_error_names_the_fingertip() -> None:
 
 def test_place_that_names_the_file_already_stays() -> None:
     error = InputError("studies/x.yaml: mesh", "a", "b")
-    assert located(error, "studies/x.yaml (a = 1)") is error
+    assert locate_error(error, "studies/x.yaml (a = 1)") is error
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_place_that_names_the_file_already_stays() -> None:
 )
 def test_place_in_a_contact_is_named_as_the_study_writes_it(contacts: dict[str, Any], place: str, shown: str) -> None:
     values = {key: value for key, value in block_values().items() if key not in ("contact", "sweep")} | contacts
-    error = located(InputError(place, "a", "b"), "studies/x.yaml", parse_study(values, SOURCE))
+    error = locate_error(InputError(place, "a", "b"), "studies/x.yaml", parse_study(values, SOURCE))
     assert error.where == f"studies/x.yaml: {shown}"
 
 

@@ -68,7 +68,7 @@ def test_text_that_is_no_address_is_refused_at_once(address: str) -> None:
     pytest.importorskip("distributed")
     with (
         pytest.raises(InputError, match=rf"scheduler: got '{address}', needs the address"),
-        cluster._connected(address),
+        cluster._connect(address),
     ):
         pass
 

@@ -18,7 +18,7 @@ from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
 from fingerslip.study.storage import store
-from fingerslip.study.storage.reporting import read_stored
+from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.summary import read_manifest
 from fingerslip.units import parse_quantity
 from unit.study.block import FRICTIONS, block_values, changed
@@ -337,7 +337,7 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
     depth = parse_quantity(refused.sampled["programme.0.press.depth"], "m")
     assert last.startswith(f"{refused.name},{refused.swept['sample']},{depth},")
     assert "presses" in last
-    assert read_stored(result.folder).refused == result.refused
+    assert read_results(result.folder).refused == result.refused
     assert run(path).refused == result.refused, "they are refused again where nothing is left to compute"
 
 

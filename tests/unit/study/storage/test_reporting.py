@@ -22,7 +22,7 @@ from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import (
     event_tables,
     provenance_of,
-    read_stored,
+    read_results,
     read_stored_run,
     report_key,
     write_report,
@@ -41,7 +41,7 @@ def folder(finished: Path) -> Path:
 
 
 def test_stored_runs_come_back_as_they_were(folder: Path) -> None:
-    stored = read_stored(folder)
+    stored = read_results(folder)
     assert (stored.title, stored.compare, stored.folder) == ("Block on a plate", ("wang2014-table2",), folder)
     assert tuple(run.name for run in stored.runs) == NAMES
     assert [run.swept["contact.friction_coefficient"] for run in stored.runs] == FRICTIONS
@@ -57,11 +57,11 @@ def test_a_folder_without_a_manifest_holds_no_study(tmp_path: Path, text: str | 
         (tmp_path / "manifest.json").write_text(text)
     assert read_manifest(tmp_path) == {}
     with pytest.raises(ResultError, match="holds no results of a study; needs a folder that fingerslip run wrote"):
-        read_stored(tmp_path)
+        read_results(tmp_path)
 
 
 def test_one_stored_run_comes_back_as_with_its_study(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert read_stored_run(folder / NAMES[1]) == read_stored(folder).runs[1]
+    assert read_stored_run(folder / NAMES[1]) == read_results(folder).runs[1]
     known = {"slip.overall": 6e-3}
     monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
     assert read_stored_run(folder / NAMES[1]).uncertainty == known
@@ -77,7 +77,7 @@ def test_a_folder_that_is_no_run_says_what_is_needed(folder: Path, tmp_path: Pat
 def test_a_run_that_has_gone_is_named(folder: Path) -> None:
     shutil.rmtree(folder / NAMES[1])
     with pytest.raises(ResultError, match=rf"{NAMES[1]}: is not there; run the study again"):
-        read_stored(folder)
+        read_results(folder)
 
 
 def test_tables_stand_beside_published_sets_that_have_events() -> None:
@@ -108,7 +108,7 @@ def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_
 ) -> None:
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     monkeypatch.setattr(assemble, "study_report", _without_details(assemble.study_report))
-    write_report(read_stored(folder))
+    write_report(read_results(folder))
     page = (folder / "report.html").read_text(encoding="utf-8")
     checker = checked(page)
     files = sorted(path.stem for path in (folder / "figures").iterdir())
@@ -129,7 +129,7 @@ def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(
     found = {}
     for paths in (manifest["given"], given):
         write_json(folder / "manifest.json", manifest | {"given": paths})
-        values = reporting._content(read_stored(folder), {}).values
+        values = reporting._content(read_results(folder), {}).values
         found[len(paths)] = {value.path: value.source for value in values}["integration"]
     assert found == {len(manifest["given"]): "default", len(given): "study file"}
 

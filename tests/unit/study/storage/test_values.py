@@ -20,7 +20,7 @@ from fingerslip.study.definition.file import write_mapping
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_model
-from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, Specified, read_specified, value_rows
+from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, Specified, read_run_values, value_rows
 from fingerslip.units import parse_quantity
 from unit.study.block import block_values
 
@@ -145,7 +145,7 @@ def with_value(mapping: dict[str, Any], path: str, value: object) -> dict[str, A
 def shown(mapping: dict[str, Any], folder: Path) -> dict[str, ShownValue]:
     """Return the values of a run.yaml by path."""
     write_mapping(mapping, folder / "run.yaml")
-    rows = value_rows([read_specified(folder / "run.yaml")])
+    rows = value_rows([read_run_values(folder / "run.yaml")])
     assert len({row.path for row in rows}) == len(rows), "no value may be shown twice"
     return {row.path: row for row in rows}
 
@@ -316,7 +316,7 @@ def test_values_that_differ_between_runs_are_swept(tmp_path: Path) -> None:
     for number, (angle, friction) in enumerate((("0 deg", 0.2), ("30 deg", 0.2), ("-30 deg", 0.4))):
         mapping = with_value(base("solid"), "fingertip.solid.angle", angle)
         write_mapping(with_value(mapping, "contact.friction_coefficient", friction), tmp_path / f"{number}.yaml")
-        runs.append(read_specified(tmp_path / f"{number}.yaml"))
+        runs.append(read_run_values(tmp_path / f"{number}.yaml"))
     rows = {row.path: row for row in value_rows(runs)}
     angle = rows["fingertip.solid.angle"]
     assert (angle.value, angle.source) == ("0 deg, 30 deg, -30 deg", SWEPT)
@@ -342,7 +342,7 @@ def test_values_that_only_some_runs_have_say_so() -> None:
 
 def test_units_of_a_row_are_those_of_its_field(tmp_path: Path) -> None:
     rows = shown(base("plane"), tmp_path)
-    study = read_specified(tmp_path / "run.yaml").study
+    study = read_run_values(tmp_path / "run.yaml").study
     for name in ("step", "end"):
         unit = unit_of(type(study.time), name)
         assert unit is not None
@@ -376,7 +376,7 @@ def check_unused(mapping: dict[str, Any], least: int, folder: Path) -> None:
 def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
     source = folder / "built.yaml"
     write_mapping(mapping, source)
-    (run,) = expand(read_specified(source).study, source)
+    (run,) = expand(read_run_values(source).study, source)
     model = build_model(run)
     mesh = (model.mesh.p.tobytes(), model.mesh.t.tobytes())
     return (mesh, model.materials, model.formulation, model.depth, model.record)

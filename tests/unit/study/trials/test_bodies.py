@@ -51,7 +51,7 @@ def test_a_body_is_made_once(study, runs, tmp_path, monkeypatch):
         np.arange(2), *(draw.standard_normal(size) for size in ((2, 3), 2, (6, 6), (3, 6), (1, 3), (3, 6)))
     )
     made = []
-    monkeypatch.setattr(bodies, "_made", lambda *given: made.append(given) or body)
+    monkeypatch.setattr(bodies, "_make", lambda *given: made.append(given) or body)
     key, _ = shared_body(runs, study.trials, tmp_path)
     again, kept = shared_body(runs, study.trials, tmp_path)
     assert again == key

@@ -10,7 +10,7 @@ from fingerslip.vision.cameras.camera import (
     Camera,
     Pose,
     frame_times,
-    interpolated,
+    interpolate,
     pixels_of,
     pixels_per_metre,
     true_tracks,
@@ -61,11 +61,11 @@ def test_markers_move_straight_between_known_times():
     position[:, 0, 0] = [0.0, 1.0, 3.0, 4.0]
     position[2, 1] = np.nan
     tracks = make_tracks(position, [0.0, 1.0, 2.0, 3.0], units="m")
-    found = interpolated(tracks, np.array([-1.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 9.0]))
+    found = interpolate(tracks, np.array([-1.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 9.0]))
     np.testing.assert_allclose(found[:, 0, 0], [0.0, 0.5, 1.0, 2.0, 3.0, 3.5, 4.0, 4.0])
     assert np.isnan(found[:, 1, 0]).tolist() == [False, False, False, True, True, True, False, False]
     still = make_tracks(np.ones((1, 1, 3)), [0.0], units="m")
-    np.testing.assert_array_equal(interpolated(still, np.array([0.0, 1.0])), np.ones((2, 1, 3)))
+    np.testing.assert_array_equal(interpolate(still, np.array([0.0, 1.0])), np.ones((2, 1, 3)))
 
 
 def test_true_tracks_are_the_projection_with_names_and_attributes():

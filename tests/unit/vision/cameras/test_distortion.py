@@ -8,26 +8,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.vision.cameras.intrinsics import (
+    distort_pinhole,
     fisheye_angles,
     fisheye_distances,
     largest_angle,
     largest_radius,
-    pinhole_distorted,
-    pinhole_undistorted,
+    undistort_pinhole,
 )
 
 POINTS = np.random.default_rng(0).uniform(-0.5, 0.5, (200, 2))
 
 
 def test_no_coefficients_change_nothing():
-    np.testing.assert_array_equal(pinhole_distorted(POINTS, ()), POINTS)
+    np.testing.assert_array_equal(distort_pinhole(POINTS, ()), POINTS)
     assert largest_radius(()) == largest_angle(()) == np.inf
     np.testing.assert_array_equal(fisheye_distances(POINTS[:, 0], ()), POINTS[:, 0])
 
 
 @given(st.tuples(st.floats(-0.2, 0.2), st.floats(-0.05, 0.05), st.floats(-0.01, 0.01), st.floats(-0.01, 0.01)))
 def test_a_pinhole_is_undone(coefficients):
-    back = pinhole_undistorted(pinhole_distorted(POINTS, coefficients), coefficients)
+    back = undistort_pinhole(distort_pinhole(POINTS, coefficients), coefficients)
     np.testing.assert_allclose(back, POINTS, atol=1e-9)
 
 
@@ -48,4 +48,4 @@ def test_barrel_distortion_folds_back_where_its_slope_vanishes():
 def test_what_no_lens_images_has_no_ray():
     furthest = fisheye_distances(np.sqrt(1 / 0.3), (-0.1, 0.0, 0.0, 0.0))
     assert np.isnan(fisheye_angles(np.array([furthest + 1e-3]), (-0.1, 0.0, 0.0, 0.0))).all()
-    assert np.isnan(pinhole_undistorted(np.array([[5.0, 0.0]]), (-0.3, 0.0, 0.0, 0.0))).all()
+    assert np.isnan(undistort_pinhole(np.array([[5.0, 0.0]]), (-0.3, 0.0, 0.0, 0.0))).all()

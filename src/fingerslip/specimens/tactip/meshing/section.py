@@ -10,9 +10,9 @@ import skfem
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.gmsh_session import Fragments, fragmented, generate, gmsh_session, read_fragments
+from fingerslip.mesh.gmsh_session import Fragments, fragment, generate, gmsh_session, read_fragments
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.repair import smoothed
+from fingerslip.mesh.repair import smooth
 from fingerslip.specimens.tactip.meshing.sizes import (
     SensorSizes,
     polygon,
@@ -50,7 +50,7 @@ def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSizes, element: str)
     for share, at_rods in _ATTEMPTS:
         finer = _Sizes(share * sizes.contact_size, share * sizes.bulk_size, sizes.contact_reach)
         try:
-            mesh = _meshed(sensor, finer, at_rods, element)
+            mesh = _mesh(sensor, finer, at_rods, element)
             check_quality(mesh)
         except MeshError as error:
             refused.append(error)
@@ -70,18 +70,18 @@ def _with_gap(sensor: TacTipNumbers, refused: MeshError) -> MeshError:
     return MeshError("tactip.rods.radius", fault, f"needs at least {millimetres(inside)}, or at most {thin}")
 
 
-def _meshed(sensor: TacTipNumbers, sizes: SensorSizes, at_rods: float, element: str) -> skfem.Mesh2D:
+def _mesh(sensor: TacTipNumbers, sizes: SensorSizes, at_rods: float, element: str) -> skfem.Mesh2D:
     """Return a mesh whose cells may be of any quality."""
     places = modelled_places(sensor)
     feet, ends, crowns = (points_at(sensor, places, d) for d in (sensor.rod_depth, sensor.marker_depth, 0.0))
     quadrilaterals = element == "Q4"
     with gmsh_session():
         shapes = _draw(sensor, feet, ends)
-        pieces = fragmented(shapes, np.vstack([crowns, feet, ends]), 2)
+        pieces = fragment(shapes, np.vstack([crowns, feet, ends]), 2)
         size = size_function(sensor, sizes, np.stack([feet, ends], axis=1), size_at_rods(sensor, at_rods))
         generate(2, size, quadrilaterals=quadrilaterals)
         fragments = read_fragments(pieces, 2, 4 if quadrilaterals else 3)
-    good = _smoothed(fragments) if quadrilaterals else fragments
+    good = _smooth(fragments) if quadrilaterals else fragments
     return with_names(_container(good, element), fragments.region, half=False)
 
 
@@ -114,7 +114,7 @@ def _strip(foot: Floats, end: Floats, radius: float) -> Floats:
     return np.array([foot - side, end - side, end + side, foot + side])
 
 
-def _smoothed(fragments: Fragments) -> Fragments:
+def _smooth(fragments: Fragments) -> Fragments:
     """Improve the cells, with the nodes on the border of every region kept."""
     fixed = np.zeros(len(fragments.points), dtype=bool)
     for number in np.unique(fragments.region):
@@ -123,7 +123,7 @@ def _smoothed(fragments: Fragments) -> Fragments:
         unique, count = np.unique(edges, axis=0, return_counts=True)
         fixed[unique[count == 1]] = True
     turned = _counter_clockwise(fragments)
-    return Fragments(smoothed(fragments.points, turned, fixed), turned, fragments.region)
+    return Fragments(smooth(fragments.points, turned, fixed), turned, fragments.region)
 
 
 def _counter_clockwise(fragments: Fragments) -> Integers:

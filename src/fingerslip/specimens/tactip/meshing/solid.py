@@ -9,9 +9,9 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
-from fingerslip.mesh.gmsh_session import MILLIMETRES, Fragments, fragmented, generate, gmsh_session, read_fragments
+from fingerslip.mesh.gmsh_session import MILLIMETRES, Fragments, fragment, generate, gmsh_session, read_fragments
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.repair import repaired
+from fingerslip.mesh.repair import repair_tetrahedra
 from fingerslip.specimens.tactip.meshing.sizes import SolidSizes, polygon, size_function, smooth_curves, with_names
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
@@ -48,11 +48,11 @@ def _half(sensor: TacTipNumbers, sizes: SolidSizes) -> Fragments:
     feet, ends, crowns = (points_at(sensor, places, d) for d in (sensor.rod_depth, sensor.marker_depth, 0.0))
     nodes, rods = np.vstack([crowns, feet, ends]), np.stack([feet, ends], axis=1)
     with gmsh_session():
-        pieces = fragmented(_draw(sensor, feet, ends), nodes, 3)
+        pieces = fragment(_draw(sensor, feet, ends), nodes, 3)
         generate(3, size_function(sensor, sizes, rods, sizes.rod_size), segments=_BEND / sizes.rod_size)
         gmsh.model.mesh.optimize("")
         gmsh.model.mesh.optimize("Netgen")
-        fragments = repaired(read_fragments(pieces, 3, 4), nodes)
+        fragments = repair_tetrahedra(read_fragments(pieces, 3, 4), nodes)
     points = fragments.points.copy()
     points[np.abs(points[:, 2]) < _ON_PLANE, 2] = 0.0
     return dataclasses.replace(fragments, points=points)
@@ -75,23 +75,23 @@ def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[i
     rods = [_rod(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)]
     half, over = float(lines.outer[-1, 0]), top + sensor.window.thickness
     return {
-        "skin": [_revolved(lines.outer, lines.corners)],
-        "gel": [_revolved(lines.inner, lines.corners)],
+        "skin": [_revolve(lines.outer, lines.corners)],
+        "gel": [_revolve(lines.inner, lines.corners)],
         "rods": _front_of_plane(sensor, rods),
-        "window": [_turned(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])))],
+        "window": [_turn(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])))],
     }
 
 
-def _revolved(line: Floats, corners: Integers) -> int:
+def _revolve(line: Floats, corners: Integers) -> int:
     """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
     curves = smooth_curves(line, corners)
     corner = gmsh.model.occ.addPoint(0.0, float(line[-1, 1]) * MILLIMETRES, 0.0)
     sides = [gmsh.model.occ.addLine(curves.points[-1], corner), gmsh.model.occ.addLine(corner, curves.points[0])]
     surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([*curves.curves, *sides])])
-    return _turned(surface)
+    return _turn(surface)
 
 
-def _turned(surface: int) -> int:
+def _turn(surface: int) -> int:
     """Return the volume of a surface that makes half a turn about the axis, from +x over +z."""
     entities = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -np.pi)
     tag: int = next(tag for dim, tag in entities if dim == 3)

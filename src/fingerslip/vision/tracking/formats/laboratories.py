@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
 from fingerslip.vision.tracks import check_tracks, make_tracks
 from fingerslip.vision.video import write_video
@@ -62,7 +62,7 @@ def read_table(path: Path) -> pd.DataFrame:
     except OSError as error:
         raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
     except ValueError as error:
-        raise InputError(str(path), f"is no table ({shortened(str(error))})", "needs CSV with names") from error
+        raise InputError(str(path), f"is no table ({shorten(str(error))})", "needs CSV with names") from error
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
@@ -104,7 +104,7 @@ def read_bristol(folder: str | Path) -> BristolSet:
 def _markers_name(image: str) -> str:
     numbers = re.findall(r"\d+", Path(image).stem)
     if not numbers:
-        raise InputError(_TARGETS, f"the image {shortened(image)!r} has no number", "needs names such as image_1.png")
+        raise InputError(_TARGETS, f"the image {shorten(image)!r} has no number", "needs names such as image_1.png")
     return f"markers_{numbers[-1]}.npy"
 
 
@@ -114,9 +114,9 @@ def _parameters(path: Path) -> Mapping[str, Any]:
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise InputError(str(path), f"is no JSON ({shortened(str(error))})", "needs settings of a camera") from None
+        raise InputError(str(path), f"is no JSON ({shorten(str(error))})", "needs settings of a camera") from None
     if not isinstance(values, dict):
-        raise InputError(str(path), f"holds {shortened(repr(values))}", "needs names and values in {}")
+        raise InputError(str(path), f"holds {shorten(repr(values))}", "needs names and values in {}")
     return values
 
 
@@ -127,7 +127,7 @@ def _markers(folder: Path, name: str) -> NDArray[np.float64]:
     try:
         array = np.load(path, allow_pickle=False)
     except (ValueError, EOFError) as error:
-        raise InputError(str(path), f"is no array ({shortened(str(error))})", "needs x and y of markers") from None
+        raise InputError(str(path), f"is no array ({shorten(str(error))})", "needs x and y of markers") from None
     if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "fiu":
         raise InputError(str(path), f"has shape {array.shape} of {array.dtype}", "needs numbers of shape (n, 2)")
     markers: NDArray[np.float64] = array.astype(np.float64)

@@ -16,8 +16,8 @@ from scipy.spatial import cKDTree
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.repair import smoothed
-from fingerslip.mesh.sizes import GROWTH, ElementSizes, graded, size_at, subdivide
+from fingerslip.mesh.repair import smooth
+from fingerslip.mesh.sizes import GROWTH, ElementSizes, grade, size_at, subdivide
 from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
 from fingerslip.specimens.fingertip.meshing.names import with_names
 from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
@@ -77,8 +77,8 @@ def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: ElementSizes
         surfaces = _draw(geometry, contours)
         _set_sizes(contours.largest, quadrilaterals)
         _generate(geometry, _FRONTAL_FOR_QUADRILATERALS if quadrilaterals else _FRONTAL)
-        core = _read(surfaces, 4 if quadrilaterals else 3)
-    return _smoothed(core) if quadrilaterals else core
+        core = _read_core(surfaces, 4 if quadrilaterals else 3)
+    return _smooth(core) if quadrilaterals else core
 
 
 def mesh_ring(outer: Floats, inner: Floats | None, largest: float) -> CoreMesh:
@@ -95,7 +95,7 @@ def mesh_ring(outer: Floats, inner: Floats | None, largest: float) -> CoreMesh:
             surfaces = _draw(geometry, _Contours(outer, np.vstack([inner, inner[:1]]), (), largest))
         _set_sizes(largest, quadrilaterals=False)
         _generate(geometry, _FRONTAL)
-        return _read(surfaces, 3)
+        return _read_core(surfaces, 3)
 
 
 def _contours(phalanx: Floats, border: Floats, closed: bool, sizes: ElementSizes) -> _Contours:
@@ -127,7 +127,7 @@ def _draw(geometry: pygmsh.geo.Geometry, contours: _Contours) -> dict[str, int]:
     """Draw both surfaces; return their tags in Gmsh."""
     skin = _points(geometry, contours.skin)
     # The phalanx divides the cut in three where it reaches it, else it lies in a hole of the tissue.
-    draw = _draw_notched if len(contours.cuts) == 3 else _draw_hole
+    draw = _draw_notches if len(contours.cuts) == 3 else _draw_hole
     tissue, phalanx, holes = draw(geometry, contours, skin)
     return {
         "tissue": geometry.add_plane_surface(tissue, holes=holes).dim_tags[0][1],
@@ -147,7 +147,7 @@ def _draw_hole(geometry: pygmsh.geo.Geometry, contours: _Contours, skin: _Points
     return outer, hole, [hole]
 
 
-def _draw_notched(geometry: pygmsh.geo.Geometry, contours: _Contours, skin: _Points) -> _Loops:
+def _draw_notches(geometry: pygmsh.geo.Geometry, contours: _Contours, skin: _Points) -> _Loops:
     phalanx = _points(geometry, contours.phalanx)
     dorsal, through, palmar = (_points(geometry, cut[1:-1]) for cut in contours.cuts)
     around = _polyline(geometry, phalanx)
@@ -196,17 +196,17 @@ def _generate(geometry: pygmsh.geo.Geometry, algorithm: int) -> None:
         raise MeshError("tissue and phalanx", f"Gmsh says '{error}'", "needs a section that Gmsh can mesh") from error
 
 
-def _smoothed(core: CoreMesh) -> CoreMesh:
+def _smooth(core: CoreMesh) -> CoreMesh:
     """Improve the cells, with the nodes on the surface of either region kept."""
     fixed = np.zeros(len(core.points), dtype=bool)
     for nodes in core.cells.values():
         edges = np.sort(np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
         unique, count = np.unique(edges, axis=0, return_counts=True)
         fixed[unique[count == 1]] = True
-    return CoreMesh(smoothed(core.points, np.vstack(list(core.cells.values())), fixed), core.cells)
+    return CoreMesh(smooth(core.points, np.vstack(list(core.cells.values())), fixed), core.cells)
 
 
-def _read(surfaces: dict[str, int], corners: int) -> CoreMesh:
+def _read_core(surfaces: dict[str, int], corners: int) -> CoreMesh:
     """Read the mesh out of Gmsh, without the points that no cell uses."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     row = np.zeros(int(tags.max()) + 1, dtype=np.int64)
@@ -278,14 +278,14 @@ def _contact_spacing(fingertip: FingertipNumbers, sizes: ElementSizes) -> float:
     """Return the spacing of the columns: near the contact size, and so that every ridge tip has a column."""
     features = [(n, f) for n, f in (("ridges", fingertip.ridges), ("fingerprint", fingertip.fingerprint)) if f.enabled]
     for name, feature in features:
-        _check_resolved(name, feature.pitch, sizes.contact_size)
+        _check_resolution(name, feature.pitch, sizes.contact_size)
     if not features:
         return sizes.contact_size
     half_pitch = features[0][1].pitch / 2
     return half_pitch / max(2, round(half_pitch / sizes.contact_size))
 
 
-def _check_resolved(name: str, pitch: float, contact_size: float) -> None:
+def _check_resolution(name: str, pitch: float, contact_size: float) -> None:
     # Refining silently would turn a mesh study into a series of equal meshes, so coarse sizes are refused.
     if contact_size > pitch / 3:
         fault = f"got {millimetres(contact_size)}"
@@ -329,7 +329,7 @@ def _columns(
     before, after = np.linspace(limits[0], middle[0], 2000), np.linspace(middle[-1], limits[1], 2000)
     sizes_before, sizes_after = (wanted(side) for side in (before, after))
     sizes_before[-1] = sizes_after[0] = spacing
-    return np.concatenate([graded(before, sizes_before)[:-1], middle, graded(after, sizes_after)[1:]])
+    return np.concatenate([grade(before, sizes_before)[:-1], middle, grade(after, sizes_after)[1:]])
 
 
 def _shares(rows: tuple[int, int]) -> list[tuple[float, float]]:
@@ -343,7 +343,7 @@ def _row(fingertip: FingertipNumbers, curve: Curve, columns: Floats, share: tupl
     layers = fingertip.layers
     level = share[0] * layers.epidermis_thickness + share[1] * layers.dermis_thickness
     ends = arc_length_at_cut(fingertip, curve, level)
-    foot = _shifted(columns, ends, _BLEND * layers.skin_thickness)
+    foot = _shift(columns, ends, _BLEND * layers.skin_thickness)
     surface, interface = surface_depth(fingertip, foot), interface_depth(fingertip, foot)
     depth = surface + share[0] * (interface - surface) + share[1] * (layers.skin_thickness - interface)
     row = at_depth(curve, foot, depth)
@@ -352,7 +352,7 @@ def _row(fingertip: FingertipNumbers, curve: Curve, columns: Floats, share: tupl
     return row
 
 
-def _shifted(columns: Floats, ends: tuple[float, float], blend: float) -> Floats:
+def _shift(columns: Floats, ends: tuple[float, float], blend: float) -> Floats:
     """Shift columns near the ends so that the row starts and ends at the arc lengths `ends`."""
     near_first = np.clip(1.0 - (columns - columns[0]) / blend, 0.0, 1.0)
     near_last = np.clip(1.0 - (columns[-1] - columns) / blend, 0.0, 1.0)
@@ -389,7 +389,7 @@ def mesh_section(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh
     # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
 
     core = mesh_core(contour, grid.points[-1], grid.closed, sizes)
-    points, cells = _joined(grid, core, triangles=sizes.element != "Q4")
+    points, cells = _join(grid, core, triangles=sizes.element != "Q4")
     region = np.repeat(np.arange(len(REGIONS)), [len(cells[name]) for name in REGIONS])
     fine = (grid.arc_length >= grid.contact[0]) & (grid.arc_length <= grid.contact[1])
     mesh = with_names(_container(points, cells, sizes.element), region, fine)
@@ -397,14 +397,14 @@ def mesh_section(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh
     return mesh
 
 
-def _joined(grid: SkinGrid, core: CoreMesh, triangles: bool) -> tuple[Floats, dict[str, Integers]]:
+def _join(grid: SkinGrid, core: CoreMesh, triangles: bool) -> tuple[Floats, dict[str, Integers]]:
     """Join skin and core along the dermis-tissue interface; the skin's nodes come first."""
     skin = grid.points.reshape(-1, 2)
     rows, columns = grid.points.shape[:2]
     number, border = _core_numbers(core, grid)
     cells = _skin_cells(rows, columns, grid)
     if triangles:
-        cells = {name: _halved(skin, nodes) for name, nodes in cells.items()}
+        cells = {name: _halve(skin, nodes) for name, nodes in cells.items()}
     cells |= {name: number[nodes] for name, nodes in core.cells.items()}
     return np.vstack([skin, core.points[~border]]), cells
 
@@ -419,7 +419,7 @@ def _skin_cells(rows: int, columns: int, grid: SkinGrid) -> dict[str, Integers]:
     return {name: layer.reshape(-1, 4) for name, layer in zip(REGIONS[:2], layers, strict=True)}
 
 
-def _halved(points: Floats, cells: Integers) -> Integers:
+def _halve(points: Floats, cells: Integers) -> Integers:
     """Cut quadrilaterals along their shorter diagonal into triangles."""
     first, second = (np.linalg.norm(points[cells[:, a]] - points[cells[:, b]], axis=1) for a, b in ((0, 2), (1, 3)))
     turned = np.where((first <= second)[:, None], cells, np.roll(cells, -1, axis=1))

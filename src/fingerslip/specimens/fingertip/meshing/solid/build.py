@@ -26,7 +26,7 @@ from fingerslip.specimens.fingertip.skin import (
     depth_below_skin,
     inward_skin_normal,
     onto_skin,
-    posed,
+    pose_points,
     relief_depth,
     skin_grid,
     skin_ring,
@@ -83,7 +83,7 @@ def mesh_solid_core(skin: Triangulation, phalanx: Triangulation, largest: float)
             gmsh.model.mesh.optimize("")
         except Exception as error:
             raise MeshError("tissue and phalanx", f"Gmsh says '{error}'", "needs one that Gmsh can mesh") from error
-        return _read(hull, volumes, unit)
+        return _read_core(hull, volumes, unit)
 
 
 def rim(surface: Triangulation) -> Integers:
@@ -146,7 +146,7 @@ def _volume(hulls: list[list[int]]) -> int:
     return volume
 
 
-def _read(hull: _Hull, volumes: dict[str, int], unit: float) -> CoreMesh:
+def _read_core(hull: _Hull, volumes: dict[str, int], unit: float) -> CoreMesh:
     """Read the cells out of Gmsh; nodes of the hull keep their numbers."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     cells = {name: gmsh.model.mesh.getElementsByType(_TETRAHEDRON, volume)[1] for name, volume in volumes.items()}
@@ -245,7 +245,7 @@ def _angle(fingertip: FingertipNumbers, points: Floats) -> Floats:
 
 def _height(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the heights [m] of points above the lowest one when the finger stands at its angle."""
-    height: Floats = posed(fingertip, points)[:, 1] + fingertip.sagittal.half_height
+    height: Floats = pose_points(fingertip, points)[:, 1] + fingertip.sagittal.half_height
     return height
 
 
@@ -291,13 +291,13 @@ def _row(fingertip: FingertipNumbers, skin: Floats, level: float, relief: Floats
     cut = -fingertip.sagittal.pad_length
     rim = skin[:, 0] == cut
     share = max(0.0, 1.0 - level / fingertip.layers.epidermis_thickness)
-    row = below_skin(fingertip, _shifted(fingertip, skin, level), level + share * relief)
+    row = below_skin(fingertip, _shift(fingertip, skin, level), level + share * relief)
     row[rim, 0] = cut
     row[skin[:, 2] == 0.0, 2] = 0.0
     return row
 
 
-def _shifted(fingertip: FingertipNumbers, skin: Floats, level: float) -> Floats:
+def _shift(fingertip: FingertipNumbers, skin: Floats, level: float) -> Floats:
     """Shift points near the proximal cut along the finger, so that those on the rim are on the cut at their depth."""
     cut, blend = -fingertip.sagittal.pad_length, _BLEND * fingertip.layers.skin_thickness
     near = skin[:, 0] < min(cut + blend, 0.0)
@@ -360,8 +360,8 @@ def mesh_solid(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh3D
     phalanx = phalanx_surface(fingertip)
     skin = sweep_solid_skin(fingertip, sizes, phalanx.points.reshape(-1, 3))
     core = mesh_solid_core(inner_surface(skin), mesh_phalanx(fingertip, phalanx, sizes, skin), sizes.bulk_size)
-    mesh = _joined(fingertip, skin, core)
-    mesh = dataclasses.replace(mesh, doflocs=np.ascontiguousarray(posed(fingertip, mesh.p.T).T))
+    mesh = _join(fingertip, skin, core)
+    mesh = dataclasses.replace(mesh, doflocs=np.ascontiguousarray(pose_points(fingertip, mesh.p.T).T))
     check_quality(mesh)
     return _quadratic(mesh) if sizes.element == "T10" else mesh
 
@@ -385,7 +385,7 @@ def _quadratic(mesh: skfem.MeshTet1) -> skfem.MeshTet2:
     return dataclasses.replace(finer, _subdomains=mesh.subdomains, _boundaries=mesh.boundaries)
 
 
-def _joined(fingertip: FingertipNumbers, skin: SolidSkin, core: CoreMesh) -> skfem.MeshTet1:
+def _join(fingertip: FingertipNumbers, skin: SolidSkin, core: CoreMesh) -> skfem.MeshTet1:
     """Join skin and core along the dermis-tissue interface; the skin's nodes come first, row by row."""
     rows, columns = skin.points.shape[:2]
     above = (rows - 1) * columns
