@@ -95,7 +95,7 @@ def test_creep_follows_the_tolerance_with_few_steps():
 
 def test_phases_begin_with_the_shortest_step(monkeypatch):
     taken = []
-    original = march._Walk._taken
+    original = march._Walk._take_step
 
     def spied(self, state, at, size):
         taken.append((state.time, size * self._tick))
@@ -136,7 +136,7 @@ def test_friction_knows_the_rate_of_slip_whatever_the_steps_were():
 
 def test_a_step_that_is_not_solved_is_halved(monkeypatch):
     refused = []
-    original = march._Walk._taken
+    original = march._Walk._take_step
 
     def fails(self, state, at, size):
         if state.time > 0.05 and size * self._tick > 1e-3:
