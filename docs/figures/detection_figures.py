@@ -29,7 +29,7 @@ from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE, GREEN, GREY, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, with_style
 from fingerslip.validation.sensor import POURING, POURING_IN_SPACE
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.pixel import frames_of
@@ -79,7 +79,7 @@ def trained(slides: TrialSet, labels: str) -> Detector:
     return train(slides, slides.onsets(labels), "forest", sampling=Sampling(least=0.0), names=names, workers=2)
 
 
-@styled
+@with_style
 def draw(trials: TrialSet, name: str, detector: Detector, source: str, title: str):
     """Draw markers outside, markers inside, and what the forest says of each frame, over time."""
     tracks, onsets = trials.tracks(name), trials.labels(name)[source]
@@ -106,7 +106,7 @@ def draw(trials: TrialSet, name: str, detector: Detector, source: str, title: st
     return figure
 
 
-@styled
+@with_style
 def draw_frames(slides: TrialSet, run: Path):
     """Draw what the inner camera sees at five times; arrows are four times what of the motion is not common to all."""
     history, onsets = read_history(run / "history.nc"), slides.labels(SLIDE)["external_markers"]

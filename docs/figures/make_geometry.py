@@ -10,7 +10,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.figures.style import save_figure
 from fingerslip.report.page.samples import tornado_pictures
 from fingerslip.report.tables.samples import intervals_table, sensitivity_table
@@ -56,7 +56,7 @@ def refused(study: StudyResult) -> str:
 
 def draw(study: StudyResult, fits: list[Fit]) -> None:
     """Draw the tornado figure of overall slip."""
-    references = [published(name) for name in study.compare]
+    references = [published_set(name) for name in study.compare]
     (picture,) = tornado_pictures(study.runs, fits, references)
     save_figure(picture.figure, FOLDER / f"{study.folder.name.replace('_', '-')}-tornado.png")
 

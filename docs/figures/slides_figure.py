@@ -17,7 +17,7 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.report.colours import BLUE, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, with_style
 
 HERE = Path(__file__).parent
 REST = 100
@@ -46,7 +46,7 @@ def print_onsets(trials: TrialSet, depths: tuple[float, ...]) -> None:
             sys.stdout.write(f"{1e3 * depth:g} mm, {source}: {means[0]:.2f} s, {means[1]:.2f} s\n")
 
 
-@styled
+@with_style
 def draw(trials: TrialSet, names: tuple[str, ...]):
     """Draw how far markers are from rest, inside above and outside below, a column for each trial."""
     wide, keys = len(names), {}

@@ -20,7 +20,7 @@ from fingerslip.history import nearest_snapshot, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, with_style
 from fingerslip.specimens.choice import presets_of
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
 
@@ -149,7 +149,7 @@ def draw_gate(folder: Path) -> None:
     save_figure(gate_figure(central_pin(folder)), HERE / "tactip-gate.png")
 
 
-@styled
+@with_style
 def gate_figure(pins: dict[float, tuple[np.ndarray, np.ndarray]]) -> Figure:
     """Return the figure for the travel and the displacement of the pin [mm], by depth [mm]."""
     labels = ("travel of the plate [mm]", "displacement of the central pin [mm]")

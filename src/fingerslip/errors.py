@@ -119,9 +119,9 @@ class Mistakes:
     Examples
     --------
     >>> mistakes = Mistakes()
-    >>> with mistakes.collected():
+    >>> with mistakes.collect():
     ...     raise InputError("x.yaml: depth", "got -1 mm", "needs a value > 0")
-    >>> with mistakes.collected():
+    >>> with mistakes.collect():
     ...     raise InputError("x.yaml: title", "got 3", "needs text")
     >>> [error.where for error in mistakes.found]
     ['x.yaml: depth', 'x.yaml: title']
@@ -131,7 +131,7 @@ class Mistakes:
         self.found = list(result)
 
     @contextlib.contextmanager
-    def collected(self) -> Iterator[None]:
+    def collect(self) -> Iterator[None]:
         """Keep the mistakes that are raised in the block, and go on behind it."""
         try:
             yield

@@ -16,7 +16,7 @@ from fingerslip.errors import InputError
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.units import parse_quantity, split_quantity
 
-__all__ = ["PublishedSet", "PublishedValue", "published", "published_names"]
+__all__ = ["PublishedSet", "PublishedValue", "published_names", "published_set"]
 
 Kind = Literal["published", "derived", "qualitative"]
 
@@ -71,7 +71,7 @@ def published_names() -> tuple[str, ...]:
     return tuple(f"{paper}-{group}" for paper in _papers() for group in _document(paper)["groups"])
 
 
-def published(name: str) -> PublishedSet:
+def published_set(name: str) -> PublishedSet:
     """Return a published set.
 
     Parameters

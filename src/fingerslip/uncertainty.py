@@ -95,7 +95,7 @@ class Convergence:
         return combine([refinement.uncertainty for refinement in self.refinements.values()]) or None
 
     @property
-    def unsettled(self) -> tuple[str, ...]:
+    def unsettled_settings(self) -> tuple[str, ...]:
         """The settings with which the number does not converge."""
         return tuple(name for name, refinement in self.refinements.items() if not refinement.converges)
 

@@ -33,7 +33,7 @@ def stiffness_of(mesh, material, formulation="plane_strain", integration="select
 
 
 def solve_static(stiffness, load, fixed, prescribed=None):
-    """Solve K u = f with u = `prescribed` (zero without it) at the degrees of freedom `fixed`."""
+    """Solve K u = f with u = `support_values` (zero without it) at the degrees of freedom `fixed`."""
     count = stiffness.shape[0]
     displacement = np.zeros(count)
     if prescribed is not None:

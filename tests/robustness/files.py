@@ -22,7 +22,7 @@ from fingerslip.mesh.scan.build import SurfaceMesh, scan_cells
 from fingerslip.mesh.scan.offset import decimate_surface
 from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
 from fingerslip.mesh.scan.repair import repair_surface
-from fingerslip.mesh.scan.surfaces import check_closed, read_surface, write_surface
+from fingerslip.mesh.scan.surfaces import check_enclosure, read_surface, write_surface
 from places import MESHES
 from robustness.mutants import FOREIGN, changed_bytes
 from unit.ellipsoids import ellipsoid
@@ -146,4 +146,4 @@ def _use(path: Path, chance: random.Random) -> None:
     surface, _ = repair_surface(read_surface(path, unit), chance.choice((5e-3, 1e-9, 1.0)))
     placed = place_surface(surface, placement_from_directions(surface, settings.tip, settings.pad))
     decimate_surface(placed, 2e-3)
-    check_closed(placed)
+    check_enclosure(placed)

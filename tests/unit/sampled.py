@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.results import SAMPLE, RunResult, StudyResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.study.definition.sampled import SampleSettings, drawn
@@ -34,7 +34,7 @@ def study_of(
 
     The programme of its runs is that of the published values `compare`.
     """
-    samples, programme = drawn(SampleSettings(RANGES, count=count, seed=3)), published(compare).values[0].programme
+    samples, programme = drawn(SampleSettings(RANGES, count=count, seed=3)), published_set(compare).values[0].programme
     runs = tuple(
         _run(variant, number, sampled, time, programme)
         for variant in variants

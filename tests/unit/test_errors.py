@@ -77,7 +77,7 @@ def test_several_mistakes_are_several_lines_and_have_the_parts_of_the_first() ->
 def test_one_mistake_stays_itself() -> None:
     mistakes = Mistakes()
     mistakes.raise_all()
-    with mistakes.collected():
+    with mistakes.collect():
         raise CASES[1]
     with pytest.raises(MeshError) as caught:
         mistakes.raise_all()
@@ -87,7 +87,7 @@ def test_one_mistake_stays_itself() -> None:
 
 def test_other_errors_are_not_collected() -> None:
     mistakes = Mistakes()
-    with pytest.raises(ResultError), mistakes.collected():
+    with pytest.raises(ResultError), mistakes.collect():
         raise CASES[4]
 
 

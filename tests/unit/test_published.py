@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.published import published, published_names
+from fingerslip.published import published_names, published_set
 
 PROGRAMME = {
     "programme.0.press.depth": "0.0015 m",
@@ -14,33 +14,33 @@ PROGRAMME = {
     "programme.1.slide.direction.0": -1.0,
     "programme.1.slide.direction.1": 0.0,
 }
-SETS = [published(name) for name in published_names()]
+SETS = [published_set(name) for name in published_names()]
 
 
 def test_table2_is_as_printed() -> None:
-    values = {value.id: (value.value, value.unit) for value in published("wang2014-table2").values}
+    values = {value.id: (value.value, value.unit) for value in published_set("wang2014-table2").values}
     assert values["original-overall"] == (1.71, "s")
     assert values["scaled-latency"] == (0.29, "s")
     assert len(values) == 9
 
 
 def test_latencies_agree_with_their_events_to_the_printed_digit() -> None:
-    values = {value.id: value.value for value in published("wang2014-table2").values}
+    values = {value.id: value.value for value in published_set("wang2014-table2").values}
     for variant in ("original", "flattened", "scaled"):
         overall, incipient, latency = (values[f"{variant}-{name}"] for name in ("overall", "incipient", "latency"))
         assert overall - incipient == pytest.approx(latency, abs=1e-9)
 
 
 def test_derived_ways_follow_from_table2() -> None:
-    overall = {v.id.split("-")[0]: v.value for v in published("wang2014-table2").values if v.quantity == "overall"}
-    for value in published("wang2014-derived").values:
+    overall = {v.id.split("-")[0]: v.value for v in published_set("wang2014-table2").values if v.quantity == "overall"}
+    for value in published_set("wang2014-derived").values:
         variant = value.id.split("-")[0]
         assert (overall[variant] - 1.0) * 3.0 / (0.6 * 1.5) == pytest.approx(value.value, abs=6e-3)
         assert value.kind == "derived"
 
 
 def test_conditions_are_those_of_group_and_row() -> None:
-    value = published("wang2014-table2").values[0]
+    value = published_set("wang2014-table2").values[0]
     run = {
         "fingertip.phalanx.variant": "original",
         "fingertip.fingerprint.enabled": False,
@@ -64,21 +64,21 @@ def test_conditions_are_those_of_group_and_row() -> None:
     ],
 )
 def test_times_hold_for_the_programme_of_the_paper_alone(path: str, value: object) -> None:
-    published_value = published("wang2014-table2").values[0]
+    published_value = published_set("wang2014-table2").values[0]
     run = {**published_value.conditions, **PROGRAMME}
     assert published_value.unmet(run) == {}
     assert list(published_value.unmet({**run, path: value})) == [path]
 
 
 def test_finger_in_space_at_an_angle_is_not_the_published_one() -> None:
-    value = published("wang2014-solid").values[0]
+    value = published_set("wang2014-solid").values[0]
     run = {**value.conditions, **value.programme}
     assert value.holds_for({**run, "fingertip.solid.angle": "0.0 deg"})
     assert list(value.unmet({**run, "fingertip.solid.angle": "-10 deg"})) == ["fingertip.solid.angle"]
 
 
 def test_range_has_its_middle_as_value() -> None:
-    value = next(v for v in published("wang2014-peaks").values if v.quantity == "three_quarter")
+    value = next(v for v in published_set("wang2014-peaks").values if v.quantity == "three_quarter")
     assert value.span == (1.63, 1.65)
     assert value.value == pytest.approx(1.64)
 
@@ -93,4 +93,4 @@ def test_every_row_has_an_identity_a_source_and_a_value_or_a_statement() -> None
 
 def test_unknown_set_names_the_nearest() -> None:
     with pytest.raises(InputError, match="did you mean 'wang2014-table2'"):
-        published("wang2014-table-2")
+        published_set("wang2014-table-2")

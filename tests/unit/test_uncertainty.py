@@ -118,7 +118,7 @@ def test_independent_uncertainties_add_as_squares() -> None:
 def test_a_number_converges_when_it_does_with_every_setting() -> None:
     good = Series("mesh", SIZES, tuple(1.0 + size for size in SIZES))
     bad = Series("step", SIZES, (2.0, 4.0, 1.0))
-    assert Convergence("q", "s", 2.0, {"mesh": good}).unsettled == ()
+    assert Convergence("q", "s", 2.0, {"mesh": good}).unsettled_settings == ()
     both = Convergence("q", "s", 2.0, {"mesh": good, "step": bad})
-    assert both.unsettled == ("step",)
+    assert both.unsettled_settings == ("step",)
     assert both.uncertainty == pytest.approx(math.hypot(1.25, 9.0))

@@ -44,11 +44,11 @@ class Course(Protocol):
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
 
-    def saved(self) -> Any:
+    def saved_state(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
 
     def restore(self, saved: Any) -> None:
-        """Go on where :meth:`saved` was called."""
+        """Go on where :meth:`saved_state` was called."""
 
 
 class SmallCourse:
@@ -74,9 +74,9 @@ class SmallCourse:
 
     def steer(self, system: System) -> None:
         """Go on with another system."""
-        self._steppers = [self.stepper.steered(system)]
+        self._steppers = [self.stepper.with_system(system)]
 
-    def saved(self) -> None:
+    def saved_state(self) -> None:
         """Return nothing: factors are those of the model."""
 
     def restore(self, saved: None) -> None:

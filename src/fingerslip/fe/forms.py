@@ -222,7 +222,7 @@ class Relaxing:
         alike = self.across is None or self.across == across_of(material.poisson_ratio)
         return alike and material.prony == self.prony
 
-    def mapped(self, function: Callable[[sparse.csr_matrix], Any]) -> Relaxing:
+    def apply_map(self, function: Callable[[sparse.csr_matrix], Any]) -> Relaxing:
         """Return the layers with a function of their matrices in place of these."""
         thickness = None if self.thickness is None else sparse.csr_matrix(function(self.thickness))
         return replace(self, shape=sparse.csr_matrix(function(self.shape)), thickness=thickness)

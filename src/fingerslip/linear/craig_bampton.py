@@ -56,7 +56,7 @@ class StaticResponses:
     solver: LinearSolver  # what factorises
 
     @cached_property
-    def _factorised(self) -> tuple[SchurFactor, Array]:
+    def _factors(self) -> tuple[SchurFactor, Array]:
         """The factors of K_ii, and S, shape (p, p) [N/m]."""
         empty = self._without_stiffness
         held = sparse.csr_matrix(self.stiffness + sparse.diags(empty.astype(float)))
@@ -74,24 +74,24 @@ class StaticResponses:
     @property
     def schur(self) -> Array:
         """S, the Schur complement of K on the interface, shape (p, p) [N/m]."""
-        return self._factorised[1]
+        return self._factors[1]
 
     def follow(self, moved: Array) -> Array:
         """Return the displacement T u_b of all unknowns, (n,) or (n, k) [m], for u_b, (p,) or (p, k) [m]."""
         halfway = np.zeros((self.stiffness.shape[0], *moved.shape[1:]), order="F")
         halfway[self.interface] = moved
-        return self._factorised[0].backward(halfway)
+        return self._factors[0].backward(halfway)
 
     def gather(self, forces: Array) -> Array:
         """Return the forces T^T f on the interface, (p,) or (p, k) [N], with the work of f, (n,) or (n, k) [N]."""
-        gathered: Array = self._factorised[0].forward(np.asfortranarray(forces))[self.interface]
+        gathered: Array = self._factors[0].forward(np.asfortranarray(forces))[self.interface]
         return gathered
 
     def give_way(self, forces: Array) -> Array:
         """Return the displacement, (n,) or (n, k) [m], under forces of that shape [N] while the interface is held."""
-        halfway = np.asfortranarray(self._factorised[0].forward(np.asfortranarray(forces)))
+        halfway = np.asfortranarray(self._factors[0].forward(np.asfortranarray(forces)))
         halfway[self.interface] = 0.0
-        return self._factorised[0].backward(halfway)
+        return self._factors[0].backward(halfway)
 
 
 def static_responses(

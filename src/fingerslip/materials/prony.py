@@ -64,7 +64,7 @@ class Recurrence:
     end: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
     start: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
 
-    def followed(self, strains: Array) -> Array:
+    def follow(self, strains: Array) -> Array:
         """Return the dashpots, shape (t, n_times, ...), of strains (n_times, ...) [-] at equal steps from rest."""
         weights = zip(self.decay, self.end, self.start, strict=True)
         # scipy.signal is slow to import, and only relaxing materials need it.

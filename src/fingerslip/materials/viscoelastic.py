@@ -82,7 +82,7 @@ def follow_strains(material: Elastic, strains: Array, formulation: Formulation, 
     Arrays: strains (n_times, ..., m) [-]; step [s].
     """
     follow = recurrence(material.prony, step)
-    dashpots = follow.followed(strains)
+    dashpots = follow.follow(strains)
     if formulation != "plane_stress":
         return Relaxed(in_space(strains), in_space(dashpots))
     thinned, thinning = _thickness_strain(

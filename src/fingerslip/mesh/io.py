@@ -103,7 +103,7 @@ def _read_in_metres(file: Path, scale: float) -> skfem.Mesh:
     data.points = scale * np.asarray(data.points, dtype=float)
     if any(key.startswith("skfem:") for key in data.cell_data):
         return _read_own(file, data)
-    raw = _drop_unused(_raw(file, data))
+    raw = _without_spare_nodes(_raw(file, data))
     cells = _orient(raw)
     if raw.kind == "hexahedron":
         cells = cells[:, _HEXAHEDRON]
@@ -240,7 +240,7 @@ def _unique_cells(cells: Integers, corners: int) -> tuple[Integers, Integers]:
     return cells[first[order]], rank[same.ravel()]
 
 
-def _drop_unused(raw: _Raw) -> _Raw:
+def _without_spare_nodes(raw: _Raw) -> _Raw:
     """Drop nodes that no cell uses, such as Gmsh's construction points."""
     used = np.unique(raw.cells)
     new = np.full(len(raw.points), -1)

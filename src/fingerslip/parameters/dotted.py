@@ -6,15 +6,15 @@ import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-__all__ = ["assign", "flatten", "is_below", "joined", "known_part", "nearest", "walk"]
+__all__ = ["assign", "flatten", "is_below", "join_path", "known_part", "nearest", "walk"]
 
 
-def joined(*parts: str) -> str:
+def join_path(*parts: str) -> str:
     """Return a dotted path from its parts; empty ones are left out.
 
     Examples
     --------
-    >>> joined("contact", "", "friction.coulomb")
+    >>> join_path("contact", "", "friction.coulomb")
     'contact.friction.coulomb'
     """
     return ".".join(part for part in parts if part)
@@ -40,7 +40,7 @@ def walk(values: object, path: str = "") -> Iterator[str]:
     ['a', 'a.b', 'a.b.0']
     """
     for key, item in _items(values):
-        inner = joined(path, str(key))
+        inner = join_path(path, str(key))
         yield inner
         yield from walk(item, inner)
 

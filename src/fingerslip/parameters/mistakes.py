@@ -11,7 +11,7 @@ from typing import Any
 import pydantic
 
 from fingerslip.errors import InputError, shorten
-from fingerslip.parameters.dotted import is_below, joined, known_part
+from fingerslip.parameters.dotted import is_below, join_path, known_part
 from fingerslip.parameters.fields import Location, locate
 from fingerslip.units import Unit
 
@@ -55,14 +55,14 @@ def mistakes_in(error: pydantic.ValidationError, cls: type) -> tuple[InputError,
     """Return everything that pydantic found wrong."""
     details = [(detail, locate(cls, detail["loc"])) for detail in error.errors(include_url=False)]
     misspelt = {
-        joined(*location.path[:-1], near)
+        join_path(*location.path[:-1], near)
         for detail, location in details
         if detail["type"] in _UNKNOWN and (near := _nearest_key(location))
     }
     mistakes = [
         mistake
         for detail, location in details
-        if not (detail["type"] == "missing" and joined(*location.path) in misspelt)
+        if not (detail["type"] == "missing" and join_path(*location.path) in misspelt)
         for mistake in _mistakes(detail, location)
     ]
     return tuple({str(mistake): mistake for mistake in mistakes}.values())
@@ -84,10 +84,10 @@ def in_order(mistakes: Iterable[InputError], paths: Iterable[str], front: str = 
 
 
 def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
-    where = joined(*location.path)
+    where = join_path(*location.path)
     cause = (detail.get("ctx") or {}).get("error")
     if isinstance(cause, InputError):
-        yield from (mistake.moved(lambda inner: joined(where, inner)) for mistake in cause.all)
+        yield from (mistake.moved(lambda inner: join_path(where, inner)) for mistake in cause.all)
     elif detail["type"] == "missing":
         yield InputError(where, "is missing", "needs a value")
     elif detail["type"] in _UNKNOWN:
@@ -95,7 +95,7 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
         repair = f"did you mean '{near}'?" if near else ""
         yield InputError(where, "is not known", f"may be one of {', '.join(_known_keys(location))}", repair)
     else:
-        needed = _PLAIN_NEEDS.get(detail["type"]) or _words_of_need(str(detail["msg"]), location.unit)
+        needed = _PLAIN_NEEDS.get(detail["type"]) or _requirement(str(detail["msg"]), location.unit)
         value = detail["input"]
         fault = "is empty" if value is None else f"got {_show(value, location.unit)}"
         yield InputError(where, fault, needed)
@@ -116,7 +116,7 @@ def _show(value: object, unit: Unit | None) -> str:
     return shorten(repr(value))
 
 
-def _words_of_need(message: str, unit: Unit | None) -> str:
+def _requirement(message: str, unit: Unit | None) -> str:
     text = message.removeprefix("Input should be ").removeprefix("Value error, ")
     for words, sign in _SIGNS.items():
         text = text.replace(words, f"a {'value' if unit else 'number'} {sign}")

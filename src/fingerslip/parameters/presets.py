@@ -16,7 +16,7 @@ from typing import Any, Generic, TypeVar
 
 from fingerslip.errors import InputError
 from fingerslip.parameters.definition import from_mapping
-from fingerslip.parameters.dotted import joined
+from fingerslip.parameters.dotted import join_path
 from fingerslip.parameters.yaml_text import parse_document
 
 __all__ = ["PresetValue", "Presets"]
@@ -96,9 +96,9 @@ class Presets(Generic[T]):
             For an unknown preset, or for all unknown keys and values that do not fit.
         """
         if "preset" not in mapping:
-            raise InputError(joined(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
+            raise InputError(join_path(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
         changes = {key: value for key, value in mapping.items() if key != "preset"}
-        values = _nest(self._document(str(mapping["preset"]), joined(where, "preset")))
+        values = _nest(self._document(str(mapping["preset"]), join_path(where, "preset")))
         return from_mapping(self.kind, self._merge(self.kept(values, changes), changes), where)
 
     def _merge(self, base: _Group, changes: _Group) -> dict[str, Any]:

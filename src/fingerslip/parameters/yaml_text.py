@@ -94,12 +94,12 @@ class _PlainData(SafeRepresenter):
         """Tell that a value gets no alias."""
         return True
 
-    def quoted_where_needed(self, text: str) -> Node:
+    def quote_if_special(self, text: str) -> Node:
         """Return the node of a text."""
         return self.represent_scalar(f"{_CORE}str", text, style='"' if _NEXT_LINE in text else None)
 
 
-_PlainData.add_representer(str, _PlainData.quoted_where_needed)
+_PlainData.add_representer(str, _PlainData.quote_if_special)
 
 for _tag, _kind in _KINDS.items():
     _CoreSchema.add_implicit_resolver_base(_tag, _kind.pattern, _kind.first)

@@ -60,7 +60,7 @@ class PeakTable:
         return max(self.peaks, key=lambda peak: peak.prominence, default=None)
 
     @property
-    def ranked(self) -> tuple[Peak, ...]:
+    def by_prominence(self) -> tuple[Peak, ...]:
         """The peaks from the most prominent one on."""
         return tuple(sorted(self.peaks, key=lambda peak: -peak.prominence))
 

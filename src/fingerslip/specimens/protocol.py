@@ -76,6 +76,6 @@ class Specimen(Protocol):
         """
         ...
 
-    def why_unused(self, path: str, use: ModelUse, /) -> str:
+    def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why the value of a dotted path makes no difference to a model; empty for one that it uses."""
         ...

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from fingerslip.errors import InputError, shorten
-from fingerslip.published import PublishedValue, published
+from fingerslip.published import PublishedValue, published_set
 from fingerslip.report.tables.table import Table, to_markdown
 from fingerslip.results import RunResult
 from fingerslip.slip.windows import READINGS
@@ -131,8 +131,8 @@ def rows_of(evidence: Evidence) -> tuple[Row, ...]:
 
 def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
     """Yield the times of Table 2 and of the three-quarter peaks, in one reading."""
-    middle = [value for value in published("wang2014-peaks").values if value.quantity == "three_quarter"]
-    for value in (*published("wang2014-table2").values, *middle):
+    middle = [value for value in published_set("wang2014-peaks").values if value.quantity == "three_quarter"]
+    for value in (*published_set("wang2014-table2").values, *middle):
         variant = str(value.conditions[VARIANT])
         basis = _basis(value) if reading == "slip" else "predicted"
         run = evidence.one(TABLE2, {VARIANT: variant}).run
@@ -143,7 +143,7 @@ def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
 
 def _travel_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the travel of the plate at overall slip in units of friction times indentation."""
-    for value in published("wang2014-derived").values:
+    for value in published_set("wang2014-derived").values:
         ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
         error = ours.run.uncertainty.get("slip.overall")
         uncertainty = None if error is None else error * _TRAVEL_PER_SECOND
@@ -155,7 +155,7 @@ def _travel_rows(evidence: Evidence) -> Iterator[Row]:
 
 def _height_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the heights of the peaks, which are not judged: they depend on mesh, step and numerical damping."""
-    for value in published("wang2014-peak-acceleration").values:
+    for value in published_set("wang2014-peak-acceleration").values:
         ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
         incipient = value.quantity == "incipient_peak"
         peak = ours.incipient_peak if incipient else ours.overall_peak
@@ -166,7 +166,7 @@ def _height_rows(evidence: Evidence) -> Iterator[Row]:
 
 def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) -> Iterator[Row]:
     """Yield overall slip of another model of the same section."""
-    for value in published("wang2014-table2").values:
+    for value in published_set("wang2014-table2").values:
         if value.quantity != "overall":
             continue
         variant = value.conditions[VARIANT]
@@ -178,7 +178,7 @@ def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) ->
 def _solid_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the times of the fingertip in 3D, each in the reading of the paper."""
     (measures,) = evidence.measured[SOLID]
-    for value in published("wang2014-solid").values:
+    for value in published_set("wang2014-solid").values:
         name = f"{_words(value.quantity)}, fingertip in 3D ({SOLID_READINGS[value.reading]})"
         ours = measures.run.events.reading(value.reading).time(value.quantity)
         uncertainty = _solid_uncertainty(evidence, value)
@@ -221,7 +221,7 @@ def _event_row(
 
 
 def _statement_rows(evidence: Evidence) -> Iterator[Row]:
-    for value in published("wang2014-qualitative").values:
+    for value in published_set("wang2014-qualitative").values:
         yield _statement_row(evidence, value, CHECKS[value.id], "predicted")
 
 
@@ -236,12 +236,12 @@ def _statement_row(
 def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the times of Table 2, and statements on the phalanges, beside the section with geometrical nonlinearity."""
     finite = evidence.at_large_strain()
-    for value in published("wang2014-table2").values:
+    for value in published_set("wang2014-table2").values:
         run = finite.one(TABLE2, {VARIANT: value.conditions[VARIANT]}).run
         name = f"{_words(value.quantity)}, {value.conditions[VARIANT]}, large strain ({READINGS['slip']})"
         comparable = not value.otherwise
         yield _event_row(name, value, run, "slip", basis="large strain", comparable=comparable)
-    for value in published("wang2014-qualitative").values:
+    for value in published_set("wang2014-qualitative").values:
         if value.id in _AT_LARGE_STRAIN:
             yield _statement_row(finite, value, CHECKS[value.id], "large strain")
 

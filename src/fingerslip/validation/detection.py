@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from fingerslip.detect.labels import NO_SLIP
-from fingerslip.published import PublishedValue, published
+from fingerslip.published import PublishedValue, published_set
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.validation.rows import Row, RowFile, Stored, number_row, statement_row, stored_rows
 
@@ -151,7 +151,7 @@ def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
 
 def _rows(split: str, scores: Mapping[str, FrameScores]) -> Iterator[Row]:
     yield from _number_rows(split, scores, _RESOLUTIONS)
-    for value in published(_STATEMENTS).values:
+    for value in published_set(_STATEMENTS).values:
         matrix = scores["forest"].matrix
         slips = matrix[NO_SLIP + 1 :]
         share = float(slips[:, NO_SLIP].sum() / slips.sum())
@@ -160,7 +160,7 @@ def _rows(split: str, scores: Mapping[str, FrameScores]) -> Iterator[Row]:
 
 
 def _number_rows(split: str, scores: Mapping[str, FrameScores], wanted: Collection[str]) -> Iterator[Row]:
-    for value in published(_NUMBERS).values:
+    for value in published_set(_NUMBERS).values:
         for name, estimate in _estimates(value, scores) if value.id in wanted else ():
             yield _number_row(f"{name}, simulated slides, {split}", value, estimate)
         for name in _OTHERS if value.id == "forest-accuracy" else ():

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.tables.samples import INTERVAL_COLUMNS
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.results import RunResult, StudyResult
@@ -93,7 +93,7 @@ def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
     """Return the rows of one geometry study, each published time in the reading of the paper or the likely ones."""
     model = GEOMETRY[study.folder.name]
     runs = tuple(_read_in_space(study, run) for run in study.runs) if model == "in 3D" else study.runs
-    references = [published(name) for name in study.compare]
+    references = [published_set(name) for name in study.compare]
     return tuple(_geometry_row(interval, model) for interval in published_intervals(runs, references))
 
 
@@ -137,10 +137,10 @@ def _geometry_row(entry: PublishedInterval, model: str) -> GeometryRow:
 
 
 def _cells(row: GeometryRow) -> tuple[Cell, ...]:
-    published = row.published if isinstance(row.published, tuple) else (row.published,)
+    times = row.published if isinstance(row.published, tuple) else (row.published,)
     interval: tuple[Cell, ...] = row.interval or (Missing.NO_EVENT,) * len(INTERVAL_COLUMNS)
     return (
-        *(row.quantity, row.source, " to ".join(f"{time:.2f}" for time in published)),
+        *(row.quantity, row.source, " to ".join(f"{time:.2f}" for time in times)),
         *interval,
         row.where or Missing.NOT_DEFINED,
         f"{row.found} of {row.samples}",

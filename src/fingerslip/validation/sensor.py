@@ -22,7 +22,7 @@ from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.published import PublishedValue, published
+from fingerslip.published import PublishedValue, published_set
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.run_folder import HISTORY
 from fingerslip.slip import slide_window
@@ -140,10 +140,10 @@ def rows_of_sensor(measured: Sequence[SensorMeasures], basis: Basis = "predicted
     """Return a row for each statement on the mechanics of the sensor, and one for the number of cycles."""
     statements = (
         statement_row(value, answer.number, None, answer.holds, basis=basis)
-        for value in published("bulens2023-mechanics").values
+        for value in published_set("bulens2023-mechanics").values
         for answer in (_CHECKS[value.id](measured),)
     )
-    (six,) = published("bulens2023-cycles").values
+    (six,) = published_set("bulens2023-cycles").values
     nearest = _nearest([slide.cycles for slide in measured if slide.ridged], float(six.value or 0.0))
     name = "stick-slip cycles in 14 mm, ridged skin, nearest to the published number of four indentations"
     return (*statements, number_row(name, six, nearest, None, resolution=1.0, basis=basis))
@@ -306,7 +306,7 @@ def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
 
 
 def _number_rows(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
-    for value in published(_NUMBERS).values:
+    for value in published_set(_NUMBERS).values:
         name, resolution = _SCORES[value.id]
         ours = getattr(scores, name)
         number = ours.value if isinstance(ours, Estimate) else ours
@@ -320,7 +320,7 @@ def _quantity(value: PublishedValue, scores: EventScores, where: str, reading: s
 
 
 def _statement_rows(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
-    for value in published(_STATEMENTS).values:
+    for value in published_set(_STATEMENTS).values:
         share = scores.gross_found.value
         named = PublishedValue(**{**vars(value), "check": f"{value.check} ({where}, {reading})"})
         yield statement_row(named, share, _half_width(scores.gross_found), None if share is None else share == 0.0)

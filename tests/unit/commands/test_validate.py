@@ -10,14 +10,14 @@ from typing import Any
 import pytest
 
 from fingerslip import validation
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.validation import Comparison, Stored
 from fingerslip.validation.geometry import GeometryRow
 from fingerslip.validation.rows import number_row
 
 
 def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    value = published("wang2014-table2").values[0]
+    value = published_set("wang2014-table2").values[0]
     rows = (number_row("overall slip", value, 1.75, 0.01, resolution=0.01),)
     allowed = Stored((GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),), "Stored.")
     asked: list[tuple[Any, ...]] = []

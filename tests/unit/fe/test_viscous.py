@@ -73,5 +73,5 @@ def test_layers_know_their_materials_and_take_maps():
     assert layers.belongs_to(law)
     assert not layers.belongs_to(Elastic(34e3, 0.3, 1000.0, prony=SOME))
     assert not layers.belongs_to(Elastic(34e3, 0.45, 1000.0, prony=OTHER))
-    rows = layers.mapped(lambda matrix: matrix[:2])
+    rows = layers.apply_map(lambda matrix: matrix[:2])
     assert rows.shape.shape == rows.thickness.shape == (2, space.n_dofs)

@@ -25,7 +25,7 @@ def test_modulus_falls_from_all_to_what_never_relaxes():
 def test_recurrence_is_exact_where_strain_is_linear_in_a_step(step):
     """Of a strain that grows at rate 1 the dashpot is t - tau (1 - exp(-t/tau))."""
     times = step * np.arange(50)
-    found = recurrence(TERMS, step).followed(times)
+    found = recurrence(TERMS, step).follow(times)
     for term, dashpot in zip(TERMS, found, strict=True):
         np.testing.assert_allclose(dashpot, times + term.time * np.expm1(-times / term.time), rtol=1e-10, atol=1e-15)
 
@@ -34,11 +34,11 @@ def test_recurrence_takes_fields_and_no_times():
     follow = recurrence(TERMS, 0.1)
     strains = np.random.default_rng(0).normal(size=(6, 4, 3))
     strains[0] = 0.0
-    found = follow.followed(strains)
+    found = follow.follow(strains)
     assert found.shape == (2, 6, 4, 3)
     expected = follow.end[0] * strains[1] + follow.start[0] * strains[0]
     np.testing.assert_allclose(found[0, 1], expected)
-    assert follow.followed(np.zeros((6, 0, 3))).shape == (2, 6, 0, 3)
+    assert follow.follow(np.zeros((6, 0, 3))).shape == (2, 6, 0, 3)
 
 
 def test_short_steps_leave_no_digits_out():
@@ -78,7 +78,7 @@ def test_shares_may_leave_little():
 
 def test_steps_that_are_controlled_may_be_long():
     follow = recurrence((PronyTerm(0.3, 1e-3),), 10.0, controlled=True)
-    assert follow.followed(np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
+    assert follow.follow(np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
 
 
 def test_times_below_half_the_step_are_refused_with_the_limit():

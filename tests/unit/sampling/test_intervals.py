@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.sampling.sensitivity import Interval, interval_of, position, published_intervals
 from fingerslip.slip import SlipEvents
 from unit.sampled import study_of
@@ -41,7 +41,7 @@ def test_a_published_time_is_placed(span: tuple[float, float], where: str) -> No
 
 def test_every_published_time_has_the_interval_of_the_runs_that_meet_its_conditions() -> None:
     study = study_of(12, ("original", "scaled"))
-    found = published_intervals(study.runs, [published("wang2014-table2"), published("wang2014-peaks")])
+    found = published_intervals(study.runs, [published_set("wang2014-table2"), published_set("wang2014-peaks")])
     assert [(one.value.quantity, one.value.conditions["fingertip.phalanx.variant"]) for one in found] == [
         *((time, variant) for variant in ("original", "scaled") for time in ("incipient", "overall", "latency")),
         ("three_quarter", "original"),
@@ -61,7 +61,7 @@ def test_both_readings_are_shown_where_the_paper_names_none() -> None:
         dataclasses.replace(run, events=dataclasses.replace(run.events, acceleration=SlipEvents(overall=1.0)))
         for run in study.runs
     ]
-    found = published_intervals(runs, [published("wang2014-table2")])
+    found = published_intervals(runs, [published_set("wang2014-table2")])
     assert [(one.reading, one.where) for one in found if one.value.quantity == "overall"] == [
         ("slip", found[2].where),
         ("acceleration", "above all"),
@@ -73,6 +73,6 @@ def test_a_condition_on_a_sampled_value_is_what_the_samples_leave_open() -> None
     swept = [
         dataclasses.replace(run, sampled={**run.sampled, "contact.friction_coefficient": 0.5}) for run in study.runs
     ]
-    assert published_intervals(swept, [published("wang2014-table2")])
+    assert published_intervals(swept, [published_set("wang2014-table2")])
     other = [dataclasses.replace(run, values={**run.values, "contact.friction_coefficient": 0.5}) for run in study.runs]
-    assert published_intervals(other, [published("wang2014-table2")]) == ()
+    assert published_intervals(other, [published_set("wang2014-table2")]) == ()

@@ -36,13 +36,13 @@ def test_peaks_stand_out_of_noise(seed: int, step: float) -> None:
 def test_transition_is_left_out_however_large() -> None:
     table = acceleration_peaks(make(Process(step=1e-3, peaks=FAMOUS)))
     assert table.transition is not None
-    assert table.transition.height > table.ranked[0].height
+    assert table.transition.height > table.by_prominence[0].height
     assert table.transition_end is not None
     assert 1.0 < table.transition.time < table.transition_end < 1.15
 
 
 def test_ranking_is_by_prominence() -> None:
-    ranked = acceleration_peaks(make(Process(peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).ranked
+    ranked = acceleration_peaks(make(Process(peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).by_prominence
     assert [peak.time for peak in ranked] == pytest.approx([1.8, 1.3, 1.5], abs=0.0051)
     assert [peak.prominence for peak in ranked] == sorted((peak.prominence for peak in ranked), reverse=True)
 

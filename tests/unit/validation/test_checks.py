@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, Peak, PeakTable, SlipEvents
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, determination
@@ -123,7 +123,7 @@ FAILING = {
 
 
 def test_every_published_statement_has_a_check_and_every_check_a_statement() -> None:
-    assert {value.id for value in published("wang2014-qualitative").values} == set(CHECKS) == set(FAILING)
+    assert {value.id for value in published_set("wang2014-qualitative").values} == set(CHECKS) == set(FAILING)
 
 
 @pytest.mark.parametrize("name", CHECKS)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import DamagedError, InputError
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.validation import comparison as module
 from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown
 from fingerslip.validation.geometry import GeometryRow
@@ -21,7 +21,7 @@ GEOMETRY = GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50)
 
 
 def row(name: str) -> Row:
-    return number_row(name, published("wang2014-table2").values[0], 1.75, 0.01, resolution=0.01)
+    return number_row(name, published_set("wang2014-table2").values[0], 1.75, 0.01, resolution=0.01)
 
 
 @pytest.fixture

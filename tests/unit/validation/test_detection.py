@@ -12,14 +12,14 @@ from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.samples import Sampling
 from fingerslip.detect.synthetic import SyntheticSensor, synthetic_slides
 from fingerslip.detect.trial_set import write_trials
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.validation import detection
 from fingerslip.validation.detection import Detection, detection_rows, rows_of_detection
 from places import ROOT
 
 NAMES = ("forest", "svm_linear", "svm_rbf", "boosting", "logistic")
 # A row for each number, with two support vector machines for one; a statement; two classifiers that are not judged.
-SPLIT = len(published("bulens2023_detection-numbers").values) + 1 + 1 + 2
+SPLIT = len(published_set("bulens2023_detection-numbers").values) + 1 + 1 + 2
 MATRICES = np.tile([[90, 10, 0], [0, 95, 5], [0, 5, 45]], (20, 1, 1))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.validation import Row, rows_markdown, validate
 from fingerslip.validation.comparison import rows_of
 from fingerslip.validation.evidence import Evidence
@@ -21,7 +21,7 @@ from places import ROOT
 def test_every_published_value_of_the_section_has_a_row(evidence: Evidence) -> None:
     rows = [row for row in rows_of(evidence) if row.basis != "large strain"]
     statements = [row for row in rows if row.statement]
-    assert len(statements) == len(published("wang2014-qualitative").values)
+    assert len(statements) == len(published_set("wang2014-qualitative").values)
     # Nine times and the three-quarter range in two readings, three travels, six heights, two other models, the solid.
     assert len(rows) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
 
@@ -78,7 +78,7 @@ def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
 def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> None:
     rows = [row for row in rows_of(evidence) if row.basis == "predicted"]
     spreads = {row.statement: row.uncertainty for row in rows if row.statement}
-    named = {value.id: value.statement for value in published("wang2014-qualitative").values}
+    named = {value.id: value.statement for value in published_set("wang2014-qualitative").values}
     assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
     assert spreads[named["linear-in-friction"]] is None
 
@@ -111,7 +111,7 @@ def test_documentation_counts_the_verdicts() -> None:
 def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalanges(evidence: Evidence) -> None:
     rows = [row for row in rows_of(evidence) if row.basis == "large strain"]
     assert [row.published for row in rows if not row.statement] == [
-        value.value for value in published("wang2014-table2").values
+        value.value for value in published_set("wang2014-table2").values
     ]
     scaled = next(row for row in rows if row.quantity == "overall slip, scaled, large strain (accumulated slip)")
     assert scaled.ours == pytest.approx(1.97, abs=5e-3)
@@ -133,5 +133,5 @@ def test_reference_statements_are_those_that_ship() -> None:
     stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
     own = [entry for entry in stored if entry["basis"] != "large strain"]
     named = [(entry["statement"], entry["quantity"]) for entry in own if entry["statement"]]
-    shipped = (*published("wang2014-qualitative").values, *published("bulens2023-mechanics").values)
+    shipped = (*published_set("wang2014-qualitative").values, *published_set("bulens2023-mechanics").values)
     assert named == [(value.statement, value.check) for value in shipped]

@@ -50,7 +50,7 @@ class Compliance:
         return np.asarray(self.factor * rotated + self.penalty)
 
     @cached_property
-    def coupled(self) -> Coupled:
+    def coupling(self) -> Coupled:
         """For each node those to which the body couples it most."""
         return Coupled.of(self.body, len(self.penalty))
 

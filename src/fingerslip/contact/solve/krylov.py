@@ -87,7 +87,7 @@ class _Iterate:
     assumed: Array
 
     @property
-    def projected(self) -> Array:
+    def on_cone(self) -> Array:
         """The forces with sliding nodes exactly on the cone, and no force on open ones."""
         return self.forces - self.residual
 
@@ -111,22 +111,22 @@ def _iterate(nodes: _Nodes, inverse: LocalInverse, start: Start) -> tuple[Array,
         enough = start.goal * max(_largest(iterate.forces), start.least)
         if not iterate.is_known:
             if not is_exact:
-                return iterate.projected, True, iteration
+                return iterate.on_cone, True, iteration
             iterate = _in_double_precision(nodes, iterate)
             exactness = _direction_tolerance(enough, iterate)
         if _largest(iterate.residual) <= enough:
-            return iterate.projected, True, iteration
+            return iterate.on_cone, True, iteration
         after = _step_along(nodes, inverse, iterate, exactness)
         if not after.merit < iterate.merit:
             # The line search may have stalled because the residual is not what it seemed.
             if not (is_exact and iterate.owed.any()):
-                return iterate.projected, False, iteration + 1
+                return iterate.on_cone, False, iteration + 1
             iterate = _in_double_precision(nodes, iterate)
             continue
         # As exact as the last iteration was successful (Eisenstat & Walker 1996), but not more than the goal needs.
         exactness = min(max(0.9 * after.merit / iterate.merit, _direction_tolerance(enough, after)), _ROUGHEST)
         iterate = after
-    return iterate.projected, False, NEWTON_LIMIT
+    return iterate.on_cone, False, NEWTON_LIMIT
 
 
 def _largest(values: Array) -> float:
@@ -172,7 +172,7 @@ def _direction(
 ) -> tuple[Array, Array]:
     """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return d and rho W d, both (k, dim)."""
     slopes, working_set, rough = _slopes(trial, nodes.friction), nodes.working_set, nodes.rough
-    weights, local = (rough.of_body, rough.of_penalty), working_set.coupled.body
+    weights, local = (rough.of_body, rough.of_penalty), working_set.coupling.body
     renew_rows(inverse.near, inverse.rows, inverse.marks, slopes, working_set.frames, weights, local, working_set.nodes)
     count = _acting(trial, residual)
     derivatives, scaled = slopes[:count].astype(np.float32), rough.of_first(count)

@@ -31,7 +31,7 @@ class WorkingSet:
     frames: Array  # (k, dim, dim), frames of the nodes [-]
     penalty: Array  # (k, dim), compliance of the penalties [m/N]
     factor: float  # what makes a compliance of `body`
-    coupled: Coupled  # for all candidates those to which the body couples them most
+    coupling: Coupled  # for all candidates those to which the body couples them most
     inverse: LocalInverse  # preconditioner
     coarse: CoarseSpace  # what the preconditioner has beside it
     past: Past | None = None  # the forces that were found last
@@ -63,7 +63,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     """
     count, dim = scale.shape
     frames = np.broadcast_to(np.eye(dim), (count, dim, dim)) if compliance.frames is None else compliance.frames
-    coupled = _coupling(compliance, old)
+    coupling = _coupling(compliance, old)
     position = np.full(count, -1)
     position[nodes] = np.arange(nodes.size)
     columns = group_columns(groups(compliance.body, nodes, dim), dim)
@@ -74,8 +74,8 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         frames=np.ascontiguousarray(frames[nodes]),
         penalty=compliance.penalty[nodes],
         factor=compliance.factor,
-        coupled=coupled,
-        inverse=_taken_over(LocalInverse.empty(position[coupled.near[nodes]], dim), position, old),
+        coupling=coupling,
+        inverse=_taken_over(LocalInverse.empty(position[coupling.near[nodes]], dim), position, old),
         coarse=CoarseSpace(columns, np.zeros((0, 0), dtype=np.float32)),
         past=None if old is None else old.past,
         edition=compliance.edition,
@@ -87,8 +87,8 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
 def _coupling(compliance: Compliance, old: WorkingSet | None) -> Coupled:
     """Return the most coupled nodes: those of the old working set, whose rows stay, with the compliance as it is."""
     if old is None:
-        return compliance.coupled
-    return old.coupled if old.edition == compliance.edition else old.coupled.under(compliance.body)
+        return compliance.coupling
+    return old.coupling if old.edition == compliance.edition else old.coupling.under(compliance.body)
 
 
 def _taken_over(inverse: LocalInverse, position: Indices, old: WorkingSet | None) -> LocalInverse:

@@ -69,12 +69,16 @@ class FiniteCourse:
         for factors in self._factors.values():
             factors.steer(system)
 
-    def saved(self) -> Any:
+    def saved_state(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
-        return self._iterations, self._halved, {str(depth): factor.saved() for depth, factor in self._factors.items()}
+        return (
+            self._iterations,
+            self._halved,
+            {str(depth): factor.saved_state() for depth, factor in self._factors.items()},
+        )
 
     def restore(self, saved: Any) -> None:
-        """Go on where :meth:`saved` was called."""
+        """Go on where :meth:`saved_state` was called."""
         self._iterations, self._halved, factors = saved
         for depth, factor in factors.items():
             self._of(int(depth)).restore(*factor)

@@ -101,7 +101,7 @@ class Factors:
         self.system = system
         self.stepper = self.stepper and replace(self.stepper, system=system)
 
-    def saved(self) -> tuple[tuple[BodyState, bool, bool] | None, int, tuple[int, int, int]]:
+    def saved_state(self) -> tuple[tuple[BodyState, bool, bool] | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
         made_of = None if self.made_of is None else (self.made_of.body, self.made_of.positive, self.made_of.rough)
         return made_of, self.count, (self._least, self._excess, self._served)

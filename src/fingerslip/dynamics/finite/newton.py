@@ -207,7 +207,7 @@ def _goal(error: float, contraction: float) -> float:
 def _with_contact(stepper: Stepper, iterate: _Iterate, force: Array) -> tuple[Array, float]:
     """Return the residual (n,) of an iterate with contact forces (n_c, dim), and the scale of all forces [N]."""
     system = stepper.system
-    pushed = system.pushed(force, iterate.pose)
+    pushed = system.push(force, iterate.pose)
     residual = iterate.residual + pushed
     residual[system.unknowns.moving] = 0.0
     return residual, max(iterate.size, float(np.linalg.norm(pushed)))
@@ -244,7 +244,7 @@ def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, wa
     moved = system.moved(displacement, start.counterfaces)
     pose = system.pose(displacement, moved)
     if start.before.release is not None:
-        residual += system.pushed(fading_forces(scheme, start.before.release), pose)
+        residual += system.push(fading_forces(scheme, start.before.release), pose)
     residual[system.unknowns.moving] = 0.0
     size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
     size = max(size, system.rounding / _TOLERANCE)

@@ -80,7 +80,7 @@ class Recorder:
         self._sites = replace(self._at_sites.recovery, relax=self._strain_histories)
         at_once = min(_STEPS_AT_ONCE, times.size)
         self._energies = np.zeros((times.size, len(_ENERGIES)))
-        self._strains = np.zeros((times.size, *self._at_sites.strained))
+        self._strains = np.zeros((times.size, *self._at_sites.strain_shape))
         self._scheme = make_scheme(model.time)
         self._viscous = viscous_steps(system.relaxing, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
@@ -198,7 +198,7 @@ class Recorder:
         cut = {"time": steps, "snapshot_time": shots}.get(_first_dimension(name))
         return value if cut is None else value[cut].copy()
 
-    def saved(self) -> Any:
+    def saved_state(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
         self._snapshots.carry(self.values)
         arrays = {name: getattr(self, name) for name in _KEPT} | self._supports.kept
@@ -206,7 +206,7 @@ class Recorder:
         return {"next": self._next, "values": values, "moved": self._bodies.moved, **arrays}
 
     def restore(self, saved: Any) -> None:
-        """Go on where :meth:`saved` was called."""
+        """Go on where :meth:`saved_state` was called."""
         self._next = saved["next"]
         for name in _KEPT:
             getattr(self, name)[...] = saved[name]

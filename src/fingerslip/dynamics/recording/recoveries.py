@@ -35,7 +35,7 @@ class AtSites:
     strain: Array | sparse.csr_matrix  # (n_strains, k), the strains, as a map of these [1/m]
 
     @property
-    def strained(self) -> tuple[int, int]:
+    def strain_shape(self) -> tuple[int, int]:
         """Points at which strains are read, and strain components at each."""
         return self.strain.shape[0] // self.recovery.components, self.recovery.components
 
@@ -73,7 +73,7 @@ class Recoveries:
         strained, sides = (nodes, regions) if system.body is None else (nodes[:0], [])
         recovery = site_recovery(system.space, system.materials, strained, sides)
         motion = node_operator(nodes, system.space.dim, system.space.n_dofs)
-        near, both = system.coordinates.mapped(sparse.csr_matrix(sparse.vstack([motion, recovery.strain])))
+        near, both = system.coordinates.apply_map(sparse.csr_matrix(sparse.vstack([motion, recovery.strain])))
         return AtSites(recovery, near, both[: motion.shape[0]], both[motion.shape[0] :])
 
 

@@ -52,18 +52,18 @@ class ReducedCoordinates:
         on_mesh = self.system.coordinates.components(dofs)
         return NodalComponents(np.where(on_mesh.held, 0, self._at(on_mesh.rows, skip=on_mesh.held)), on_mesh.held)
 
-    def mapped(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array]:
+    def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array]:
         """Return the coordinates of the basis, and a map (k, n_dofs) of the mesh's displacement as one of these."""
         every = np.arange(self.basis.eigenvalues.size)
         none = sparse.csr_matrix((matrix.shape[0], len(self.system.unknowns.rigid)))
         of_unknowns = sparse.csr_matrix(sparse.hstack([matrix[:, self.system.free], none]))
-        return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restricted(of_unknowns)
+        return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restrict(of_unknowns)
 
     def on_mesh(self, field: Array) -> Array:
         """Return a field (m + p,) or (m + p, k) at all degrees of freedom of the mesh, (n_dofs,) or (n_dofs, k)."""
-        return self.system.coordinates.on_mesh(self.lifted(field))
+        return self.system.coordinates.on_mesh(self.lift(field))
 
-    def lifted(self, field: Array) -> Array:
+    def lift(self, field: Array) -> Array:
         """Return a field (m + p,) or (m + p, k) on the unknowns of the mesh, (n,) or (n, k)."""
         return self.basis.field(self.body, field[: self.basis.eigenvalues.size])
 
@@ -83,7 +83,7 @@ class ReducedCoordinates:
         size = self.basis.eigenvalues.size
         return condense_modes(matrix.diagonal()[:size], self.basis.at_interface, local)
 
-    def restricted(self, matrix: sparse.csr_matrix) -> Array:
+    def restrict(self, matrix: sparse.csr_matrix) -> Array:
         """Return a map (k, n) of the mesh's unknowns as a map of the coordinates, shape (k, m).
 
         It may read the interface and the further rows of the basis alone.
@@ -209,4 +209,4 @@ def _behind(relative: sparse.csr_matrix, basis: CraigBampton) -> sparse.csr_matr
 
 
 def _reduced_outsiders(outsiders: Outsiders, coordinates: ReducedCoordinates) -> Outsiders:
-    return replace(outsiders, relative=coordinates.restricted(sparse.csr_matrix(outsiders.relative)))
+    return replace(outsiders, relative=coordinates.restrict(sparse.csr_matrix(outsiders.relative)))

@@ -109,7 +109,7 @@ class _MotionError:
         candidates = coordinates.components(vector_dofs(system.candidates.nodes, system.space.dim).ravel())
         self._contact = candidates.rows[~candidates.held] - basis.eigenvalues.size
         at_sites = _free_rows(system, vector_dofs(system.site_nodes, system.space.dim).ravel())
-        self._sites = coordinates.restricted(at_sites), at_sites @ basis.following
+        self._sites = coordinates.restrict(at_sites), at_sites @ basis.following
         # Of both: largest error and displacement [m], sums of squares of the accelerations' error and of them.
         self._sizes = np.zeros((2, 4))
         self._waiting: list[tuple[Array, Array, Array]] = []

@@ -218,8 +218,8 @@ class Simulation:
             "commands": self._commands,
             "taken": self._steps.taken,
             "state": self._steps.state,
-            "course": self._steps.course.saved(),
-            "recorder": self._steps.recorder.saved(),
+            "course": self._steps.course.saved_state(),
+            "recorder": self._steps.recorder.saved_state(),
         }
         write_archive(Path(path), value, self._outside())
 
@@ -276,7 +276,7 @@ class Simulation:
         # The factors are made anew, and with them the compliance that the last step's contact refers to.
         again = read_archive(path, self._outside())
         steps, recorder = again["taken"], self._steps.recorder
-        is_whole = is_like(again["state"], self._steps.state) and is_like(again["recorder"], recorder.saved())
+        is_whole = is_like(again["state"], self._steps.state) and is_like(again["recorder"], recorder.saved_state())
         is_placed = isinstance(steps, int) and 0 <= steps < len(self._steps.times)
         if not (is_whole and is_placed and again["recorder"]["next"] == steps + 1):
             raise DamagedError(str(path), "holds another state than this model has", _REPAIR)

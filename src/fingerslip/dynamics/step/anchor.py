@@ -94,7 +94,7 @@ def move_anchor(stepper: Stepper, start: Prediction, unknown: Array, lead: Lead)
     beyond = lead.next(unknown, start.anchor_force(stepper, unknown)) - unknown
     # No farther at once than the body is large: where nothing holds it, mixing would lead to where all is rounding.
     far = float(np.abs(stepper.system.relative @ beyond).max(initial=0.0)) / _size(stepper)
-    return start.anchored(stepper, unknown + beyond / max(far, 1.0))
+    return start.with_anchor(stepper, unknown + beyond / max(far, 1.0))
 
 
 def _size(stepper: Stepper) -> float:

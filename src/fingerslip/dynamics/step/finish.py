@@ -50,7 +50,7 @@ def _extra_forces(stepper: Stepper, start: Prediction, contact: ContactStep, unk
     anchor = start.anchor_force(stepper, unknown) if stepper.anchoring is not None else None
     if contact.release is None:
         return anchor
-    left = stepper.system.pushed(contact.release.correction, contact.pose)
+    left = stepper.system.push(contact.release.correction, contact.pose)
     return left if anchor is None else anchor + left
 
 

@@ -59,7 +59,7 @@ class Prediction:
         size = float(np.ptp(stepper.system.space.positions, axis=0).max())
         return float(np.abs(self.pose.points - pose.points).max()) / size
 
-    def anchored(self, stepper: Stepper, anchor: Array) -> Prediction:
+    def with_anchor(self, stepper: Stepper, anchor: Array) -> Prediction:
         """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `free`."""
         moved = anchor if self.anchor is None else anchor - self.anchor
         right_hand_side = self.right_hand_side + stepper.anchor_force(moved)
@@ -97,7 +97,7 @@ def predict(
     for arguments, start in zip(steppers, predictions, strict=True):
         if start.before.release is not None:
             fading = fading_forces(stepper.scheme, start.before.release)
-            start.right_hand_side[:] += arguments.system.pushed(fading, start.pose)
+            start.right_hand_side[:] += arguments.system.push(fading, start.pose)
     return predictions
 
 
@@ -110,7 +110,7 @@ def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Arr
 def _moving(stepper: Stepper, time: float) -> tuple[Indices, Array]:
     """Return the unknowns of moving supports, (m,), and their displacement at the end of a step, (m,) [m]."""
     moving = stepper.system.unknowns.moving
-    return moving, stepper.system.prescribed(time) if moving.size else _NONE
+    return moving, stepper.system.support_values(time) if moving.size else _NONE
 
 
 def _starts(states: Sequence[State]) -> tuple[Array, Array, Array]:

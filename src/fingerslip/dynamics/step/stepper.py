@@ -200,7 +200,7 @@ class Stepper:
         resisting: Array = scheme.end_weight * force
         return resisting
 
-    def steered(self, system: System) -> Stepper:
+    def with_system(self, system: System) -> Stepper:
         """Return the stepper of a system with the same matrices and candidates."""
         return replace(self, system=system)
 
@@ -233,7 +233,7 @@ class Stepper:
         if self.damping.mass:
             force += self.damping.mass * (system.mass[moving] @ state.velocity)
         if self.viscous:
-            rows = [layer.layers.mapped(lambda matrix: matrix[moving]) for layer in self.viscous]
+            rows = [layer.layers.apply_map(lambda matrix: matrix[moving]) for layer in self.viscous]
             force -= relaxed_force(rows, self.viscous, state.memories)
         force_of_supports: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
         return force_of_supports

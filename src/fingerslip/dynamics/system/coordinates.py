@@ -43,7 +43,7 @@ class Coordinates(Protocol):
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom of the mesh, such as those of sites and candidates, shape (k,)."""
 
-    def mapped(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array | sparse.csr_matrix]:
+    def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array | sparse.csr_matrix]:
         """Return what a linear map (k, n_dofs) of the mesh's displacement takes, and the map of that."""
 
     def on_mesh(self, field: Array) -> Array:
@@ -76,7 +76,7 @@ class MeshCoordinates:
         """Find degrees of freedom (k,) among the unknowns."""
         return NodalComponents.of(self.unknowns, self.n_dofs, dofs)
 
-    def mapped(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, sparse.csr_matrix]:
+    def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, sparse.csr_matrix]:
         """Return the components that a map (k, n_dofs) does not ignore, and the map of these."""
         columns = np.unique(matrix.indices)
         return self.components(columns), matrix[:, columns]

@@ -110,7 +110,7 @@ class System:
             return np.zeros((0, self.space.dim))
         return np.stack([motion.displacement(np.array([time]))[0] for motion in self.motions])
 
-    def prescribed(self, time: float) -> Array:
+    def support_values(self, time: float) -> Array:
         """Return the displacements of the moving supports at a time [s], the last unknowns, shape (k,) [m]."""
         return np.array([component.at(time) for component in self.moving_supports])
 
@@ -157,7 +157,7 @@ class System:
             displacement[self.rotations.at], candidates.positions + moved, candidates.counterface
         )
 
-    def pushed(self, forces: Array, pose: Pose | None) -> Array:
+    def push(self, forces: Array, pose: Pose | None) -> Array:
         """Return forces (n_c, dim) on the candidates as forces on the unknowns, shape (n,) [N]."""
         nodal_forces: Array = self.at_candidates @ forces.ravel()
         if self.rotations is not None and pose is not None:
@@ -276,8 +276,8 @@ def _relaxing(
     layers = relaxing_layers(checked_model.space, checked_model.materials, model.depth, model.integration)
     expansion = unknowns.expansion(checked_model.space.n_dofs)
     return (
-        tuple(layer.mapped(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers),
-        tuple(layer.mapped(lambda matrix: rows @ matrix @ expansion) for layer in layers),
+        tuple(layer.apply_map(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers),
+        tuple(layer.apply_map(lambda matrix: rows @ matrix @ expansion) for layer in layers),
     )
 
 

@@ -25,7 +25,7 @@ class Pattern:
     row_starts: NDArray[np.int32]  # compressed rows of the matrix, node by node with all components of a node together
     columns: NDArray[np.int32]  # compressed rows of the matrix, node by node with all components of a node together
 
-    def assembled(self, matrices: Array) -> sparse.csr_matrix:
+    def assemble(self, matrices: Array) -> sparse.csr_matrix:
         """Return the sum of the matrices of cells (n_cells, n_local, n_local), shape (n_dofs, n_dofs).
 
         Entries that come to zero stay in it, so that its pattern is always the same.

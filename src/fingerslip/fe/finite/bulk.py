@@ -198,7 +198,7 @@ class LargeStrain:
         stiffness_of_cells(self.gradients, self.weights.ravel(), *fields, moduli, positive, matrices)
         if state.pulled is not None and not positive:
             self._add_start_part(state, state.pulled, matrices)
-        total = self._pattern.assembled(matrices)
+        total = self._pattern.assemble(matrices)
         if self.volumes is None or state.mean_volume is None:
             return total
         slopes, weights = self._volume_slopes(state), self._mean_curvature(state)

@@ -15,7 +15,7 @@ from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.quality import positive_tetrahedra
 from fingerslip.mesh.scan.offset import clip_surface, distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
-from fingerslip.mesh.scan.surfaces import Surface, check_closed, contains
+from fingerslip.mesh.scan.surfaces import Surface, check_enclosure, contains
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.units import coordinates, millimetres
@@ -132,10 +132,10 @@ def _bodies(skin: Surface, phalanx: Surface | None, sizes: LayerSizes) -> _Bodie
         allowed = f"needs < {millimetres(high - low)}, the length of the scan along x"
         raise MeshError("cut", fault, allowed)
     skin = closed_where(skin, cut)
-    check_closed(skin)
+    check_enclosure(skin)
     if phalanx is not None:
         phalanx = closed_where(phalanx, cut)
-        check_closed(phalanx)
+        check_enclosure(phalanx)
         _check_inside(phalanx, skin, cut)
     return _Bodies(skin, offset_inwards(skin, sizes.skin_thickness), phalanx, cut)
 

@@ -22,7 +22,7 @@ __all__ = [
     "Surface",
     "boundary_loops",
     "check_area",
-    "check_closed",
+    "check_enclosure",
     "contains",
     "join_points",
     "outermost",
@@ -185,7 +185,7 @@ def boundary_loops(surface: Surface) -> tuple[Integers, ...]:
     return tuple(loops)
 
 
-def check_closed(surface: Surface) -> None:
+def check_enclosure(surface: Surface) -> None:
     """Refuse a surface that does not enclose a body from outside.
 
     Raises

@@ -19,7 +19,7 @@ from matplotlib.widgets import Slider
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, VERMILLION
-from fingerslip.report.figures.style import styled
+from fingerslip.report.figures.style import with_style
 from fingerslip.slip.windows import contact_forces, slide_tangent
 
 __all__ = ["HistoryPlot", "plot"]
@@ -85,7 +85,7 @@ class HistoryPlot:
         return f"<HistoryPlot: {times.size} records, {times[0]:g} to {times[-1]:g} s>"
 
 
-@styled
+@with_style
 def plot(history: xr.Dataset) -> HistoryPlot:
     """Plot contact pressure and contact state along the skin at one time, and the forces over time, with a slider.
 

@@ -18,7 +18,7 @@ from fingerslip.contact.frames import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import nearest_record
 from fingerslip.report.colours import BLACK, STATE_COLOURS, STATE_NAMES
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
 from fingerslip.slip import (
     Events,
     Patch,
@@ -51,7 +51,7 @@ _STRAIN_FRAMES = 4
 _MARGIN = 0.8  # mm
 
 
-@styled
+@with_style
 def slip_frames_figure(
     history: xr.Dataset, events: Events | None = None, times: Sequence[float] | None = None, title: str = ""
 ) -> Figure:
@@ -71,7 +71,7 @@ def slip_frames_figure(
     return figure
 
 
-@styled
+@with_style
 def surface_strain_figure(
     history: xr.Dataset, events: Events | None = None, component: str = "along", title: str = ""
 ) -> Figure:
@@ -181,7 +181,7 @@ _STUCK = (0.12, 0.16, 0.2, 1.0)
 _ARROW = 0.3
 
 
-@styled
+@with_style
 def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0) -> Figure:
     """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate."""
     patches = {title: contact_patch(history, counterface) for title, history in histories.items()}
@@ -258,7 +258,7 @@ def _draw_arrow(axes: Axes, direction: Floats, low: Floats, high: Floats) -> Non
     )
 
 
-@styled
+@with_style
 def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     """Draw the stick ratio against the tangential force over the normal force."""
     heading = join_title("Stick ratio against tangential force", title)

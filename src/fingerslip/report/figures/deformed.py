@@ -33,7 +33,7 @@ from fingerslip.report.colours import (
     region_colours,
 )
 from fingerslip.report.figures.slip import shown_times
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, styled
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, with_style
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names
@@ -64,7 +64,7 @@ def has_frames(history: xr.Dataset) -> bool:
     return not is_solid(history) and history.sizes.get("snapshot_time", 0) > 0
 
 
-@styled
+@with_style
 def deformed_frames_figure(
     history: xr.Dataset,
     events: Events | None = None,
@@ -215,7 +215,7 @@ def is_held(history: xr.Dataset) -> bool:
     return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
 
 
-@styled
+@with_style
 def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run.
 

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, with_style
 
 __all__ = ["assumption_figure", "importance_figure", "learning_curve_figure", "robustness_figure"]
 
@@ -38,7 +38,7 @@ class Interval(Protocol):
     def high(self) -> float | None: ...
 
 
-@styled
+@with_style
 def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], title: str = "") -> Figure:
     """Draw how well a classifier does on test trials over the number of trials that it learned from."""
     labels = ("trials learned from", "on trials that were not seen")
@@ -55,7 +55,7 @@ def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], titl
     return figure
 
 
-@styled
+@with_style
 def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title: str = "") -> Figure:
     """Draw accuracies with their intervals for each thing that may be assumed; a line is where the first row is."""
     labels = ("share of right frames, trials that were not seen", "")
@@ -82,7 +82,7 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
     return figure
 
 
-@styled
+@with_style
 def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
     """Draw by how much accuracy falls when the features of a ring of markers are shuffled."""
     labels = ("ring, 0 in the centre", "fall in accuracy when it is shuffled")
@@ -95,7 +95,7 @@ def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
     return figure
 
 
-@styled
+@with_style
 def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], title: str = "") -> Figure:
     """Draw how many frames a detector gets right over the amount of each disturbance."""
     names = list(dict.fromkeys(name for name, *_ in results))

@@ -25,7 +25,7 @@ from fingerslip.report.figures.forces import draw_ratios
 from fingerslip.report.figures.marks import mark_run
 from fingerslip.report.figures.slip import ShownTime, draw_states
 from fingerslip.report.figures.solid import crop
-from fingerslip.report.figures.style import figure_grid, join_title, say, styled
+from fingerslip.report.figures.style import figure_grid, join_title, say, with_style
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import check_options, field_limits
 from fingerslip.report.scene.viewer import stills
@@ -97,7 +97,7 @@ def _pictures(history: xr.Dataset, numbers: NDArray[Any], options: SceneOptions,
     yield from stills(history, [int(number) for number in numbers], bare, side)
 
 
-@styled
+@with_style
 def _drawn(
     run: tuple[xr.Dataset, Events], number: int, picture: Frame | None, scene: tuple[SceneOptions, Film]
 ) -> Frame:
@@ -200,7 +200,7 @@ def film_times(start: float, end: float, first: float) -> tuple[float, ...]:
     return (first, start, start + (end - start) / 3.0, end)
 
 
-@styled
+@with_style
 def frames_figure(history: xr.Dataset, frames: Mapping[float, Frame], title: str = "") -> Figure:
     """Draw frames of a camera above the computed body at the snapshots that are nearest in time.
 
@@ -248,7 +248,7 @@ def onsets(tracks: xr.Dataset, start: float) -> tuple[Floats, Floats]:
     return onset_times, np.linalg.norm(before - centre, axis=1)
 
 
-@styled
+@with_style
 def slip_order_figure(tracks: xr.Dataset, start: float, touching: NDArray[np.bool_], title: str = "") -> Figure:
     """Draw how markers of the skin move in the image of the external camera, and when each starts to.
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import BLACK, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
 from fingerslip.specimens.fingertip import (
     REGIONS,
     Fingertip,
@@ -51,7 +51,7 @@ _SECTIONS: Mapping[Section, str] = MappingProxyType(
 )
 
 
-@styled
+@with_style
 def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
     """Draw a fingertip: both sections with their layers, and the finger in 3D, to one scale within each panel."""
     count = 2 if fingertip.solid is None else 3
@@ -131,7 +131,7 @@ def receptor_positions(history: xr.Dataset) -> dict[str, NDArray[np.float64]]:
     return {kind: history["site_position"].values[row] for kind, row in rows.items() if row.size}
 
 
-@styled
+@with_style
 def section_figure(
     mesh: skfem.Mesh,
     receptors: Mapping[str, NDArray[np.float64]],

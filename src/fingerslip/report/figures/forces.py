@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from fingerslip.report.figures.marks import limit_to_slides, mark_run, name_run, run_keys
 from fingerslip.report.figures.slip import ShownTime, shown_time, shown_times
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, with_style
 from fingerslip.slip import Events, contact_forces, slipping_fraction
 
 __all__ = ["draw_ratios", "energy_figure", "force_figure", "force_overview_figure"]
@@ -42,7 +42,7 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 
 
-@styled
+@with_style
 def force_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio, and the slipping area fraction.
 
@@ -64,7 +64,7 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
     return figure
 
 
-@styled
+@with_style
 def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw tangential over normal force and the slipping area fraction, a panel for each run."""
     title = "Tangential over normal force and slipping area"
@@ -82,7 +82,7 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
     return figure
 
 
-@styled
+@with_style
 def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work."""
     time_axis = shown_time(history)

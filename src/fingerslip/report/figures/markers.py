@@ -15,7 +15,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, with_style
 from fingerslip.vision.fields.fields import larger_principal
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count
 from fingerslip.vision.video import FINE
@@ -43,7 +43,7 @@ def ring_colours(rings: int) -> list[tuple[float, float, float, float]]:
     return [colormaps["viridis"](0.85 * ring / max(rings - 1, 1)) for ring in range(rings)]
 
 
-@styled
+@with_style
 def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     """Draw how far each marker has moved along each axis since it was first seen, over time, coloured by ring."""
     unit, scale = _SHOWN[str(tracks["position"].attrs["units"])]
@@ -75,7 +75,7 @@ def _since_first_seen(values: Floats) -> Floats:
     return moved
 
 
-@styled
+@with_style
 def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
     """Draw the fields of markers at one time.
 
@@ -152,7 +152,7 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
     colorbar(drawn, ax=axes, shrink=0.75)
 
 
-@styled
+@with_style
 def count_figure(tracks: xr.Dataset) -> Figure:
     """Draw how many markers were seen over time, and below it when each was lost."""
     labels = ("time [s]", "")
@@ -189,7 +189,7 @@ def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
     axes.set_title("Lost: found again (light), not found again (dark)" if intervals else "No marker was lost")
 
 
-@styled
+@with_style
 def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Figure:
     """Draw the markers where they rest, coloured by their noise there, on the first frame."""
     figure, (axes,) = figure_grid(1, 1, (6.0, 4.4), "Noise at rest", ("x [px]", "y [px]"))
@@ -213,7 +213,7 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     return figure
 
 
-@styled
+@with_style
 def jump_figure(tracks: xr.Dataset) -> Figure:
     """Draw how often markers moved by how much more than their neighbours between two frames."""
     labels = ("displacement between frames beyond the neighbours' [px]", "marker-frames")

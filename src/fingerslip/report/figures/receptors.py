@@ -17,7 +17,7 @@ from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import AREA_COLOURS, BLACK, BLUE, GREY, RECEPTOR_COLOURS
 from fingerslip.report.figures.marks import event_keys, events_that_happen, limit_to_slides, mark_run, name_run
 from fingerslip.report.figures.slip import shown_time
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, with_style
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, PeakSettings, PeakTable, acceleration_peaks, peak_signal, receptor_signals
 
@@ -34,7 +34,7 @@ _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
 _AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge at the larger position"}
 
 
-@styled
+@with_style
 def acceleration_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
@@ -53,7 +53,7 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
     return figure
 
 
-@styled
+@with_style
 def acceleration_overview_figure(
     histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], settings: PeakSettings | None = None
 ) -> Figure:
@@ -80,7 +80,7 @@ def acceleration_overview_figure(
     return figure
 
 
-@styled
+@with_style
 def strain_energy_density_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact.
 
@@ -152,7 +152,7 @@ def _area_keys() -> dict[str, Artist]:
     return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in AREA_COLOURS.items()}
 
 
-@styled
+@with_style
 def spike_figure(
     spikes: Spikes, history: xr.Dataset, events: Events | None = None, title: str = "", window: float = 0.05
 ) -> Figure:

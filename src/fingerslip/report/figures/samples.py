@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
-from fingerslip.report.figures.style import add_legend, figure_grid, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 from fingerslip.report.labels import path_label, short_labels, swept_text
 from fingerslip.report.tables.samples import group_text
 from fingerslip.results import RunResult
@@ -32,7 +32,7 @@ __all__ = [
 _WIDTH, _ROW, _AROUND = 5.2, 0.34, 0.7  # inch
 
 
-@styled
+@with_style
 def indices_figure(sensitivities: Sequence[Sensitivity]) -> Figure:
     """Draw what moves an output, a panel for each group of runs, the value that matters most on top."""
     first = sensitivities[0]
@@ -77,7 +77,7 @@ _ROW_TORNADO, _AROUND_TORNADO = 0.21, 0.55  # inch
 _LABELS = 1.9  # inch
 
 
-@styled
+@with_style
 def tornado_figure(fits: Sequence[Fit], published: Mapping[int, tuple[float, float]] | None = None) -> Figure:
     """Draw the change of one slip time over the range of each value, a panel for each fit.
 
@@ -160,7 +160,7 @@ class Pair:
         return self.first, self.second
 
 
-@styled
+@with_style
 def paired_figure(
     pairs: Sequence[Pair], names: tuple[str, str], starts: tuple[Mapping[str, float], Mapping[str, float]]
 ) -> Figure:

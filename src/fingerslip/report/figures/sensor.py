@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fingerslip.report.colours import GREY
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
 from fingerslip.slip import slide_window
 from fingerslip.specimens.tactip import TacTip, marker_places, skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
@@ -38,7 +38,7 @@ _TITLES = {"internal": "internal markers, from inside", "external": "external ma
 _MILLIMETRES = 1e3
 
 
-@styled
+@with_style
 def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     """Draw where the markers of a sensor are at rest, coloured by ring: inside ones from above, others from below.
 
@@ -63,7 +63,7 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     return figure
 
 
-@styled
+@with_style
 def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = "") -> Figure:
     """Draw how far markers move along the slide in the first slide, coloured by ring, over the travel of the plate.
 
@@ -128,7 +128,7 @@ def sensor_colours() -> Mapping[str, str]:
     return _COLOURS
 
 
-@styled
+@with_style
 def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
     """Draw a sensor: its section through the axis, and where its markers are, coloured by ring."""
     labels = ("x [mm]", "")

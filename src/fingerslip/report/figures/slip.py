@@ -25,7 +25,7 @@ from fingerslip.report.figures.marks import (
     run_keys,
     shown_until,
 )
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, with_style
 from fingerslip.slip import Events, SlideWindow, slide_tangent, slide_window
 
 __all__ = [
@@ -98,7 +98,7 @@ _MOST_COLUMNS = 700
 _NODES_SHOWN = 9
 
 
-@styled
+@with_style
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
     time_axes = shown_times(tuple(histories.values()))
@@ -114,7 +114,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     return figure
 
 
-@styled
+@with_style
 def contact_displacement_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")

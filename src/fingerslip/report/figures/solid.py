@@ -19,7 +19,7 @@ from fingerslip.history import nearest_snapshot, site_kinds, sites_of_kinds
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, ORANGE, STATE_COLOURS, STATE_NAMES, region_colours
 from fingerslip.report.figures.deformed import snapshots_at
 from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, styled
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, with_style
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import COLOUR_MAP, field_limits, region_names
 from fingerslip.report.scene.viewer import stills
@@ -44,7 +44,7 @@ _PANEL = (3.2, 1.75)
 _WHITE = 250
 
 
-@styled
+@with_style
 def cut_frames_figure(
     history: xr.Dataset, events: Events | None = None, options: SceneOptions | None = None, title: str = ""
 ) -> Figure:
@@ -104,7 +104,7 @@ def view_times(history: xr.Dataset, events: Events | None) -> dict[float, str]:
     return named
 
 
-@styled
+@with_style
 def solid_views_figure(
     history: xr.Dataset,
     events: Events | None = None,
@@ -155,7 +155,7 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
     return [kind for kind in dict.fromkeys(map(str, site_kinds(history))) if kind.endswith("surface")]
 
 
-@styled
+@with_style
 def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node.
 

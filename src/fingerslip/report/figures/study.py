@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.colours import BLACK, EVENT_COLOURS, READING_COLOURS
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, styled
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, with_style
 from fingerslip.report.labels import path_label, swept_text
 from fingerslip.results import RunResult
 from fingerslip.slip.windows import EVENTS, LATENCY, MAIN_EVENTS, READINGS
@@ -39,7 +39,7 @@ _PUBLISHED: Any = MappingProxyType({"marker": "D", "linestyle": "", "markerfacec
 _SHIFTS: Mapping[str, float] = MappingProxyType({"slip": -0.2, "displacement": 0.0, "acceleration": 0.2})
 
 
-@styled
+@with_style
 def event_times_figure(
     runs: Sequence[RunResult],
     path: str = "contact.friction_coefficient",
@@ -66,7 +66,7 @@ def event_times_figure(
     return figure
 
 
-@styled
+@with_style
 def latency_figure(
     runs: Sequence[RunResult],
     path: str = "fingertip.phalanx.variant",
@@ -261,7 +261,7 @@ def _number_and_unit(value: object) -> tuple[float, str] | None:
     return (float(value), "") if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-@styled
+@with_style
 def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Figure:
     """Draw how the slip events of a run change as settings are refined.
 

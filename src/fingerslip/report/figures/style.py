@@ -65,7 +65,7 @@ __all__ = [
     "run_panels",
     "save_figure",
     "say",
-    "styled",
+    "with_style",
 ]
 
 
@@ -129,7 +129,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def styled(draw: Callable[P, R]) -> Callable[P, R]:
+def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     """Run a drawing function under the style of this package, whatever the user's own settings are."""
 
     @functools.wraps(draw)

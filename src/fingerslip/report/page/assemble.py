@@ -49,7 +49,7 @@ def study_report(content: ReportContent) -> Report:
             content.settings.peaks,
             content.drawn_already(run.name).contact,
         )
-        for run in content.detailed
+        for run in content.detailed_runs
     ]
     sections = (
         _events_section(content),

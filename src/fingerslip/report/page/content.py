@@ -74,7 +74,7 @@ class ReportContent:
         return tuple(run for run in self.study.runs if run.name in self.histories)[:MOST_RUNS]
 
     @property
-    def detailed(self) -> tuple[RunResult, ...]:
+    def detailed_runs(self) -> tuple[RunResult, ...]:
         """The runs that have a section of their own: all that are shown in figures, of a large study the first."""
         return self.drawn[: detailed_of(len(self.study.runs))]
 

@@ -19,7 +19,7 @@ from fingerslip.report.figures.contact import (
     surface_strain_figure,
 )
 from fingerslip.report.figures.solid import crop, cut_frames_figure, reference_kinds, reference_nodes_figure
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
 from fingerslip.report.page.page import Picture
 from fingerslip.report.page.pictures import PictureSet, RunToDraw
 from fingerslip.report.scene.options import SceneOptions
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["SOLID", "scene_figure"]
 
 
-@styled
+@with_style
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers, cut open, at the start."""
     options = SceneOptions(scalar="region", cut="z", edges=True, written=False)

@@ -24,7 +24,7 @@ from fingerslip.files import new_file
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
 from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
-from fingerslip.report.figures.style import add_legend, figure_grid, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 from fingerslip.report.scene.names import CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
@@ -109,7 +109,7 @@ def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
     return int(np.linalg.norm(positions - np.asarray(point)[: positions.shape[1]], axis=1).argmin())
 
 
-@styled
+@with_style
 def picked_figure(history: xr.Dataset, node: int, events: Events | None = None) -> Figure:
     """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it."""
     times = history["snapshot_time"].values

@@ -81,7 +81,7 @@ def _row(convergence: Convergence, reason: Missing) -> tuple[Cell, ...]:
 
 
 def _verdict(convergence: Convergence) -> str:
-    return f"not with {', '.join(convergence.unsettled)}" if convergence.unsettled else "yes"
+    return f"not with {', '.join(convergence.unsettled_settings)}" if convergence.unsettled_settings else "yes"
 
 
 def _setting(refinement: Refinement | None, reason: Missing) -> Cell:

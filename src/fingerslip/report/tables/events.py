@@ -65,7 +65,7 @@ def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
     spread = peaks.noise_spread
     rows = tuple(
         (rank, peak.time, peak.height, peak.prominence, peak.prominence / spread if spread else None)
-        for rank, peak in enumerate(peaks.ranked, start=1)
+        for rank, peak in enumerate(peaks.by_prominence, start=1)
     )
     note = f"Noise floor {peaks.noise_floor:.3g} m/s², spread {spread:.2g} m/s²; over noise is prominence by spread."
     if not rows:

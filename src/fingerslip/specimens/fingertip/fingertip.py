@@ -14,7 +14,7 @@ from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, skin_markers, solid_receptor_sites
-from fingerslip.specimens.fingertip.usage import why_unused
+from fingerslip.specimens.fingertip.usage import unused_reason
 from fingerslip.specimens.protocol import ModelUse
 
 __all__ = ["REFERENCE_NODES", "Fingertip"]
@@ -101,9 +101,9 @@ class Fingertip(FingertipNumbers):
         in_space = [site for group in _IN_SPACE if group in groups for site in _IN_SPACE[group](self)]
         return (*(site for site in candidates if site.kind in receptors), *in_space)
 
-    def why_unused(self, path: str, use: ModelUse, /) -> str:
+    def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``phalanx.tissue_thickness``, makes no difference to a model; see `ModelUse`."""
-        return why_unused(self, path, use)
+        return unused_reason(self, path, use)
 
 
 def _check_groups(groups: Sequence[str], dim: int) -> None:

@@ -8,7 +8,7 @@ from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.protocol import ModelUse
 
-__all__ = ["why_unused"]
+__all__ = ["unused_reason"]
 
 # Parts of a fingertip whose values are lengths and angles of its shape.
 _SHAPE = ("section", "sagittal", "transverse", "layers", "phalanx", "ridges", "fingerprint", "solid")
@@ -16,7 +16,7 @@ _OF_SECTIONS = ("section", "formulation", "depth")
 _KIND_OF_DEPTH = {"receptors.sa_ii_height": "SA-II", "receptors.fa_ii_depth": "FA-II"}
 
 
-def why_unused(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+def unused_reason(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
     """Return why a value of a fingertip makes no difference to a model.
 
     Parameters

@@ -19,7 +19,7 @@ from fingerslip.specimens.tactip.sites import GROUPS, marker_sites
 __all__ = [
     "PRESETS",
     "TacTip",
-    "why_unused",
+    "unused_reason",
 ]
 
 
@@ -27,7 +27,7 @@ _SHAPE = ("part", "dome", "skin", "rods", "markers", "window")
 _OF_SECTIONS = ("formulation", "depth")
 
 
-def why_unused(sensor: TacTipNumbers, path: str, use: ModelUse) -> str:
+def unused_reason(sensor: TacTipNumbers, path: str, use: ModelUse) -> str:
     """Return why a value of a TacTip makes no difference to a model.
 
     Parameters
@@ -131,9 +131,9 @@ class TacTip(TacTipNumbers):
             raise InputError("record", f"got the sites of a {self.part} for {dim} dimensions", "needs a mesh of it")
         return tuple(site for group in groups for site in marker_sites(self, group))
 
-    def why_unused(self, path: str, use: ModelUse, /) -> str:
+    def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``skin.ridges.pitch``, makes no difference to a model; see `ModelUse`."""
-        return why_unused(self, path, use)
+        return unused_reason(self, path, use)
 
 
 PRESETS = Presets(TacTip, "fingerslip.specimens.tactip", kept_values)

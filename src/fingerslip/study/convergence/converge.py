@@ -148,7 +148,7 @@ def _level_plan(plan: Plan, refined: Sequence[_Refined]) -> Plan:
 
 def _compute(plan: Plan, workers: int, progress: StudyProgress) -> None:
     """Compute the repetitions that are not finished."""
-    finished = plan.finished()
+    finished = plan.finished_runs()
     from fingerslip.study.running.prepare import prepare
 
     jobs = prepare(plan, [run for run in plan.runs if run.name not in finished])

@@ -92,7 +92,7 @@ def _quantity_mapping(convergence: Convergence) -> dict[str, Any]:
         "unit": convergence.unit,
         "value": convergence.value,
         "uncertainty": convergence.uncertainty,
-        "converges": not convergence.unsettled,
+        "converges": not convergence.unsettled_settings,
         "sources": {
             setting: {
                 "sizes": list(series.sizes),

@@ -27,7 +27,7 @@ def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[A
         raise InputError("", "is empty", "needs a range by dotted path", "write path: [smallest, largest]")
     mistakes = Mistakes()
     for path, ends in ranges.items():
-        with mistakes.collected():
+        with mistakes.collect():
             _check_range(path, ends, ranges)
     mistakes.raise_all()
     return ranges

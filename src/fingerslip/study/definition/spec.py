@@ -31,7 +31,7 @@ from fingerslip.parameters import (
 from fingerslip.parameters.dotted import flatten, is_below, walk
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.programme import Phase
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
@@ -81,12 +81,12 @@ def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
     """Return the mistakes in the relations between fields of a study."""
     mistakes, values = Mistakes(), dict(fields)
     if SPECIMENS.keys() <= fields.keys():
-        with mistakes.collected():
+        with mistakes.collect():
             values["specimen"] = given_specimen(fields)
     for check in _CHECKS:
         names = inspect.signature(check).parameters
         if names.keys() <= values.keys():
-            with mistakes.collected():
+            with mistakes.collect():
                 check(**{name: values[name] for name in names})
     return mistakes.found
 
@@ -193,7 +193,7 @@ NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare
 
 def _check_references(name: str) -> str:
     try:
-        published(name)
+        published_set(name)
     except InputError as error:
         raise error.moved(lambda _: "") from None
     return name

@@ -35,7 +35,7 @@ class Run:
     specimen: Specimen | None  # the specimen with all its values
     sampled: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
-    def resolved(self) -> dict[str, Any]:
+    def plain_values(self) -> dict[str, Any]:
         """Return everything that makes the run as plain data, which is a study file of its own."""
         return dict(self._all_values)
 
@@ -123,7 +123,7 @@ def _with_repeats(study: Study, settings: RepeatSettings, swept: list[dict[str, 
     names = iter(run_names([{**values, REPEAT: f"{number:0{digits}}"} for values, number in pairs]))
     named, mapping = [], study_mapping(study)
     for values in swept:
-        values_of_run = flatten(_run(mapping, values, source, _Named("", values)).resolved())
+        values_of_run = flatten(_run(mapping, values, source, _Named("", values)).plain_values())
         for number in numbers:
             try:
                 values_drawn = scatter_values(settings, number, values_of_run)

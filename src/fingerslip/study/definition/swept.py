@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
-from fingerslip.parameters.dotted import assign, is_below, joined, nearest
+from fingerslip.parameters.dotted import assign, is_below, join_path, nearest
 
 __all__ = ["check_sweep", "combinations", "swept_mistakes", "swept_together", "unknown_paths", "with_values"]
 
@@ -22,7 +22,7 @@ def check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any,
     """Return a sweep whose lists are right on their own."""
     mistakes = Mistakes()
     for path, values in sweep.items():
-        with mistakes.collected():
+        with mistakes.collect():
             _check_values(path, values, sweep)
     mistakes.raise_all()
     return sweep
@@ -39,7 +39,7 @@ def _check_values(path: str, values: Sequence[Any], sweep: Mapping[str, Any]) ->
     for number, value in enumerate(values if len(paths) > 1 else ()):
         if not isinstance(value, list | tuple) or len(value) != len(paths):
             fault, needed = f"got {value!r}", f"needs a list of {len(paths)} values, one for each path"
-            raise InputError(joined(path, str(number)), fault, needed)
+            raise InputError(join_path(path, str(number)), fault, needed)
     others = [other for key in sweep for other in swept_together(key) if key != path or len(paths) > 1]
     for path_of_value in paths:
         inside = next((other for other in others if path_of_value != other and is_below(path_of_value, other)), None)
@@ -181,7 +181,7 @@ def _place_mistake(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping
     number = next(number for number, row in enumerate(rows) if row.items() <= swept.items())
     column = (str(swept_together(key).index(path)),) if len(rows[0]) > 1 else ()
     item = () if misnamed else (str(number), *column)
-    return mistake.moved(lambda where: joined("sweep", key, *item, where[len(path) + 1 :]))
+    return mistake.moved(lambda where: join_path("sweep", key, *item, where[len(path) + 1 :]))
 
 
 def _content(mistake: InputError) -> tuple[str, str, str]:

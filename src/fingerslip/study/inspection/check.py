@@ -89,7 +89,7 @@ def _bytes(jobs: Sequence[Job]) -> float:
 
 def _check_plan(plan: Plan) -> tuple[list[_Row], list[Job], list[str]]:
     """Return a row for each run, the jobs that are to do, and what is doubtful in the models."""
-    finished = plan.finished()
+    finished = plan.finished_runs()
     prepared = prepare_samples(plan, plan.runs)
     rows: list[_Row] = [
         *(

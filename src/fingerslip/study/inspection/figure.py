@@ -11,7 +11,7 @@ from typing import Any
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, read_history, stored_phases
 from fingerslip.parameters import from_mapping
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
 from fingerslip.report.labels import run_title
 from fingerslip.report.page.content import MOST_RUNS
@@ -116,7 +116,7 @@ def _study_subject(study: StudyResult, choice: FigureChoice) -> StudySubject:
         needs = f"one of {', '.join(paths)}" if paths else "a study with a sweep"
         raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs {needs}")
     drawn = {} if choice.kind in {"latency", "events"} else _drawn(study)
-    references = [published(name) for name in study.compare]
+    references = [published_set(name) for name in study.compare]
     values = tuple(value for reference in references for value in reference.values)
     slides = {run.name: stored_phases(study.folder / run.name / HISTORY, "slide") for run in study.runs}
     return StudySubject(

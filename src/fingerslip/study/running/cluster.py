@@ -114,7 +114,7 @@ def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgres
     return {name: error for name, error in errors.items() if error}
 
 
-def _import_distributed() -> Any:
+def _import_dask() -> Any:
     """Return the package of Dask's scheduler, which is optional."""
     try:
         return importlib.import_module("distributed")
@@ -155,7 +155,7 @@ def _connect(address: str) -> Iterator[Any]:
     allowed = "needs the address of a Dask scheduler such as tcp://host:8786"
     if not _ADDRESS.fullmatch(address):
         raise InputError("scheduler", f"got '{address}'", allowed)
-    distributed = _import_distributed()
+    distributed = _import_dask()
     try:
         client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -188,7 +188,7 @@ def _outcomes(
         return future
 
     first = [send(part) for part in itertools.islice(waiting, _AHEAD * cores)]
-    completed = _import_distributed().as_completed(first, loop=client.loop)
+    completed = _import_dask().as_completed(first, loop=client.loop)
     try:
         for future in completed:
             part, refused_before = sent.pop(future)
@@ -234,7 +234,7 @@ def _outcome(future: Any) -> _Outcome:
     if error is None:
         outcome: _Outcome = future.result()
         return outcome
-    if isinstance(error, _import_distributed().KilledWorker):
+    if isinstance(error, _import_dask().KilledWorker):
         lost = "the workers that computed it died again and again, perhaps because there was not enough memory"
         return _AnyName(ResultError(f"cluster: {lost}; give each worker more memory"))
     if isinstance(error, FingerslipError):

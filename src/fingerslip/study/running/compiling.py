@@ -51,7 +51,7 @@ def kinds_to_compile(models: Iterable[Model]) -> tuple[Kind, ...]:
     for model in models:
         dim = model.mesh.dim()
         needed |= dict.fromkeys(((2, "small"), (dim, "small"), (dim, model.kinematics)))
-    return tuple(kind for kind in needed if not _has_compiled(kind))
+    return tuple(kind for kind in needed if not _has_cache(kind))
 
 
 def compiling_seconds(models: Iterable[Model]) -> float:
@@ -89,7 +89,7 @@ def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
     progress.finish(_NAME, "done")
 
 
-def _has_compiled(kind: Kind) -> bool:
+def _has_cache(kind: Kind) -> bool:
     """Tell whether Numba keeps a function of a kind, as its file is now; nothing that computes is loaded for that."""
     dim, kinematics = kind
     source, name = _SAMPLES[kinematics, dim if kinematics == "small" else 0]

@@ -33,7 +33,7 @@ class Plan:
     given: tuple[str, ...] = ()  # dotted paths of the values that the file gives
     refused: tuple[RefusedRun, ...] = ()  # samples whose values do not fit together, which make no run
 
-    def finished(self, whole: Collection[str] = ()) -> dict[str, RunResult]:
+    def finished_runs(self, whole: Collection[str] = ()) -> dict[str, RunResult]:
         """Return the results of the runs that are finished with these inputs, by their names."""
         stored = {run.name: read_result(self.folder / run.name, is_whole=run.name in whole) for run in self.runs}
         return {name: result for name, result in stored.items() if result and result.identity == self.identities[name]}
@@ -61,10 +61,10 @@ def _check_quantities(study: Study, runs: Sequence[Run], source: Path) -> None:
     mistakes = Mistakes()
     # A swept group may give runs other values than the first one has.
     examples = [
-        RunResult(run.name, run.swept, Events(), values=flatten(run.resolved())) for run in runs if study.derived
+        RunResult(run.name, run.swept, Events(), values=flatten(run.plain_values())) for run in runs if study.derived
     ]
     for name, text in study.derived.items():
-        with mistakes.collected():
+        with mistakes.collect():
             _check_units(name, {derive(name, text, example).unit: example.name for example in examples})
     if mistakes.found:
         raise mistakes.error().moved(lambda where: f"{source}: {where}")
@@ -81,7 +81,7 @@ def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results
     """Read several studies and plan their runs."""
     mistakes, plans = Mistakes(), dict[Path, Plan]()
     for path in paths:
-        with mistakes.collected():
+        with mistakes.collect():
             plan = plan_study(path, results_dir)
             twin = plans.setdefault(plan.folder, plan)
             if twin is not plan:

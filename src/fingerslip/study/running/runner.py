@@ -152,7 +152,7 @@ def run_plans(
     for plan in plans:
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
-    finished = [{} if force else plan.finished() for plan in plans]
+    finished = [{} if force else plan.finished_runs() for plan in plans]
     prepared = [
         _prepare(plan, [run for run in plan.runs if run.name not in stored])
         for plan, stored in zip(plans, finished, strict=True)
@@ -235,7 +235,7 @@ def _execute(
     try:
         done = compute_jobs(plan, jobs, engine, progress, _drawings(plan, jobs))
     except KeyboardInterrupt:
-        _write_tables(plan, plan.finished(), refused, report="")
+        _write_tables(plan, plan.finished_runs(), refused, report="")
         raise
     failures = {**done.failures, **_film(plan, progress)}
     computed = tuple(name for name in to_compute if name not in done.failures)
@@ -283,7 +283,7 @@ def write_up(
     whole: Collection[str] = (),
 ) -> StudyResult:
     """Write summary, report and manifest of the runs that are finished."""
-    finished, manifest = plan.finished(whole), read_manifest(plan.folder)
+    finished, manifest = plan.finished_runs(whole), read_manifest(plan.folder)
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     uncertainties = read_uncertainties(plan.folder, identities)
@@ -329,7 +329,7 @@ def _write_tables(
 
 def _complete(plan: Plan, run: Run, result: RunResult, uncertainty: Mapping[str, float]) -> RunResult:
     """Return the result of a run with its values, uncertainties and derived quantities."""
-    completed = dataclasses.replace(result, values=flatten(run.resolved()), uncertainty=uncertainty)
+    completed = dataclasses.replace(result, values=flatten(run.plain_values()), uncertainty=uncertainty)
     return (
         dataclasses.replace(completed, derived=derived_of(plan.study.derived, completed))
         if plan.study.derived

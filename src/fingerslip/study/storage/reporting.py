@@ -12,7 +12,7 @@ from fingerslip.digest import digest
 from fingerslip.errors import ResultError
 from fingerslip.files import new_folder, write_bytes
 from fingerslip.history import read_history, stored_phases
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.samples import sample_tables
@@ -73,13 +73,13 @@ def read_stored_run(folder: str | Path) -> RunResult:
 def study_tables(study: StudyResult) -> tuple[Table, ...]:
     """Return the tables that the command line prints of a study: its events, or what its samples come to."""
     if study.ranges:
-        return sample_tables(study, [published(name) for name in study.compare])
+        return sample_tables(study, [published_set(name) for name in study.compare])
     return event_tables(study.runs, study.compare)
 
 
 def event_tables(runs: Sequence[RunResult], compare: Sequence[str]) -> tuple[Table, ...]:
     """Return the table of events, and one beside each published set that has events."""
-    beside = (compare_table(runs, published(name)) for name in compare)
+    beside = (compare_table(runs, published_set(name)) for name in compare)
     return (events_table(runs), *(table for table in beside if table.rows))
 
 
@@ -135,7 +135,7 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
             name: picture if name in first else dataclasses.replace(picture, model=None)
             for name, picture in pictures.items()
         },
-        references=tuple(published(name) for name in study.compare),
+        references=tuple(published_set(name) for name in study.compare),
         values=value_rows(specified, manifest.get("given") or None),
         provenance=provenance_of(study.folder, manifest),
         convergences={name: convergence.quantities for name, convergence in convergences.items()},

@@ -39,7 +39,7 @@ _logger = logging.getLogger("fingerslip.study")
 
 def identity(run: Run) -> str:
     """Return the hash of everything that decides the result of a run: its values, its mesh files, the program."""
-    values = {key: value for key, value in run.resolved().items() if key != "title"}
+    values = {key: value for key, value in run.plain_values().items() if key != "title"}
     values["mesh"] = {"hash": mesh_key(run)}
     made_by = {"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}
     return digest([made_by, values])
@@ -76,7 +76,7 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
     _log_result(result, history.attrs)
     write_history(history, folder / HISTORY)
     with writing(folder):
-        write_mapping(run.resolved(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
+        write_mapping(run.plain_values(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
         write_snapshots(history, folder)
     write_result(result, folder)
 

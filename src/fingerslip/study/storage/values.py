@@ -163,7 +163,7 @@ def _unused_reason(path: str, study: Study, specimen: Specimen) -> str:
         return f"the study gives its own {group}"
     if group == "materials" and rest.partition(".")[0] in study.materials:
         return "the study gives its own material"
-    return specimen.why_unused(path, _use(study))
+    return specimen.unused_reason(path, _use(study))
 
 
 def _use(study: Study) -> ModelUse:

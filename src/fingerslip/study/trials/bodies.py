@@ -51,7 +51,7 @@ def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
 
     Units: deepest [m].
     """
-    values = run.resolved()
+    values = run.plain_values()
     values_of_body = {name: values.get(name) for name in _OF_BODY}
     specimen = values.get(run.study.specimen_kind or "", {})
     contact = run.study.all_contacts[0].boundary

@@ -95,7 +95,7 @@ def _settings(study: Study, source: Path) -> TrialSettings:
 
 
 def _trial_key(plan: TrialPlan, settings: TrialSettings, body: str) -> str:
-    values = {name: value for name, value in plan.run.resolved().items() if name != "title"}
+    values = {name: value for name, value in plan.run.plain_values().items() if name != "title"}
     return digest([_VERSION, body, plan.number, plan.direction, as_mapping(settings), values])
 
 

@@ -205,7 +205,7 @@ def reference_of(  # noqa: PLR0917  the options of a search
     markers = _best(image, mask, n_markers, layout, bright)
     count = 0 if markers is None else len(markers.position)
     if markers is None or count < (_LEAST_SHARE * n_markers if n_markers else _FEWEST):
-        raise InputError(name, _words_found(image, count), _words_needed(n_markers), _REPAIR)
+        raise InputError(name, _words_found(image, count), _needs_words(n_markers), _REPAIR)
     numbered = topology(markers.position, layout)
     warnings = (_of_number(image, mask, n_markers, layout, bright, markers, name), numbered.complaint)
     return Reference(
@@ -253,7 +253,7 @@ def _words_found(image: Floats, count: int) -> str:
     return f"found {what} in the {light}first frames, of mean grey level {level:.0f} of 255"
 
 
-def _words_needed(n_markers: int | None) -> str:
+def _needs_words(n_markers: int | None) -> str:
     blobs = f"needs at least {_FEWEST} blobs that are alike and stand out of what is around them"
     return f"needs {n_markers}" if n_markers else blobs
 
@@ -317,11 +317,11 @@ def _alike(markers: Markers, points: Floats, radius: float, layout: LayoutName) 
     if layout == "rings" and alike.any():
         alike[alike] = ~out_of_place(markers.position[alike])
     if layout == "hex" and alike.sum() > 1:
-        alike[alike] = ~_find_crowded(apart[np.ix_(alike, alike)], markers.quality[alike])
+        alike[alike] = ~_find_crowding(apart[np.ix_(alike, alike)], markers.quality[alike])
     return alike
 
 
-def _find_crowded(apart: Floats, quality: Floats) -> Flags:
+def _find_crowding(apart: Floats, quality: Floats) -> Flags:
     """Tell which blobs lie between markers of a lattice: too near to one that is more like a marker."""
     distance = np.where(np.eye(len(apart), dtype=bool), np.inf, apart)
     near = distance < _CLOSEST * np.median(distance.min(axis=0))

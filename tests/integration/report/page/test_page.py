@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.path import Path as Outline
 
 from fingerslip.history import phase_times
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import write_page
@@ -37,7 +37,7 @@ def content(history: xr.Dataset) -> ReportContent:
     made = content_of(
         runs,
         dict.fromkeys(names, history),
-        references=(published("wang2014-table2"),),
+        references=(published_set("wang2014-table2"),),
         values=values,
         provenance={"commit": "abc"},
         starts=dict.fromkeys(names, phase_times(history, "slide")[0][0]),

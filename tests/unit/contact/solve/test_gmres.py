@@ -54,7 +54,7 @@ def no_help(count=COUNT):
 def two_levels(nodes, given):
     inverse, weights = nodes.inverse.copy(), (nodes.scale * nodes.factor, nodes.scale * nodes.penalty)
     of_nodes = inverse.near, inverse.rows, inverse.marks, given, nodes.frames, weights
-    assert renew_rows(*of_nodes, nodes.coupled.body, np.arange(len(given))) == len(given)
+    assert renew_rows(*of_nodes, nodes.coupling.body, np.arange(len(given))) == len(given)
     return Preconditioner.of(given, nodes.coarse, inverse)
 
 

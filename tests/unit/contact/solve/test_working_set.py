@@ -35,7 +35,7 @@ def scaled(made: WorkingSet) -> np.ndarray:
 def renewed(made: WorkingSet, slopes: np.ndarray) -> WorkingSet:
     inverse, weights = made.inverse.copy(), (made.scale * made.factor, made.scale * made.penalty)
     given = inverse.near, inverse.rows, inverse.marks, slopes, made.frames, weights
-    renew_rows(*given, made.coupled.body, made.nodes)
+    renew_rows(*given, made.coupling.body, made.nodes)
     return replace(made, inverse=inverse)
 
 
@@ -73,14 +73,14 @@ def test_an_old_working_set_hands_on_its_rows_and_its_forces(other):
     assert made.past is past
     np.testing.assert_array_equal(made.inverse.rows[[1, 0]], old.inverse.rows[[1, 2]])
     np.testing.assert_array_equal(np.isnan(made.inverse.marks).any(axis=(1, 2)), [False, False, True])
-    assert made.coupled.near is old.coupled.near
-    np.testing.assert_array_equal(made.coupled.body, (2.0 if other else 1.0) * old.coupled.body)
+    assert made.coupling.near is old.coupling.near
+    np.testing.assert_array_equal(made.coupling.body, (2.0 if other else 1.0) * old.coupling.body)
 
 
 def test_motions_that_share_a_compliance_share_what_is_known_of_it():
     shared = compliance()
     first, second = (gather(shared, SCALE, nodes, None) for nodes in (np.array([1, 4]), np.array([0, 6])))
-    assert first.coupled is second.coupled
+    assert first.coupling is second.coupling
 
 
 @pytest.mark.parametrize("turning", [True, False])

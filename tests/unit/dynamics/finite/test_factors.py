@@ -120,7 +120,7 @@ def test_saved_factors_are_made_again_as_they_were(rough):
     factors, state = prepared(block(), solver=Rough(3.0))
     factors.renew(state.body, rough=rough)
     again, _ = prepared(block(), solver=Rough(3.0))
-    again.restore(*factors.saved())
+    again.restore(*factors.saved_state())
     assert again.made_of.rough == rough
     right = np.ones(state.displacement.size)
     one, other = (own.current.condensed for own in (factors, again))

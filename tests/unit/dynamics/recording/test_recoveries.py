@@ -20,7 +20,7 @@ def test_motion_and_strain_at_sites_are_those_of_the_mesh():
     expected = on_mesh.reshape(-1, 2)[system.site_nodes]
     np.testing.assert_array_equal((at_sites.motion @ taken).reshape(expected.shape), expected)
     strains = site_recovery(system.space, system.materials, system.site_nodes, regions).strains(on_mesh)
-    assert at_sites.strained == strains.shape
+    assert at_sites.strain_shape == strains.shape
     np.testing.assert_allclose(at_sites.strain @ taken, strains.ravel(), rtol=1e-12)
 
 
@@ -35,5 +35,5 @@ def test_the_same_sites_are_worked_out_once():
 def test_no_strains_are_read_of_sites_at_large_strain():
     system = build_system(deep_push_and_slide(kinematics="finite", materials={"bulk": fs.NeoHookean(1e5, 0.3, 1000.0)}))
     at_sites = Recoveries(system).at_sites(system.site_nodes, [site.region for site in SITES])
-    assert at_sites.strained == (0, 3)
+    assert at_sites.strain_shape == (0, 3)
     assert at_sites.motion.shape[0] == 2 * len(SITES)

@@ -144,7 +144,7 @@ def test_fields_and_sites_are_read_from_the_coordinates():
     on_mesh = coordinates.on_mesh(field)
     touching = 2 * system.candidates.nodes[:2]
     np.testing.assert_allclose(coordinates.components(touching).read(field), on_mesh[touching], rtol=1e-9)
-    taken, read = coordinates.mapped(node_operator(system.site_nodes, 2, system.space.n_dofs))
+    taken, read = coordinates.apply_map(node_operator(system.site_nodes, 2, system.space.n_dofs))
     at_sites = (2 * system.site_nodes[:, None] + [0, 1]).ravel()
     np.testing.assert_allclose(read @ taken.read(field), on_mesh[at_sites], rtol=1e-9)
     both = np.stack([field, 2.0 * field], axis=1)

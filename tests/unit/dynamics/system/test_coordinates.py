@@ -25,7 +25,7 @@ def test_fields_on_the_mesh_are_zero_where_it_is_held():
 
 def test_maps_take_what_they_do_not_ignore():
     matrix = sparse.csr_matrix([[0.0, 1.0, 5.0, 0.0, 0.0, 2.0]])
-    components, taken = COORDINATES.mapped(matrix)
+    components, taken = COORDINATES.apply_map(matrix)
     np.testing.assert_allclose(taken @ components.read(FIELD), matrix @ COORDINATES.on_mesh(FIELD))
 
 

@@ -30,12 +30,12 @@ def test_dashpots_follow_what_is_remembered(kind):
     near = bulk.relaxation.points == 0
     values = np.stack([np.zeros_like(states[0].history.points), *(state.history.points for state in states)])
     np.testing.assert_allclose(
-        states[-1].history.point_dashpots[:, near], follow.followed(values[:, near])[:, -1], atol=1e-12
+        states[-1].history.point_dashpots[:, near], follow.follow(values[:, near])[:, -1], atol=1e-12
     )
     assert not states[-1].history.point_dashpots[:, ~near].any()
     own = bulk.relaxation.groups == 0
     means = np.stack([np.zeros_like(states[0].history.groups), *(state.history.groups for state in states)])
-    np.testing.assert_allclose(states[-1].history.group_dashpots[:, own], follow.followed(means[:, own])[:, -1])
+    np.testing.assert_allclose(states[-1].history.group_dashpots[:, own], follow.follow(means[:, own])[:, -1])
 
 
 @pytest.mark.parametrize("kind", KINDS, ids="-".join)

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.offset import decimate_surface, distances, offset_inwards
-from fingerslip.mesh.scan.surfaces import check_closed
+from fingerslip.mesh.scan.surfaces import check_enclosure
 from unit.ellipsoids import ellipsoid, together
 
 SPHERE = ellipsoid((8e-3, 8e-3, 8e-3), points=1200)
@@ -21,7 +21,7 @@ def test_distance_on_both_sides():
 def test_decimation_keeps_the_shape():
     fewer = decimate_surface(SPHERE, 1.5e-3)
     assert len(fewer.triangles) == pytest.approx(SPHERE.area / (np.sqrt(3) / 4 * 1.5e-3**2), rel=0.05)
-    check_closed(fewer)
+    check_enclosure(fewer)
     assert fewer.volume == pytest.approx(SPHERE.volume, rel=0.01)
 
 
@@ -32,7 +32,7 @@ def test_coarse_surface_stays_as_it_is():
 @pytest.mark.parametrize("thickness", [1.2e-3, 3e-3])
 def test_inner_sphere_has_the_smaller_radius(thickness: float):
     inner = offset_inwards(SPHERE, thickness)
-    check_closed(inner)
+    check_enclosure(inner)
     assert inner.volume > 0
     assert np.linalg.norm(inner.points, axis=1) == pytest.approx(8e-3 - thickness, abs=0.05 * thickness)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.scan.repair import Repairs, closed_where, repair_surface
-from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_closed
+from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_enclosure
 from unit.ellipsoids import ellipsoid, together, with_hole
 
 WHOLE = ellipsoid()
@@ -24,7 +24,7 @@ def test_any_turned_triangles_are_turned_back(seed: int, share: float):
     repaired, repairs = repair_surface(Surface(WHOLE.points, dirty))
     assert repairs.turned_triangles == turned.sum()
     assert repaired.volume == pytest.approx(WHOLE.volume)
-    check_closed(repaired)
+    check_enclosure(repaired)
 
 
 def test_triangles_that_share_no_points_are_joined():
@@ -33,7 +33,7 @@ def test_triangles_that_share_no_points_are_joined():
     assert repairs == Repairs(0, 0, (), ())
     assert len(repaired.points) == len(WHOLE.points)
     assert repaired.volume == pytest.approx(WHOLE.volume)
-    check_closed(repaired)
+    check_enclosure(repaired)
 
 
 def test_two_pieces_are_both_turned_outwards():
@@ -51,7 +51,7 @@ def test_hole_is_closed_on_the_sphere_that_it_was_in():
     assert len(repairs.closed_holes) == 1
     assert repairs.closed_holes[0] == pytest.approx(3.2e-3, abs=1e-3)
     assert repairs.open_holes == ()
-    check_closed(repaired)
+    check_enclosure(repaired)
     # A flat lid would lie 0.15 mm too deep.
     assert np.linalg.norm(repaired.points[-1]) == pytest.approx(10e-3, abs=0.03e-3)
 
@@ -85,9 +85,9 @@ def test_moebius_strip_has_no_inside():
 def test_proximal_end_is_closed_whatever_its_size():
     stump = Surface(WHOLE.points, WHOLE.triangles[WHOLE.corners[:, :, 0].max(axis=1) > -6e-3])
     assert len(boundary_loops(stump)) == 1
-    check_closed(closed_where(stump, -4e-3))
+    check_enclosure(closed_where(stump, -4e-3))
     with pytest.raises(MeshError, match="is open"):
-        check_closed(closed_where(stump, -9e-3))
+        check_enclosure(closed_where(stump, -9e-3))
 
 
 def test_a_surface_without_triangles_is_refused():

@@ -12,7 +12,7 @@ from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.surfaces import (
     Surface,
     boundary_loops,
-    check_closed,
+    check_enclosure,
     contains,
     outermost,
     read_surface,
@@ -94,7 +94,7 @@ def test_loop_goes_around_the_hole():
     lid = np.column_stack([loop, np.roll(loop, -1), np.full(len(loop), len(holed.points))])
     middle = holed.points[loop].mean(axis=0)
     closed = Surface(np.vstack([holed.points, middle]), np.vstack([holed.triangles, lid]))
-    check_closed(closed)
+    check_enclosure(closed)
 
 
 def test_two_holes_that_meet_in_a_point_are_two_loops():
@@ -110,13 +110,13 @@ def test_two_holes_that_meet_in_a_point_are_two_loops():
 
 def test_open_surface_is_refused_with_its_largest_hole():
     with pytest.raises(MeshError, match=r"holed: is open: 1 hole, the largest .* mm wide at .*repair it"):
-        check_closed(with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3))
+        check_enclosure(with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3))
 
 
 def test_inside_out_surface_is_refused():
     surface = ellipsoid()
     with pytest.raises(MeshError, match=r"inside out.*repair_surface"):
-        check_closed(Surface(surface.points, surface.triangles[:, ::-1]))
+        check_enclosure(Surface(surface.points, surface.triangles[:, ::-1]))
 
 
 def test_contains():

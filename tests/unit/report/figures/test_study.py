@@ -9,7 +9,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.figures.study import event_times_figure, latency_figure
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
@@ -27,7 +27,7 @@ def swept_runs() -> list[RunResult]:
             f"{variant} {friction}",
             {"fingertip.phalanx.variant": variant, "contact.friction_coefficient": friction},
             events(friction),
-            values={**published("wang2014-table2").values[0].programme, "fingertip.fingerprint.enabled": False},
+            values={**published_set("wang2014-table2").values[0].programme, "fingertip.fingerprint.enabled": False},
         )
         for variant in ("original", "scaled")
         for friction in (0.2, 0.6, 0.8)
@@ -35,7 +35,7 @@ def swept_runs() -> list[RunResult]:
 
 
 def test_event_times_have_a_panel_for_each_phalanx_and_the_published_values() -> None:
-    figure = event_times_figure(swept_runs(), reference=published("wang2014-table2"))
+    figure = event_times_figure(swept_runs(), reference=published_set("wang2014-table2"))
     assert [axes.get_title(loc="left") for axes in panels(figure)] == ["phalanx original", "phalanx scaled"]
     diamonds = [line.get_ydata()[0] for line in panels(figure)[0].lines if line.get_marker() == "D"]
     assert sorted(diamonds) == [1.53, 1.71]
@@ -46,7 +46,7 @@ def test_event_times_have_a_panel_for_each_phalanx_and_the_published_values() ->
 
 
 def test_latency_is_in_milliseconds_and_missing_where_an_event_is() -> None:
-    figure = latency_figure(swept_runs(), reference=published("wang2014-table2"))
+    figure = latency_figure(swept_runs(), reference=published_set("wang2014-table2"))
     axes = panels(figure)[1]
     assert axes.get_title(loc="left") == "friction coefficient 0.6"
     slip, _, acceleration = axes.lines[:3]
@@ -63,7 +63,7 @@ def test_runs_without_the_swept_value_are_left_out() -> None:
 
 
 def test_published_values_are_shown_only_where_their_conditions_hold() -> None:
-    axes = panels(event_times_figure(swept_runs(), reference=published("wang2014-table2")))[1]
+    axes = panels(event_times_figure(swept_runs(), reference=published_set("wang2014-table2")))[1]
     diamonds = [(line.get_xdata()[0], line.get_ydata()[0]) for line in axes.lines if line.get_marker() == "D"]
     assert sorted(diamonds) == [(0.6, 1.48), (0.6, 1.77)], "those of the scaled phalanx at 0.6, and no latency"
 

@@ -18,7 +18,7 @@ from fingerslip.report.figures.style import (
     join_title,
     run_panels,
     say,
-    styled,
+    with_style,
 )
 from unit.report.figures.made import HISTORY, panels
 
@@ -68,7 +68,7 @@ def test_legend_takes_as_many_columns_as_the_figure_is_wide(names: list[str], co
 
 
 def test_drawing_takes_the_style_also_where_it_fails() -> None:
-    @styled
+    @with_style
     def fail() -> None:
         assert mpl.rcParams["font.size"] == 9.0
         raise ZeroDivisionError
@@ -85,7 +85,7 @@ def test_titles_say_what_tells_them_apart() -> None:
 
 def test_runs_have_a_panel_each_under_their_titles() -> None:
     titles = ("angle -30 deg", "a rather long title of a run, which is wider than its panel, friction coefficient 0.6")
-    figure, axes = styled(run_panels)(titles, "All runs", ("time [s]", "force [N]"))
+    figure, axes = with_style(run_panels)(titles, "All runs", ("time [s]", "force [N]"))
     shown = [panel.get_title(loc="left") for panel in axes]
     assert shown[0] == "angle -30 deg"
     assert shown[1].replace("\n", " ") == titles[1]
@@ -142,7 +142,7 @@ def test_a_legend_has_as_many_columns_as_fit() -> None:
 def test_dollars_of_titles_and_values_are_no_mathematics() -> None:
     names = ["cheap $\\frac{$", "dear $x_{$"]
 
-    @styled
+    @with_style
     def draw() -> Figure:
         figure, axes = figure_grid(2, 2, (2.0, 2.0), names[0], (names[0], names[1]))
         for one in axes:

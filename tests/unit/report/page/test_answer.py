@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.page.answer import answer
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events, SlipEvents
@@ -94,7 +94,7 @@ def test_samples_have_no_names() -> None:
 
 @pytest.mark.parametrize(("overall", "words"), [(1.71, "agrees to the millisecond"), (1.76, "comes 50 ms later")])
 def test_published_times_are_beside_it(overall: float, words: str) -> None:
-    table2 = published("wang2014-table2")
+    table2 = published_set("wang2014-table2")
     value = next(value for value in table2.values if value.quantity == "overall")
     own = run("a", overall, values={**value.conditions, **value.programme})
     assert any(words in sentence for sentence in answer(study(own), {"a": 1.0}, [table2]))

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 import skfem
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.page import assemble
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.page import Report, ReportSection, render_page
@@ -34,7 +34,7 @@ def section_of(report: Report, title: str) -> ReportSection:
 
 def test_standard_report_has_its_sections_and_figures() -> None:
     mesh = skfem.MeshQuad().refined(2).scaled(1e-3).with_subdomains({"tissue": lambda x: x[0] > -1.0})
-    references = (published("wang2014-table2"), published("wang2014-qualitative"))
+    references = (published_set("wang2014-table2"), published_set("wang2014-qualitative"))
     content = two_runs(meshes={"0.6": mesh}, references=references, values=VALUES, provenance={"commit": "abc"})
     report = study_report(content)
     assert [section.title for section in report.sections] == [

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from fingerslip.published import PublishedSet, PublishedValue, published
+from fingerslip.published import PublishedSet, PublishedValue, published_set
 from fingerslip.report.page.beside import published_rows_beside
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 
-TABLE2 = published("wang2014-table2")
+TABLE2 = published_set("wang2014-table2")
 CALIBRATED = {"fingertip.section": "sagittal", "fingertip.sagittal.half_height": "0.007 m", "kinematics": "small"}
 
 
@@ -77,5 +77,7 @@ def test_what_is_comparable_has_no_excuse() -> None:
 
 def test_a_value_in_two_sets_counts_once_and_other_conditions_not_at_all() -> None:
     own = run("original", 1.72)
-    assert published_rows_beside([own], [TABLE2, published("wang2014-peaks")]) == published_rows_beside([own], [TABLE2])
+    assert published_rows_beside([own], [TABLE2, published_set("wang2014-peaks")]) == published_rows_beside(
+        [own], [TABLE2]
+    )
     assert published_rows_beside([RunResult("a", {}, own.events)], [TABLE2]) == ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.page.citations import bibliography, bibtex_entries
 from fingerslip.report.tables.parameters import ShownValue
 from places import ROOT
@@ -12,7 +12,7 @@ from places import ROOT
 
 def test_the_papers_of_values_and_comparisons_are_cited_and_no_others() -> None:
     values = (ShownValue("a", "1", "corniani2024"), ShownValue("b", "2", "assumed"))
-    text = bibtex_entries(values, [published("wang2014-table2")])
+    text = bibtex_entries(values, [published_set("wang2014-table2")])
     assert text.startswith("@misc{fingerslip,"), "plain BibTeX knows no @software"
     assert "@article{barrea2018," in text, "the share of the contact at which slip is noticed"
     assert "@article{corniani2024," in text

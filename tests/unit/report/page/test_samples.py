@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import render_page
@@ -13,7 +13,7 @@ from fingerslip.results import RefusedRun
 from fingerslip.sampling import fits_of
 from unit.sampled import study_of
 
-REFERENCES = (published("wang2014-table2"),)
+REFERENCES = (published_set("wang2014-table2"),)
 
 
 def content(**more: int) -> ReportContent:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.slip.front import EdgeContact
@@ -10,7 +10,7 @@ from fingerslip.slip.front import EdgeContact
 FULL = SlipEvents(incipient=1.5, noticed=1.6, three_quarter=1.65, overall=1.75)
 EVENTS = Events(slip=FULL, displacement=SlipEvents(incipient=1.45), acceleration=SlipEvents(overall=1.71))
 UNRECORDED = Events(slip=FULL, acceleration=SlipEvents(recorded=False))
-PLAIN = {**published("wang2014-table2").values[0].programme, "fingertip.fingerprint.enabled": False}
+PLAIN = {**published_set("wang2014-table2").values[0].programme, "fingertip.fingerprint.enabled": False}
 RUNS = tuple(
     RunResult(
         f"friction_coefficient-{friction}",

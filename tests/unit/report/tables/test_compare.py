@@ -7,15 +7,15 @@ import io
 import pytest
 from rich.console import Console
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.tables.compare import compare_table, statements_table
 from fingerslip.report.tables.table import Missing
 from fingerslip.report.tables.terminal import to_rich
 from fingerslip.results import RunResult
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
-TABLE2 = published("wang2014-table2")
-SOLID = published("wang2014-solid")
+TABLE2 = published_set("wang2014-table2")
+SOLID = published_set("wang2014-solid")
 NOT_COMPARED = Missing.NOT_COMPARED
 
 
@@ -79,7 +79,7 @@ def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_no
 
 
 def test_difference_to_a_range_is_to_its_nearer_end() -> None:
-    row = compare_table(RUNS, published("wang2014-peaks")).rows[1]
+    row = compare_table(RUNS, published_set("wang2014-peaks")).rows[1]
     assert row[2:4] == ("three-quarter", "1.63 to 1.65")
     assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
 
@@ -99,8 +99,8 @@ def test_contact_at_a_free_edge_is_warned_of() -> None:
 
 
 def test_statements_are_shown_with_their_check() -> None:
-    table = statements_table(published("wang2014-qualitative"))
+    table = statements_table(published_set("wang2014-qualitative"))
     assert any("edges of the contact" in str(row[0]) for row in table.rows)
     assert all(row[1] for row in table.rows)
     assert statements_table(TABLE2).rows == ()
-    assert compare_table(RUNS, published("wang2014-qualitative")).rows == ()
+    assert compare_table(RUNS, published_set("wang2014-qualitative")).rows == ()

@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from fingerslip.published import published
+from fingerslip.published import published_set
 from fingerslip.report.tables.samples import (
     group_text,
     interval_cells,
@@ -22,7 +22,7 @@ from fingerslip.results import RefusedRun
 from fingerslip.sampling import fits_of, interval_of
 from unit.sampled import study_of
 
-TABLE2 = [published("wang2014-table2")]
+TABLE2 = [published_set("wang2014-table2")]
 
 
 def test_published_times_stand_beside_the_interval_of_their_phalanx() -> None:

@@ -19,7 +19,7 @@ EVERYTHING = frozenset(RECEPTOR_KINDS)
 
 def unused(finger: Fingertip, use: ModelUse) -> dict[str, str]:
     """Return the reason for every value that is called unused."""
-    reasons = {leaf.path: finger.why_unused(leaf.path, use) for leaf in walk_values(finger)}
+    reasons = {leaf.path: finger.unused_reason(leaf.path, use) for leaf in walk_values(finger)}
     return {path: reason for path, reason in reasons.items() if reason}
 
 
@@ -107,4 +107,4 @@ def test_a_section_stays_the_same_when_all_unused_values_change(changes, groups)
     ],
 )
 def test_the_reason_says_what_the_model_lacks(finger, use, path, reason):
-    assert finger.why_unused(path, use) == reason
+    assert finger.unused_reason(path, use) == reason

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.specimens.protocol import ModelUse
-from fingerslip.specimens.tactip.tactip import PRESETS, why_unused
+from fingerslip.specimens.tactip.tactip import PRESETS, unused_reason
 
 RIDGED, SMOOTH = PRESETS.read("tactip-ridged-2d"), PRESETS.read("tactip-smooth-2d")
 
@@ -23,9 +23,9 @@ RIDGED, SMOOTH = PRESETS.read("tactip-ridged-2d"), PRESETS.read("tactip-smooth-2
     ],
 )
 def test_reasons(sensor, path, use, reason):
-    assert why_unused(sensor, path, use) == reason
+    assert unused_reason(sensor, path, use) == reason
 
 
 def test_rings_are_not_of_a_hexagonal_layout():
     sensor = PRESETS.changed({"preset": "tactip-smooth-2d", "markers": {"layout": "hexagonal"}})
-    assert why_unused(sensor, "markers.rings", ModelUse(2)) == "of rings only"
+    assert unused_reason(sensor, "markers.rings", ModelUse(2)) == "of rings only"

@@ -80,7 +80,7 @@ def test_order_and_limit_of_a_known_dependence(known: tuple[StudyConvergence, Pa
     assert step.limit == pytest.approx(found.value - 0.1, abs=5e-3)
     assert found.refinements["penalty"].behaviour == "unchanged"
     assert found.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
-    assert found.unsettled == ()
+    assert found.unsettled_settings == ()
 
 
 @pytest.mark.usefixtures("called", "reports")

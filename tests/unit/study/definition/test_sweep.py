@@ -122,7 +122,7 @@ def test_runs_of_a_study_made_in_python_are_checked_too() -> None:
 
 def test_resolved_run_has_every_value_of_the_fingertip() -> None:
     (run,) = runs_of({"fingertip.phalanx.variant": ["scaled"]}, finger())
-    resolved = run.resolved()
+    resolved = run.plain_values()
     assert resolved["fingertip"]["phalanx"]["variant"] == "scaled"
     assert resolved["fingertip"]["layers"]["skin_thickness"] == "0.0015 m"
     assert "sweep" not in resolved
@@ -149,8 +149,8 @@ def test_every_combination_is_run_with_every_sample() -> None:
 
 def test_a_sampled_run_is_a_study_file_of_its_own() -> None:
     run = expand(parse_study(sampled(), SOURCE), SOURCE)[3]
-    assert "sample" not in run.resolved()
-    (again,) = expand(parse_study(run.resolved(), SOURCE), SOURCE)
+    assert "sample" not in run.plain_values()
+    (again,) = expand(parse_study(run.plain_values(), SOURCE), SOURCE)
     assert again.specimen == run.specimen
 
 

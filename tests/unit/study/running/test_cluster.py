@@ -30,7 +30,7 @@ def test_a_worker_returns_files_that_become_finished_runs(write_study: Write) ->
     assert [sorted(files) for files in outcome.values()] == [["events.json", "history.nc", "log.txt", "run.yaml"]] * 3
     assert [cluster._written(job, outcome[job.run.name]) for job in jobs] == [None] * 3
     assert {stored_result(job.folder).identity for job in jobs} == set(plan.identities.values())
-    assert len(plan.finished()) == 3
+    assert len(plan.finished_runs()) == 3
 
 
 def test_damaged_files_are_not_written(write_study: Write) -> None:

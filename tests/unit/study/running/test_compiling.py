@@ -54,7 +54,7 @@ class Heard(SilentProgress):
 
 
 def test_where_all_is_compiled_nothing_is_said(monkeypatch):
-    monkeypatch.setattr(compiling, "_has_compiled", lambda _: True)
+    monkeypatch.setattr(compiling, "_has_cache", lambda _: True)
     heard = Heard()
     compiling.compile_ahead([push_and_slide()], heard)
     assert (heard.names, heard.shares, heard.words) == ([], [], [])
@@ -63,7 +63,7 @@ def test_where_all_is_compiled_nothing_is_said(monkeypatch):
 
 def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path: Path, monkeypatch):
     study = write_study()
-    monkeypatch.setattr(compiling, "_has_compiled", lambda _: False)
+    monkeypatch.setattr(compiling, "_has_cache", lambda _: False)
     assert "Compiling comes first, once on this machine: about 20 s." in check_studies([study]).note
     heard = Heard()
     run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)

@@ -30,7 +30,7 @@ class _Plan:
         self.study = type("Study", (), {"cameras": cameras})
         self._identity = identity
 
-    def finished(self):
+    def finished_runs(self):
         return {"run": type("Result", (), {"identity": self._identity})}
 
 

@@ -19,7 +19,7 @@ def test_plan_names_folder_and_runs_and_nothing_is_finished(write_study: Write, 
     assert plan.folder == tmp_path / "results" / "block"
     assert [run.name for run in plan.runs] == [f"friction_coefficient-{friction}" for friction in FRICTIONS]
     assert len(set(plan.identities.values())) == 3
-    assert plan.finished() == {}
+    assert plan.finished_runs() == {}
 
 
 def test_studies_of_one_name_are_refused(write_study: Write) -> None:

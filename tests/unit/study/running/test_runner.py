@@ -280,10 +280,10 @@ def test_runs_that_are_known_to_be_whole_are_not_read_through_again(write_study:
     folder = run(path).folder
     plan = plan_study(path, folder.parent)
     (folder / NAMES[1] / "history.nc").write_bytes(b"damaged")
-    assert list(plan.finished()) == [NAMES[0], NAMES[2]]
-    assert list(plan.finished(whole=NAMES)) == NAMES
+    assert list(plan.finished_runs()) == [NAMES[0], NAMES[2]]
+    assert list(plan.finished_runs(whole=NAMES)) == NAMES
     shutil.rmtree(folder / NAMES[0])
-    assert list(plan.finished(whole=NAMES)) == NAMES[1:]
+    assert list(plan.finished_runs(whole=NAMES)) == NAMES[1:]
 
 
 @pytest.mark.usefixtures("simulated", "reports")

@@ -94,7 +94,7 @@ OTHER = {
 def resolved(values: dict[str, Any]) -> dict[str, Any]:
     """Return what the run.yaml of a study without a sweep holds."""
     source = Path("study.yaml")
-    return expand(parse_study(values, source), source)[0].resolved()
+    return expand(parse_study(values, source), source)[0].plain_values()
 
 
 @functools.cache

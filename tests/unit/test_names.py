@@ -1,0 +1,34 @@
+"""A name says what the thing is; a function is a verb or a noun."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+
+from places import ROOT
+
+VAGUE = {"found", "own", "one", "known", "parts", "place", "kept", "shown", "given", "taken", "told", "made", "there"}
+PARTICIPLE = re.compile(r"_?(\w+ed|made|kept|shown|known|held|told|taken|found|given)")
+
+
+def functions() -> Iterator[tuple[str, ast.FunctionDef]]:
+    for path in sorted((ROOT / "src" / "fingerslip").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                yield f"{path.name}:{node.lineno} {node.name}", node
+
+
+def variables(function: ast.FunctionDef) -> set[str]:
+    stored = {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    return stored | {argument.arg for argument in (*function.args.args, *function.args.kwonlyargs)}
+
+
+def test_few_functions_call_a_thing_by_a_word_that_says_nothing() -> None:
+    vague = [where for where, function in functions() if variables(function) & VAGUE]
+    assert len(vague) < 100, vague
+
+
+def test_few_functions_are_named_by_a_bare_participle() -> None:
+    participles = [where for where, function in functions() if PARTICIPLE.fullmatch(function.name)]
+    assert len(participles) < 60, participles
