@@ -19,9 +19,8 @@ from scipy.signal import find_peaks
 
 from fingerslip.contact.states import OPEN
 from fingerslip.history import read_history
-from fingerslip.report.tables.events import events_table
-from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_markdown
-from fingerslip.run_folder import HISTORY
+from fingerslip.report.tables.runs import events_table
+from fingerslip.results import HISTORY
 from fingerslip.slip import (
     EventSettings,
     acceleration_peaks,
@@ -32,6 +31,7 @@ from fingerslip.slip import (
     slipped_fraction,
 )
 from fingerslip.study.storage.reporting import read_results
+from fingerslip.tables.table import Cell, Column, Missing, Table, to_markdown
 from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, measure
 
 ROOT = Path(__file__).parents[2]

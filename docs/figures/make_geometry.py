@@ -14,12 +14,12 @@ from fingerslip.published import published_set
 from fingerslip.report.figures.style import save_figure
 from fingerslip.report.page.samples import tornado_pictures
 from fingerslip.report.tables.samples import intervals_table, sensitivity_table
-from fingerslip.report.tables.table import Table, to_markdown
 from fingerslip.results import StudyResult
 from fingerslip.sampling import Fit, fits_of
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.summary import SENSITIVITY
-from fingerslip.validation.geometry import GEOMETRY, GEOMETRY_FILE, allowed_geometry, geometry_table
+from fingerslip.tables.table import Table, to_markdown
+from fingerslip.validation.rows import GEOMETRY, GEOMETRY_FILE, allowed_geometry, geometry_table
 
 FOLDER = Path(__file__).parent
 ROOT = FOLDER.parents[1]

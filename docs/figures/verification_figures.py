@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from fingerslip.report.tables.table import to_markdown
+from fingerslip.tables.table import to_markdown
 from fingerslip.verification import blocks, line, sphere
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))

@@ -27,9 +27,9 @@ from .errors import (
 )
 from .export import export_history as export_history, history_tables as history_tables
 from .history import read_history as read_history, write_history as write_history
-from .materials.damping import RayleighDamping as RayleighDamping
+from .materials.elastic import RayleighDamping as RayleighDamping
 from .materials.elastic import Elastic as Elastic
-from .materials.library import material as material, material_names as material_names
+from .materials.choice import material as material, material_names as material_names
 from .materials.mooney_rivlin import MooneyRivlin as MooneyRivlin
 from .materials.neo_hookean import NeoHookean as NeoHookean
 from .materials.ogden import Ogden as Ogden, OgdenTerm as OgdenTerm
@@ -48,7 +48,7 @@ from .mesh.scan.placement import (
 )
 from .mesh.scan.repair import repair_surface as repair_surface
 from .mesh.scan.surfaces import Surface as Surface, read_surface as read_surface, write_surface as write_surface
-from .model import (
+from .model.model import (
     Contact as Contact,
     Drive as Drive,
     Model as Model,
@@ -57,10 +57,10 @@ from .model import (
     SupportMotion as SupportMotion,
     Traction as Traction,
 )
-from .programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
+from .model.programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
 from .report.figures.browse import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
-from .rigid_bodies import (
+from .model.rigid_bodies import (
     BodyLoad as BodyLoad,
     BodyVelocity as BodyVelocity,
     Dampers as Dampers,
@@ -93,13 +93,13 @@ from .study.definition.spec import read_study as read_study
 from .study.opened import OpenedStudy as OpenedStudy, open_study as open_study
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .study.scripted import Study as Study
-from .timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
+from .model.timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
 from .vision.cameras.calibration import read_calibration as read_calibration, write_calibration as write_calibration
 from .vision.cameras.camera import Camera as Camera, Pose as Pose, true_tracks as true_tracks
-from .vision.cameras.errors import PositionErrors as PositionErrors, measure_errors as measure_errors
+from .vision.cameras.point import PositionErrors as PositionErrors, measure_errors as measure_errors
 from .vision.cameras.intrinsics import Fisheye as Fisheye, Pinhole as Pinhole, pinhole_for_view as pinhole_for_view
-from .vision.cameras.look import (
+from .vision.cameras.camera import (
     BrightRing as BrightRing,
     Glare as Glare,
     Lighting as Lighting,

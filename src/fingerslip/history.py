@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError, shorten
-from fingerslip.files import write_bytes
-from fingerslip.netcdf import netcdf_bytes, read_netcdf
+from fingerslip.storage.files import write_bytes
+from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fingerslip.report.tables.events import events_table
+from fingerslip.report.tables.runs import events_table
 from fingerslip.results import StudyResult
 from fingerslip.study.running import runner
 from fingerslip.study.running.runner import run_study

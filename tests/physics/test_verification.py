@@ -9,7 +9,7 @@ import pytest
 
 import fingerslip as fs
 import problems.verification
-from fingerslip.report.tables.table import to_markdown
+from fingerslip.tables.table import to_markdown
 from fingerslip.verification.catalogue import FILES, choose, known_names, problem
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import (

@@ -10,7 +10,7 @@ import fingerslip as fs
 from fingerslip.contact.friction import FrictionLaw
 from fingerslip.dynamics.statics.body import static_body
 from fingerslip.dynamics.statics.march import StaticMotion, march_static
-from fingerslip.programme import Phase
+from fingerslip.model.programme import Phase
 from fingerslip.sites import Site
 from fingerslip.specimens.tactip import TacTip
 

@@ -16,7 +16,7 @@ import yaml
 from fingerslip.commands.shared import stop_on_termination
 from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
-from fingerslip.run_folder import stored_result
+from fingerslip.results import stored_result
 from fingerslip.study.running import runner
 from fingerslip.study.running.spawning import without_main_module
 from unit.study.block import block_mesh, block_values

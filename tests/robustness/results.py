@@ -17,17 +17,16 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from fingerslip.digest import file_digest
 from fingerslip.errors import DamagedError
-from fingerslip.files import read_json, write_json, write_text
 from fingerslip.history import read_history, write_history
 from fingerslip.mesh.io import write_mesh
 from fingerslip.report.figures import study as convergence
 from fingerslip.report.figures import style as save
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import check_options
-from fingerslip.report.scene.snapshot import read_snapshot
-from fingerslip.run_folder import HISTORY, RESULT, RUN, read_result
+from fingerslip.results import HISTORY, RESULT, RUN, read_result
+from fingerslip.snapshot import read_snapshot
+from fingerslip.storage.files import file_digest, read_json, write_json, write_text
 from fingerslip.study.convergence import converge as refining
 from fingerslip.study.inspection.show import diff_runs, show
 from fingerslip.study.inspection.view import _stored_history

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from fingerslip.mesh.io import write_mesh
-from fingerslip.run_folder import read_result
+from fingerslip.results import read_result
 from places import ROOT
 from unit.study.block import FRICTIONS, block_mesh, block_values
 

@@ -16,7 +16,7 @@ from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trial_set import write_trials
 from fingerslip.detect.trials import Trial
-from fingerslip.files import write_json
+from fingerslip.storage.files import write_json
 from fingerslip.vision.tracks import write_tracks
 
 SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")

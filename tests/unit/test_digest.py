@@ -10,8 +10,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-import fingerslip.digest
-from fingerslip.digest import digest, file_digest
+import fingerslip.storage.files
+from fingerslip.storage.files import digest, file_digest
 
 PLAIN = st.recursive(
     st.none() | st.booleans() | st.integers() | st.text(),
@@ -38,4 +38,4 @@ def test_files_are_hashed_by_their_content(tmp_path: Path) -> None:
 
 
 def test_the_example_in_the_docstring() -> None:
-    assert doctest.testmod(fingerslip.digest).failed == 0
+    assert doctest.testmod(fingerslip.storage.files).failed == 0

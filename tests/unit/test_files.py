@@ -19,7 +19,7 @@ import pandas as pd
 import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.files import (
+from fingerslip.storage.files import (
     alone,
     check_empty,
     check_replaceable,
@@ -37,7 +37,7 @@ from fingerslip.files import (
 WRITE = """
 import sys
 from pathlib import Path
-from fingerslip.files import new_file, new_folder
+from fingerslip.storage.files import new_file, new_folder
 with new_folder(Path(sys.argv[1])) as partial, new_file(Path(sys.argv[1] + ".csv")) as file:
     file.touch()
     (partial / "a").write_text("1")
@@ -153,7 +153,7 @@ def test_a_new_folder_clears_what_was_left_under_its_name(tmp_path: Path) -> Non
 
 @pytest.mark.skipif(shutil.which("unshare") is None, reason="has no process namespaces")
 def test_a_container_leaves_what_this_process_is_writing(tmp_path: Path) -> None:
-    code = f"from pathlib import Path; from fingerslip.files import clean_stale; clean_stale(Path({str(tmp_path)!r}))"
+    code = f"from pathlib import Path; from fingerslip.storage.files import clean_stale; clean_stale(Path({str(tmp_path)!r}))"  # noqa: E501
     with new_folder(tmp_path / "run") as partial:
         command = ["unshare", "--user", "--pid", "--fork", "--uts", sys.executable, "-c", code]
         if subprocess.run(command, check=False, capture_output=True).returncode:
@@ -251,9 +251,7 @@ def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
 def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
     """The lock of a process that is killed goes with it."""
     mark = tmp_path / "made" / ".mark"
-    code = (
-        f"from pathlib import Path; from fingerslip.files import alone\nwith alone(Path({str(mark)!r})): input(print())"
-    )
+    code = f"from pathlib import Path; from fingerslip.storage.files import alone\nwith alone(Path({str(mark)!r})): input(print())"  # noqa: E501
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None
         other.stdout.readline()
@@ -269,7 +267,7 @@ ROUNDS, PROCESSES = 200, 4
 ENTER = """
 import os, sys
 from pathlib import Path
-from fingerslip.files import alone
+from fingerslip.storage.files import alone
 mark, inside = Path(sys.argv[1]), sys.argv[2]
 for _ in range(int(sys.argv[3])):
     with alone(mark):

@@ -16,9 +16,9 @@ from places import ROOT
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors units parameters digest files netcdf sites marker_layouts",
-    "materials mesh specimens fe linear contact programme rigid_bodies timing model history dynamics",
-    "slip afferents vision marker_tracks uncertainty published results run_folder sampling report export detect",
+    "errors units storage parameters sites marker_layouts",
+    "materials mesh specimens fe linear contact model history snapshot tables dynamics",
+    "slip afferents vision marker_tracks uncertainty published results sampling report export detect",
     "verification study validation commands",
 )
 LAYERS = [name for row in ROWS for name in row.split()]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.netcdf import netcdf_bytes, read_netcdf
+from fingerslip.storage.netcdf import netcdf_bytes, read_netcdf
 
 
 def dataset(count: int = 3) -> xr.Dataset:

@@ -7,8 +7,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.system.motion import counterface_motion
+from fingerslip.model.programme import phase_duration, phase_travel
 from fingerslip.parameters import from_mapping
-from fingerslip.programme import phase_duration, phase_travel
 from problems.pushed import push_and_slide
 
 PHASES = (fs.Press(1.5e-3, 1e-3), fs.Hold(0.5), fs.Slide(6e-3, 3e-3), fs.Lift(1e-3, 2e-3))

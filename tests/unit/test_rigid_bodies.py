@@ -6,8 +6,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import InputError
+from fingerslip.model.rigid_bodies import directions_in
 from fingerslip.parameters import as_mapping, from_mapping
-from fingerslip.rigid_bodies import directions_in
 
 JUG = {
     "mass": "300 g",

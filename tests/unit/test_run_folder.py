@@ -9,10 +9,8 @@ from typing import Any
 
 import pytest
 
-from fingerslip.digest import file_digest
 from fingerslip.errors import ResultError
-from fingerslip.files import write_json
-from fingerslip.run_folder import (
+from fingerslip.results import (
     HISTORY,
     LOG,
     RESULT,
@@ -24,6 +22,7 @@ from fingerslip.run_folder import (
     unchecked_result,
     write_result,
 )
+from fingerslip.storage.files import file_digest, write_json
 from unit.whole_result import MADE, SWEPT, WHOLE
 
 

@@ -28,7 +28,7 @@ def test_the_four_receptor_kinds():
     assert RECEPTOR_KINDS == ("FA-I", "SA-I", "FA-II", "SA-II")
 
 
-@pytest.mark.parametrize("module", ["fingerslip.sites", "fingerslip.model"])
+@pytest.mark.parametrize("module", ["fingerslip.sites", "fingerslip.model.model"])
 def test_no_mesh_code_is_loaded(module):
     code = f"import sys, {module}; print([name for name in sys.modules if name.startswith('fingerslip.mesh')])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

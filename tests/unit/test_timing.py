@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import fingerslip as fs
-from fingerslip.timing import shortest_step
+from fingerslip.model.timing import shortest_step
 
 
 @pytest.mark.parametrize(

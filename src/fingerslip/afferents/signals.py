@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from fingerslip.errors import InputError
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = [
     "BandwidthWarning",

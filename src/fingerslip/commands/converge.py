@@ -19,7 +19,7 @@ from fingerslip.commands.shared import (
 )
 
 if TYPE_CHECKING:
-    from fingerslip.report.tables.table import Table
+    from fingerslip.tables.table import Table
 
 __all__ = ["converge"]
 

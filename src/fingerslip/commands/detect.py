@@ -70,7 +70,7 @@ def simulate(
     trials = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(trials.names)} trials")
     if parquet is not None:
-        from fingerslip.detect.trial_table import write_parquet
+        from fingerslip.detect.trial_set import write_parquet
 
         write_parquet(trials, parquet)
         typer.echo(f"{parquet}: a row for each frame")
@@ -198,7 +198,7 @@ def inquire(
     from fingerslip.detect.inquiry import Levels, write_inquiry
     from fingerslip.detect.inquiry import inquire as asked
     from fingerslip.detect.session import Choices
-    from fingerslip.files import check_folder
+    from fingerslip.storage.files import check_folder
 
     check_folder(output)
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
@@ -253,7 +253,7 @@ def transfer(
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
     from fingerslip.detect.session import judge_detector, output_tables
-    from fingerslip.files import check_folder
+    from fingerslip.storage.files import check_folder
 
     if output is not None:
         check_folder(output)

@@ -16,9 +16,9 @@ from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.report.scene.names import CAMERAS, FIELDS
 
 if TYPE_CHECKING:
-    from fingerslip.report.tables.table import Table
     from fingerslip.results import StudyResult
     from fingerslip.study.running.progress import StudyProgress
+    from fingerslip.tables.table import Table
 
 __all__ = [
     "AsJson",
@@ -57,7 +57,7 @@ _FILE_WIDTH = 160
 
 def specimens(incomplete: str) -> list[str]:
     """Return presets and shipped materials whose names begin so, for the shell to complete."""
-    from fingerslip.materials.library import material_names
+    from fingerslip.materials.choice import material_names
     from fingerslip.specimens.choice import preset_names
 
     return _beginning((*preset_names(), *material_names()), incomplete)
@@ -101,8 +101,7 @@ def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
     as_json : bool, optional
         Whether they are printed as one JSON list.
     """
-    from fingerslip.report.tables.table import to_mapping
-    from fingerslip.report.tables.terminal import to_rich
+    from fingerslip.tables.table import to_mapping, to_rich
 
     if as_json:
         typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False, allow_nan=False))

@@ -12,10 +12,15 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import Candidate
-from fingerslip.detect.evaluation.assumptions import Sensitivity, each_alone, likely_assumptions, sensitivity_of
+from fingerslip.detect.evaluation.crossval import parts_beside
 from fingerslip.detect.evaluation.inquiries import importance_by_ring, learning_curve
-from fingerslip.detect.evaluation.parts import parts_beside
-from fingerslip.detect.evaluation.robustness import robustness_of
+from fingerslip.detect.evaluation.robustness import (
+    Sensitivity,
+    each_alone,
+    likely_assumptions,
+    robustness_of,
+    sensitivity_of,
+)
 from fingerslip.detect.features import FeatureSettings, ring_of_features
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples, benchmark_test_trials, left_out, samples_of
@@ -25,15 +30,15 @@ from fingerslip.detect.training import candidate_of_name, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.detect.trials import condition_text
 from fingerslip.errors import InputError, shorten
-from fingerslip.files import write_text, writing
-from fingerslip.report.figures.detection import (
+from fingerslip.report.figures.markers import (
     assumption_figure,
     importance_figure,
     learning_curve_figure,
     robustness_figure,
 )
 from fingerslip.report.figures.style import save_figure
-from fingerslip.report.tables.table import Table, to_csv
+from fingerslip.storage.files import write_text, writing
+from fingerslip.tables.table import Table, to_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.motion import markers_of, rest_positions
 from fingerslip.errors import InputError, ResultError, shorten
-from fingerslip.files import csv_text, plain_cell, write_text
-from fingerslip.report.tables.table import Column, Missing, Table
+from fingerslip.storage.files import csv_text, plain_cell, write_text
+from fingerslip.tables.table import Column, Missing, Table
 from fingerslip.vision.tracks import seen, tracks_in_metres
 
 if TYPE_CHECKING:

@@ -20,9 +20,16 @@ from fingerslip.detect.labels import CLASSES
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.optional import optional
 from fingerslip.detect.training import Calibration, Detector, candidate_of_name
-from fingerslip.digest import file_digest
 from fingerslip.errors import DamagedError, InputError, shorten
-from fingerslip.files import check_replaceable, new_folder, read_json, write_bytes, write_json, write_text
+from fingerslip.storage.files import (
+    check_replaceable,
+    file_digest,
+    new_folder,
+    read_json,
+    write_bytes,
+    write_json,
+    write_text,
+)
 from fingerslip.version import __version__
 
 __all__ = ["LARGEST", "TRUSTED", "read_detector", "write_detector"]

@@ -16,7 +16,7 @@ import numpy as np
 from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
-from fingerslip.files import plain_cell
+from fingerslip.storage.files import plain_cell
 from fingerslip.units import parse_quantity
 from fingerslip.vision.tables import read_tracks_csv
 from fingerslip.vision.tracks import make_tracks, read_tracks

@@ -10,10 +10,16 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
-from fingerslip.detect.evaluation.benchmark import rest_ends, score_submission
 from fingerslip.detect.evaluation.crossval import FoldFrames, joined_folds
 from fingerslip.detect.evaluation.evaluate import Evaluation, begun_evaluation
-from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
+from fingerslip.detect.evaluation.scores import (
+    Estimate,
+    event_scores_of,
+    frame_scores_of,
+    reliability_of,
+    rest_ends,
+    score_submission,
+)
 from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.motion import MotionSettings
@@ -33,8 +39,8 @@ from fingerslip.detect.training import calibration_count, candidate_of_name, tra
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.unseen import on_unseen, unseen_tables
 from fingerslip.errors import InputError, shorten
-from fingerslip.files import write_text, writing
-from fingerslip.report.tables.table import Table, to_csv, to_markdown
+from fingerslip.storage.files import write_text, writing
+from fingerslip.tables.table import Table, to_csv, to_markdown
 
 if TYPE_CHECKING:
     from fingerslip.vision.tracking.markers import LayoutName

@@ -27,8 +27,8 @@ from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks, seen_with_plate
-from fingerslip.run_folder import HISTORY, RESULT, stored_result
-from fingerslip.slip.fractions import stick_ratio
+from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.slip.windows import stick_ratio
 from fingerslip.units import parse_quantity
 from fingerslip.vision.cameras.point import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks, plate_mark
 from fingerslip.vision.cameras.presets import external_camera, internal_camera

@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers
 from fingerslip.detect.recordings import EXTERNAL
 from fingerslip.detect.trials import Trial
-from fingerslip.files import check_empty, csv_text, write_text, writing
 from fingerslip.marker_layouts import MarkerLayout, ring_layout
-from fingerslip.vision.cameras.camera import Camera, Pose
+from fingerslip.storage.files import check_empty, csv_text, write_text, writing
+from fingerslip.vision.cameras.camera import Camera, MarkerLook, PixelCamera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
-from fingerslip.vision.cameras.look import MarkerLook, PixelCamera
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.tracks import make_tracks
 

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.evaluation.assumptions import Sensitivity
 from fingerslip.detect.evaluation.inquiries import CurvePoint
-from fingerslip.detect.evaluation.robustness import Robustness
+from fingerslip.detect.evaluation.robustness import Robustness, Sensitivity
 from fingerslip.detect.evaluation.scores import Estimate, EventScores, FrameScores, Reliability
 from fingerslip.detect.labels import CLASSES
-from fingerslip.report.tables.table import Cell, Column, Missing, Table
+from fingerslip.tables.table import Cell, Column, Missing, Table
 
 if TYPE_CHECKING:
     from fingerslip.detect.live import Finding

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.detect.labels import Onsets, read_labels, write_labels
-from fingerslip.digest import digest
 from fingerslip.errors import InputError, shorten
-from fingerslip.files import read_json, write_json
+from fingerslip.storage.files import digest, read_json, write_json
 from fingerslip.units import format_quantity
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
 

@@ -10,8 +10,13 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.alarms import Hysteresis, Thresholds, onsets_from
 from fingerslip.detect.classifiers import probabilities
-from fingerslip.detect.evaluation.benchmark import rest_ends
-from fingerslip.detect.evaluation.scores import EventScores, confusion_by_trial, event_scores_of, frame_scores_of
+from fingerslip.detect.evaluation.scores import (
+    EventScores,
+    confusion_by_trial,
+    event_scores_of,
+    frame_scores_of,
+    rest_ends,
+)
 from fingerslip.detect.features import features_of
 from fingerslip.detect.labels import Onsets, classes_at
 from fingerslip.detect.motion import motion_of
@@ -19,7 +24,7 @@ from fingerslip.detect.tables import confusion_table, event_table, frame_table
 from fingerslip.detect.training import Detector, check_tracks_fit, frame_scores
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
-from fingerslip.report.tables.table import Table
+from fingerslip.tables.table import Table
 
 __all__ = ["READINGS", "Unseen", "on_unseen", "unseen_tables"]
 

@@ -15,7 +15,7 @@ from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.threads import single_dense_thread
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = ["Marched", "Motions", "march_motions"]
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 from fingerslip.dynamics.system.bodies import contact_motion
 from fingerslip.dynamics.system.motion import largest_approach
 from fingerslip.errors import InputError
-from fingerslip.model import Contact, Model
+from fingerslip.model.model import Contact, Model
 
 __all__ = ["with_short_search"]
 

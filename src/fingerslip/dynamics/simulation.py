@@ -24,9 +24,9 @@ from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
-from fingerslip.model import Model
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
 from fingerslip.parameters.schema import describe
-from fingerslip.timing import Adaptive
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,7 +17,7 @@ from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = ["Course", "SmallCourse", "Stepwise", "make_course"]
 

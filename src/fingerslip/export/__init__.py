@@ -4,7 +4,6 @@
 contact on the skin, the counterfaces and the sites; ``formats`` is the one list of what can be written.
 """
 
-from fingerslip.export.formats import FORMATS, export_history, export_tables
-from fingerslip.export.tables import history_tables
+from fingerslip.export.formats import FORMATS, export_history, export_tables, history_tables
 
 __all__ = ["FORMATS", "export_history", "export_tables", "history_tables"]

@@ -1,22 +1,34 @@
-"""The formats in which results can be written for other programs."""
+"""Results as tidy tables and MATLAB files."""
 
 from __future__ import annotations
 
 import contextlib
 import importlib.util
+import io
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
+from scipy.io import savemat
 
 from fingerslip.errors import InputError
-from fingerslip.export.matlab import write_history_mat, write_tables_mat
 from fingerslip.export.paraview import write_paraview
-from fingerslip.export.tables import history_tables
-from fingerslip.files import check_replaceable, frame_csv, json_text, new_folder, write_json, write_text, writing
+from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.marker_tracks import marker_tracks
+from fingerslip.storage.files import (
+    check_replaceable,
+    frame_csv,
+    json_text,
+    new_folder,
+    write_bytes,
+    write_json,
+    write_text,
+    writing,
+)
+from fingerslip.units import unit_suffix
 from fingerslip.version import __version__
 
 if TYPE_CHECKING:
@@ -26,8 +38,154 @@ __all__ = [
     "FORMATS",
     "export_history",
     "export_tables",
+    "history_tables",
     "marker_tracks",
+    "write_history_mat",
+    "write_tables_mat",
 ]
+
+
+def write_history_mat(history: xr.Dataset, folder: Path) -> None:
+    """Write a history as one structure ``history`` into ``history.mat``, whole or not at all.
+
+    Its fields are the arrays under their names, ``attributes``, and the structures ``units``, ``dimensions`` and
+    ``meaning`` with a field for each array. Dimensions keep their order: ``history.displacement(i, j, 1)`` is the first
+    component of site j at time i. Names and kinds are cell arrays of text; indices of nodes and cells count from zero.
+    """
+    variables = {str(name): variable for name, variable in history.variables.items()}
+    fields: dict[str, Any] = {name: _array(variable.values) for name, variable in variables.items()}
+    fields["units"] = {name: variable.attrs.get("units", "") for name, variable in variables.items()}
+    fields["dimensions"] = {name: _texts(variable.dims) for name, variable in variables.items()}
+    fields["meaning"] = {name: variable.attrs.get("long_name", "") for name, variable in variables.items()}
+    fields["attributes"] = _attributes(history.attrs)
+    _write(folder / "history.mat", {"history": fields})
+
+
+def write_tables_mat(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
+    """Write each table as a structure with a field for each column, and ``units``, into a file of its name.
+
+    In MATLAB ``struct2table(rmfield(runs, 'units'))`` makes a table of it.
+    """
+    for name, frame in tables.items():
+        columns = {_field(str(column)): _array(frame[column].to_numpy()) for column in frame.columns}
+        units = {_field(column): unit for column, unit in frame.attrs.get("units", {}).items()}
+        _write(folder / f"{name}.mat", {name: {**columns, "units": units}})
+
+
+def _write(path: Path, values: Mapping[str, Any]) -> None:
+    stream = io.BytesIO()
+    savemat(stream, dict(values), long_field_names=True, do_compression=True, oned_as="column")
+    write_bytes(path, stream.getvalue())
+
+
+def _field(name: str) -> str:
+    """Return a name that MATLAB takes for a field."""
+    return "".join(sign if sign.isalnum() else "_" for sign in name)
+
+
+def _array(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    return _texts(values.ravel().tolist()) if values.dtype.kind in "OUS" else values
+
+
+def _texts(values: Any) -> np.ndarray[Any, Any]:
+    """Return texts as a cell array."""
+    cells = np.empty((len(values), 1), dtype=object)
+    cells[:, 0] = [str(value) for value in values]
+    return cells
+
+
+def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return attributes as MATLAB can hold them."""
+    return {_field(str(name)): _value(value) for name, value in attributes.items()}
+
+
+def _value(value: Any) -> Any:
+    is_plain = isinstance(value, str | int | float | np.ndarray | np.generic)
+    return value if is_plain else _texts(np.atleast_1d(value).tolist())
+
+
+# What a row is for, by the second dimension of its variables: the table's name, and the coordinates that label it.
+_TABLES: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "": ("series", ()),
+    "site": ("sites", ("site", "site_kind", "site_region", "site_position")),
+    "contact_node": ("contact", ("contact_node", "contact_counterface", "contact_position", "contact_area")),
+    "counterface": ("counterfaces", ("counterface",)),
+    "rigid_body": ("rigid_bodies", ("rigid_body",)),
+    "support": ("supports", ("support",)),
+}
+_COMPONENTS = ("component", "stress_component", "rotation_axis")
+_UNITLESS = ("", "1")
+_KNOWN = {**COORDINATES, **VARIABLES}
+
+
+def history_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
+    """Return the records of a history as tables; snapshots of the whole mesh are in none of them.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+
+    Returns
+    -------
+    dict of str to pandas.DataFrame
+        ``series`` with a row for each record, and as far as there are any ``sites``, ``contact``, ``counterfaces``,
+        ``rigid_bodies`` and ``supports`` with a row for each record and each of them. Columns have the component and
+        the SI unit in their names, such as ``displacement_x_m``; ``attrs["units"]`` has the units.
+
+    Examples
+    --------
+    The table of all sites as a file for R::
+
+        fs.history_tables(history)["sites"].to_csv("sites.csv", index=False)
+    """
+    return dict(_tables(history))
+
+
+def _tables(history: xr.Dataset) -> Iterator[tuple[str, pd.DataFrame]]:
+    for dimension, (name, labels) in _TABLES.items():
+        variables = [
+            variable for variable in VARIABLES if variable in history and _row_dimension(variable) == dimension
+        ]
+        if history.sizes.get(dimension, 1) and variables:
+            yield name, _table(history, dimension, labels, variables)
+
+
+def _row_dimension(name: str) -> str | None:
+    """Return the dimension beside time that makes rows of a variable; None for what is not over time."""
+    dims = VARIABLES[name].dims
+    if dims[:1] != ("time",):
+        return None
+    return dims[1] if len(dims) > 1 else ""
+
+
+def _table(history: xr.Dataset, dimension: str, labels: tuple[str, ...], variables: list[str]) -> pd.DataFrame:
+    n_rows = history.sizes.get(dimension, 1)
+    times = history["time"].values
+    columns: dict[str, Any] = {"time_s": np.repeat(times, n_rows)}
+    units = {"time_s": "s"}
+    for name in (*(label for label in labels if label in history.coords), *variables):
+        result = _columns(history, name)
+        # What labels a row is the same at all times.
+        columns |= (
+            {entry: np.tile(values, times.size) for entry, values in result.items()} if name in labels else result
+        )
+        units |= dict.fromkeys(result, _KNOWN[name].units)
+    frame = pd.DataFrame(columns)
+    frame.attrs["units"] = {column: unit for column, unit in units.items() if unit not in _UNITLESS}
+    return frame
+
+
+def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
+    """Return the columns of a variable: one for each component, or one."""
+    variable, values = _KNOWN[name], history[name].values
+    suffix = f"_{unit_suffix(variable.units)}" if variable.units not in _UNITLESS else ""
+    component = next((dim for dim in variable.dims if dim in _COMPONENTS), None)
+    if component is None:
+        return {f"{name}{suffix}": values.ravel()}
+    return {
+        f"{name}_{value}{suffix}": values[..., number].ravel() for number, value in enumerate(history[component].values)
+    }
 
 
 _Tables = Mapping[str, pd.DataFrame]

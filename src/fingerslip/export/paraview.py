@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
-from fingerslip.files import csv_text, write_text
 from fingerslip.history import full_tensors, is_solid, nearest_record, site_kinds
-from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
 from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.snapshot import flat_faces, in_space, read_snapshot
+from fingerslip.storage.files import csv_text, write_text
 
 if TYPE_CHECKING:
     import xarray as xr

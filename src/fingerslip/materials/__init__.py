@@ -1,8 +1,7 @@
 """What layers are made of: a file for each law, with its parameters, and how layers damp."""
 
 from fingerslip.materials.choice import LAWS, AnyMaterial, MaterialChoice
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation, Material
 from fingerslip.materials.mooney_rivlin import MooneyRivlin

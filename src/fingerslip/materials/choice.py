@@ -1,4 +1,6 @@
-"""Which law a study file means: `law` in a material names it, and without it the material is linear elastic.
+"""Choosing a material: by law and constants, or by the name of one that ships.
+
+Which law a study file means: `law` in a material names it, and without it the material is linear elastic.
 
 A material may also start from one that ships: `preset` names it, and all else in it overrides its values.
 """
@@ -22,7 +24,7 @@ from fingerslip.materials.material import Material
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
-from fingerslip.parameters.presets import Presets
+from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import require
 
 __all__ = [
@@ -34,8 +36,13 @@ __all__ = [
     "MaterialEntry",
     "conforming_law",
     "kept_values",
+    "material",
+    "material_header",
+    "material_names",
     "material_of",
+    "material_table",
 ]
+
 
 #: A law of small strain or of large strain.
 AnyMaterial: TypeAlias = Material | FiniteMaterial
@@ -154,3 +161,39 @@ else:
 _KIND: Any = MaterialChoice
 #: The materials that ship.
 MATERIALS: Presets[AnyMaterial] = Presets(_KIND, "fingerslip.materials", kept_values)
+
+
+def material_names() -> tuple[str, ...]:
+    """Return the names of all materials that ship."""
+    return MATERIALS.names
+
+
+def material(name: str) -> AnyMaterial:
+    """Return a material that ships.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`material_names`.
+
+    Raises
+    ------
+    InputError
+        Where no material has that name.
+
+    Examples
+    --------
+    >>> material("pulp").youngs_modulus
+    34000.0
+    """
+    return MATERIALS.read(name)
+
+
+def material_table(name: str) -> tuple[PresetValue, ...]:
+    """Return every value of a material with its source, the assumed ones first; `name` as of :func:`material`."""
+    return MATERIALS.table(name)
+
+
+def material_header(name: str) -> dict[str, str]:
+    """Return what a material says of itself: `citation`, `published` and `claims_not`."""
+    return MATERIALS.header(name)

@@ -1,4 +1,6 @@
-"""Hooke's law: isotropic linear elasticity at small strain.
+"""Linear elasticity, and Rayleigh damping.
+
+Hooke's law: isotropic linear elasticity at small strain.
 
 With the dilatation e, the sum of the normal strains, and the strain tensor E, the energy is
 lambda/2 e^2 + G E:E, the stress lambda e I + 2 G E. In solids and plane strain lambda is Lame's first constant
@@ -17,9 +19,32 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation
 from fingerslip.materials.prony import Prony, check_prony
-from fingerslip.parameters import Density, Number, Pressure, parameters
+from fingerslip.parameters import Density, Duration, Number, Pressure, Rate, parameters
 
-__all__ = ["Elastic", "hooke_energy", "hooke_stress", "hooke_tangent"]
+__all__ = [
+    "Elastic",
+    "RayleighDamping",
+    "hooke_energy",
+    "hooke_stress",
+    "hooke_tangent",
+]
+
+
+@parameters
+class RayleighDamping:
+    """Damping matrix as `mass` times the mass matrix plus `stiffness` times the stiffness matrix.
+
+    Parameters
+    ----------
+    mass : float
+        Mass-proportional coefficient [1/s].
+    stiffness : float
+        Stiffness-proportional coefficient [s].
+    """
+
+    mass: Rate = 0.0
+    stiffness: Duration = 0.0
+
 
 Array = NDArray[np.float64]
 

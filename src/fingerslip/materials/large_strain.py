@@ -1,4 +1,6 @@
-"""What laws of large strain share: the split of the energy into shape and volume.
+"""What laws of large strain share: principal stretches, powers of them, volume.
+
+What laws of large strain share: the split of the energy into shape and volume.
 
 What every law for large strain answers, whatever the law.
 
@@ -15,25 +17,37 @@ is K/2 (ln J)^2 with the bulk modulus K, as in FEBio's laws of this kind and in 
 is linear in the logarithmic strains, so its derivative is the constant K and costs nothing. The Cauchy pressure
 K ln J/J grows with the volume up to J = e = 2.7, far beyond what a nearly incompressible layer reaches; see Doll &
 Schweizerhof, J. Appl. Mech. 67 (2000) 17-21, for this and other functions.
+
+What the laws have in common whose energy of shape is a sum of powers of the isochoric stretches.
+
+With the isochoric principal stretches l_i = J^(-1/3) lambda_i the energy per reference volume is ::
+
+    sum_p mu_p/alpha_p (l_1^alpha_p + l_2^alpha_p + l_3^alpha_p - 3) + K/2 (ln J)^2
+
+as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584; :mod:`fingerslip.materials.large_strain` says why the part of the
+volume is this.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from types import MappingProxyType
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.prony import Prony
+from fingerslip.materials.prony import Prony, check_prony
 
 __all__ = [
     "SHAPES",
     "TESTS",
     "FiniteMaterial",
+    "Power",
+    "PowersOfStretches",
     "check_stability",
     "chosen_bulk_modulus",
     "deviator",
@@ -198,3 +212,71 @@ def _limits(tangent: Callable[[Array], Array], direction: Array, stretches: tupl
         if lost.size:
             limits.append(f"{side} {np.exp(path[lost[0]]):.3g}")
     return limits
+
+
+#: A power of the isochoric stretches: its factor mu [Pa] and its exponent alpha [-].
+Power: TypeAlias = tuple[float, float]
+
+
+class PowersOfStretches:
+    """A law of this kind: a parameter set with the fields below says its `powers`."""
+
+    if TYPE_CHECKING:
+        density: float
+        bulk_modulus: float | None
+        poisson_ratio: float | None
+        stable_between: tuple[float, float]
+        prony: Prony
+
+        @property
+        def powers(self) -> Sequence[Power]:
+            """The powers of the stretches."""
+
+    def check_stable(self) -> None:
+        """Refuse moduli with which the law is not stable, and terms by which it cannot relax."""
+        check_stability(self.kirchhoff_tangent, self.stable_between)
+        check_prony(self.prony)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus at rest [Pa]."""
+        return 0.5 * sum(modulus * exponent for modulus, exponent in self.powers)
+
+    @cached_property
+    def bulk(self) -> float:
+        """Bulk modulus [Pa], given or from Poisson's ratio."""
+        return chosen_bulk_modulus(self.shear_modulus, self.bulk_modulus, self.poisson_ratio)
+
+    @property
+    def stiffness(self) -> float:
+        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
+        return self.at_rest().youngs_modulus
+
+    def at_rest(self) -> Elastic:
+        """Return the law at small strain."""
+        return linearise(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
+
+    def stored_energy(self, log_strain: Array) -> Array:
+        """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
+        shape, energy = deviator(log_strain), self.volumetric(sum_columns(log_strain))[0]
+        for modulus, exponent in self.powers:
+            energy += modulus / exponent * sum_columns(np.expm1(exponent * shape))
+        return energy
+
+    def kirchhoff_stress(self, log_strain: Array) -> Array:
+        """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
+        shape = deviator(log_strain)
+        powers = sum(modulus * np.exp(exponent * shape) for modulus, exponent in self.powers)
+        return deviator(np.asarray(powers)) + (self.bulk * sum_columns(log_strain))[:, None]
+
+    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+        """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
+        shape = deviator(log_strain)
+        rates = sum(modulus * exponent * np.exp(exponent * shape) for modulus, exponent in self.powers)
+        tangent = isochoric_tangent(np.asarray(rates))
+        tangent += self.bulk
+        return tangent
+
+    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+        """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
+        return volumetric_energy(self.bulk, log_volume)

@@ -17,7 +17,7 @@ from typing import Annotated, Literal
 import pydantic
 
 from fingerslip.errors import InputError
-from fingerslip.materials.powers import Power, PowersOfStretches
+from fingerslip.materials.large_strain import Power, PowersOfStretches
 from fingerslip.materials.prony import Prony
 from fingerslip.parameters import Density, Number, Pressure, SignedPressure, parameters
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.errors import MeshError, shorten
-from fingerslip.files import new_files
+from fingerslip.storage.files import new_files
 
 if TYPE_CHECKING:
     import meshio

@@ -10,10 +10,10 @@ from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self, get_args, get_origin, get_type_hints
 
-from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError
 from fingerslip.mesh.quality import quality_table
 from fingerslip.parameters import FileName, as_mapping, parameters
+from fingerslip.storage.files import digest, file_digest
 from fingerslip.units import LengthUnit
 
 if TYPE_CHECKING:

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from fingerslip.slip.events import (
     Events,
+    Found,
     SlipEvents,
     acceleration_events,
     displacement_events,
     events_from_mapping,
     events_mapping,
+    find_events,
+    find_slip,
     slip_events,
-)
-from fingerslip.slip.finding import Found, find_events, find_slip
-from fingerslip.slip.fractions import (
-    accumulated_slip,
-    contact_area,
-    relative_displacement,
-    slipped_fraction,
-    slipping_fraction,
-    stick_ratio,
 )
 from fingerslip.slip.front import EdgeContact, edge_contact, force_ratio_times, front_arrivals, reference_events
 from fingerslip.slip.measures import MEASURES, Measure, read_measures
@@ -36,9 +30,15 @@ from fingerslip.slip.windows import (
     READINGS,
     ContactForces,
     SlideWindow,
+    accumulated_slip,
+    contact_area,
     contact_forces,
+    relative_displacement,
     slide_tangent,
     slide_window,
+    slipped_fraction,
+    slipping_fraction,
+    stick_ratio,
     sustained_crossing,
     sustained_crossings,
 )

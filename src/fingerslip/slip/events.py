@@ -1,4 +1,6 @@
-"""Slip events: incipient, noticed, three-quarter and overall slip, each in three readings.
+"""Slip events: incipient, noticed, three-quarter and overall slip in three readings.
+
+Slip events: incipient, noticed, three-quarter and overall slip, each in three readings.
 
 From accumulated slip
     The first time from which, of the area in contact since the slide began, the fraction that has slipped by more
@@ -18,13 +20,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fingerslip.contact.states import OPEN
-from fingerslip.slip.fractions import relative_displacement, slipped_steps
+from fingerslip.parameters.schema import require_kind
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import (
@@ -32,7 +34,9 @@ from fingerslip.slip.windows import (
     READINGS,
     TIMES,
     SlideWindow,
+    relative_displacement,
     slide_window,
+    slipped_steps,
     sustained_crossing,
     sustained_crossings,
 )
@@ -42,6 +46,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Events",
+    "Found",
     "SlipEvents",
     "acceleration_events",
     "displacement_events",
@@ -49,8 +54,11 @@ __all__ = [
     "events_mapping",
     "events_of_leaving",
     "events_of_peaks",
+    "find_events",
+    "find_slip",
     "slip_events",
 ]
+
 
 # Of sums of areas, as a share of them.
 _ROUNDING = 1e-9
@@ -260,3 +268,48 @@ def _events_before(table: PeakTable, overall: Peak) -> SlipEvents:
         three_quarter=strongest.time if strongest else None,
         overall=overall.time,
     )
+
+
+@dataclass(frozen=True)
+class Found:
+    """What is found in a history once, and needed by all that is read off it."""
+
+    events: Events = field(default_factory=Events)
+    peaks: PeakTable = field(default_factory=PeakTable)
+
+
+def find_events(history: xr.Dataset, settings: EventSettings | None = None, slide: int = 0) -> Events:
+    """Find the slip events of a slide in all three readings.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        What ``simulate`` returned.
+    settings : EventSettings, optional
+        Tolerances and fractions.
+    slide : int, optional
+        Which of the slides, from 0.
+
+    Returns
+    -------
+    Events
+        All None where the programme has no slide.
+
+    Raises
+    ------
+    InputError
+        Where there are slides, but not that one.
+    """
+    return find_slip(history, settings, slide).events
+
+
+def find_slip(history: xr.Dataset, settings: EventSettings | None = None, slide: int = 0) -> Found:
+    """Find the slip events of a slide as :func:`find_events` does, and the acceleration peaks of it."""
+    import xarray as xr
+
+    require_kind(history, xr.Dataset, "a history, which simulate returns", "history")
+    settings = settings or EventSettings()
+    slip = slip_events(history, settings, slide)
+    displacement = displacement_events(history, settings, slide)
+    peaks = acceleration_peaks(history, settings.peaks, slide)
+    return Found(Events(slip, displacement, events_of_peaks(history, peaks, settings.peaks, slide)), peaks)

@@ -16,10 +16,10 @@ from fingerslip.contact.states import OPEN
 from fingerslip.history import is_solid, site_rows, sites_of_kinds
 from fingerslip.sites import Site
 from fingerslip.slip.events import SlipEvents, events_of_leaving
-from fingerslip.slip.fractions import accumulated_slip
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import (
     SlideWindow,
+    accumulated_slip,
     contact_forces,
     counterface_normal,
     slide_tangent,

@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerslip.history import phase_times
-from fingerslip.slip.finding import Found, find_slip
-from fingerslip.slip.fractions import contact_area
+from fingerslip.slip.events import Found, find_slip
 from fingerslip.slip.front import edge_distance, force_ratio_times, front_arrivals
 from fingerslip.slip.resolution import largest_step_share, nodes_across, record_interval, slide_records
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
-from fingerslip.slip.windows import contact_forces, counterface_normal, slide_window, split_along
+from fingerslip.slip.windows import contact_area, contact_forces, counterface_normal, slide_window, split_along
 from fingerslip.units import Unit
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ class Measure:
     label : str
         Its name in words.
     read : callable
-        Gets a history, and with `reading` also its :class:`~fingerslip.slip.finding.Found`, and returns the number in
+        Gets a history, and with `reading` also its :class:`~fingerslip.slip.events.Found`, and returns the number in
         SI units; None where it does not exist in that history.
     unit : Unit, optional
         Its unit; none for a pure number.

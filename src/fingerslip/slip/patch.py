@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid
-from fingerslip.slip.fractions import contact_area, stick_ratio
-from fingerslip.slip.windows import contact_forces, counterface_normal, slide_tangent
+from fingerslip.slip.windows import contact_area, contact_forces, counterface_normal, slide_tangent, stick_ratio
 
 if TYPE_CHECKING:
     import xarray as xr

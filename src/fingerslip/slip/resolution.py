@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerslip.contact.states import OPEN
-from fingerslip.slip.fractions import slipped_fraction
+from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import slide_window
-from fingerslip.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
+from fingerslip.slip.windows import slide_window, slipped_fraction
 
 if TYPE_CHECKING:
     import xarray as xr

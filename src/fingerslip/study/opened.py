@@ -14,8 +14,7 @@ from fingerslip.history import read_history
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.tables.runs import runs_frame
-from fingerslip.results import RunResult, StudyResult
-from fingerslip.run_folder import HISTORY, RUN, unchecked_result
+from fingerslip.results import HISTORY, RUN, RunResult, StudyResult, unchecked_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.storage.summary import identities, stored_manifest, stored_study

@@ -11,9 +11,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from fingerslip.errors import InputError
-from fingerslip.files import write_text
 from fingerslip.parameters.yaml_text import parse_document
-from fingerslip.report.tables.table import Column, Table
+from fingerslip.storage.files import write_text
+from fingerslip.tables.table import Column, Table
 
 __all__ = ["TEMPLATES", "copy_example", "example_path", "examples", "examples_table", "new_study", "studies_folder"]
 

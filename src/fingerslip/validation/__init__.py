@@ -12,8 +12,15 @@ from fingerslip.validation.comparison import (
 )
 from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import STUDIES
-from fingerslip.validation.geometry import allowed_geometry, geometry_table
-from fingerslip.validation.rows import Row, Stored, rows_mapping, rows_markdown, rows_table
+from fingerslip.validation.rows import (
+    Row,
+    Stored,
+    allowed_geometry,
+    geometry_table,
+    rows_mapping,
+    rows_markdown,
+    rows_table,
+)
 from fingerslip.validation.sensor import pouring_rows
 
 __all__ = [

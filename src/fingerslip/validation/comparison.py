@@ -11,21 +11,23 @@ from typing import Any
 
 from fingerslip.errors import InputError, shorten
 from fingerslip.published import PublishedValue, published_set
-from fingerslip.report.tables.table import Table, to_markdown
 from fingerslip.results import RunResult
 from fingerslip.slip.windows import READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.shipped import studies_folder
+from fingerslip.tables.table import Table, to_markdown
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
 from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
-from fingerslip.validation.geometry import GeometryRow, allowed_geometry, geometry_table
 from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import (
     TIME_RESOLUTION,
     Basis,
+    GeometryRow,
     Row,
     Stored,
+    allowed_geometry,
+    geometry_table,
     number_row,
     rows_mapping,
     rows_markdown,

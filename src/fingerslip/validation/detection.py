@@ -100,7 +100,7 @@ def detection_rows(
 
     stored = stored_rows(DETECTION_FILE, studies, results, computed if compute else None)
     if stored.computed:
-        from fingerslip.detect.evaluation.parts import parts_beside
+        from fingerslip.detect.evaluation.crossval import parts_beside
 
         parts_beside(output).remove()
     return stored

@@ -10,8 +10,7 @@ from types import MappingProxyType
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
-from fingerslip.results import RunResult
-from fingerslip.run_folder import HISTORY
+from fingerslip.results import HISTORY, RunResult
 from fingerslip.study.convergence.converge import converge, level_folders
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress

@@ -23,8 +23,7 @@ from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.published import PublishedValue, published_set
-from fingerslip.results import RunResult, StudyResult
-from fingerslip.run_folder import HISTORY
+from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.study.running.progress import StudyProgress

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw, StaticKinetic
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Component, Contact, Model, Recording
-from fingerslip.programme import Hold, Press, Slide
+from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.model.model import Component, Contact, Model, Recording
+from fingerslip.model.programme import Hold, Press, Slide
+from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.sites import Site
-from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Component, Contact, Drive, Model, Recording
-from fingerslip.programme import Hold
+from fingerslip.model.model import Component, Contact, Drive, Model, Recording
+from fingerslip.model.programme import Hold
+from fingerslip.model.timing import TimeStepping
 from fingerslip.sites import Site
-from fingerslip.timing import TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 

@@ -18,8 +18,8 @@ from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
-from fingerslip.model import Component, Model, Recording
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Component, Model, Recording
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, jiggle, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 

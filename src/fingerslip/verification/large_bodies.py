@@ -16,10 +16,10 @@ from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import build_space
 from fingerslip.materials.material import Formulation
 from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.model import Component, Model, Recording, Traction
-from fingerslip.programme import Ramp
+from fingerslip.model.model import Component, Model, Recording, Traction
+from fingerslip.model.programme import Ramp
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.sites import Site
-from fingerslip.timing import QuasiStatic
 from fingerslip.verification.meshes import box, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 

@@ -25,9 +25,9 @@ from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import Prony
-from fingerslip.model import Component, Contact, Model
-from fingerslip.programme import Phase, Press, Slide
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Component, Contact, Model
+from fingerslip.model.programme import Phase, Press, Slide
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 

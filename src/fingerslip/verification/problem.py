@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from fingerslip.errors import FingerslipError
-from fingerslip.report.tables.table import Column, Table
+from fingerslip.tables.table import Column, Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.model import Model
+    from fingerslip.model.model import Model
 
 __all__ = [
     "Check",

@@ -18,10 +18,10 @@ from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.mesh.joining import join_meshes
-from fingerslip.model import Contact, Model, SupportMotion
-from fingerslip.programme import Hold, Ramp, Slide
-from fingerslip.rigid_bodies import BodyLoad, Dampers, RigidBody, Springs
-from fingerslip.timing import QuasiStatic, TimeStepping
+from fingerslip.model.model import Contact, Model, SupportMotion
+from fingerslip.model.programme import Hold, Ramp, Slide
+from fingerslip.model.rigid_bodies import BodyLoad, Dampers, RigidBody, Springs
+from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 

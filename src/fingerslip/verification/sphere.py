@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Sphere
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Contact, Model
-from fingerslip.programme import Phase, Press, Slide
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.programme import Phase, Press, Slide
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from fingerslip.report.tables.table import Table, to_markdown
+from fingerslip.tables.table import Table, to_markdown
 from fingerslip.verification.catalogue import choose, problem
 from fingerslip.verification.problem import Outcome, number_table, run, table
 

@@ -21,10 +21,10 @@ from fingerslip.contact.counterfaces import Cylinder
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.materials.prony import Prony, PronyTerm
-from fingerslip.model import Component, Model, Recording, SupportMotion, Traction
-from fingerslip.programme import Hold, Press, Ramp
+from fingerslip.model.model import Component, Model, Recording, SupportMotion, Traction
+from fingerslip.model.programme import Hold, Press, Ramp
+from fingerslip.model.timing import QuasiStatic, TimeStepping, Timing
 from fingerslip.sites import Site
-from fingerslip.timing import QuasiStatic, TimeStepping, Timing
 from fingerslip.verification.line import line_model
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerslip.errors import InputError, ResultError, shorten
-from fingerslip.files import frame_csv, write_text
+from fingerslip.storage.files import frame_csv, write_text
 from fingerslip.vision.tracks import AXES, UNITS, check_tracks, make_tracks
 
 if TYPE_CHECKING:

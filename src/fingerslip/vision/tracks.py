@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.errors import InputError, ResultError, shorten
-from fingerslip.files import write_bytes
-from fingerslip.netcdf import read_netcdf
+from fingerslip.storage.files import write_bytes
+from fingerslip.storage.netcdf import read_netcdf
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:

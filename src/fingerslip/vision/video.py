@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shorten
-from fingerslip.files import check_replaceable, new_file, new_folder, read_json, write_json
+from fingerslip.storage.files import check_replaceable, new_file, new_folder, read_json, write_json
 
 __all__ = [
     "CODECS",

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.mesh.joining import join_meshes
-from fingerslip.model import Contact, Model, SupportMotion
-from fingerslip.programme import Hold, Press, Ramp
-from fingerslip.rigid_bodies import BodyLoad, BodyVelocity, Dampers, RigidBody, Springs
-from fingerslip.timing import QuasiStatic, TimeStepping
+from fingerslip.model.model import Contact, Model, SupportMotion
+from fingerslip.model.programme import Hold, Press, Ramp
+from fingerslip.model.rigid_bodies import BodyLoad, BodyVelocity, Dampers, RigidBody, Springs
+from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 

@@ -18,11 +18,10 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.integration import Integration
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Contact, Model
-from fingerslip.programme import Press, Slide
-from fingerslip.timing import TimeStepping
+from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.programme import Press, Slide
+from fingerslip.model.timing import TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
 from problems.verification.reference import condensed_states, full_motions, full_system, make_stepper

@@ -8,13 +8,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.materials.prony import PronyTerm
-from fingerslip.model import Model, Recording, SupportMotion
-from fingerslip.programme import Ramp
+from fingerslip.model.model import Model, Recording, SupportMotion
+from fingerslip.model.programme import Ramp
+from fingerslip.model.timing import Adaptive
 from fingerslip.sites import Site
-from fingerslip.timing import Adaptive
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 from fingerslip.verification.viscoelastic import ramp_response

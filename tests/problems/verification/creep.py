@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Component, Contact, Model, Traction
-from fingerslip.programme import Hold, Phase, Press, Ramp, Slide
-from fingerslip.timing import TimeStepping
+from fingerslip.model.model import Component, Contact, Model, Traction
+from fingerslip.model.programme import Hold, Phase, Press, Ramp, Slide
+from fingerslip.model.timing import TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 

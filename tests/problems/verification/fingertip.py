@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.system.penalties import contact_penalties
-from fingerslip.model import Contact, Model
-from fingerslip.programme import Press, Slide
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.programme import Press, Slide
+from fingerslip.model.timing import TimeStepping
 from fingerslip.slip import Events, find_events
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
-from fingerslip.timing import TimeStepping
 from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 

@@ -8,8 +8,8 @@ import xarray as xr
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Contact, Model
-from fingerslip.timing import TimeStepping
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.timing import TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 

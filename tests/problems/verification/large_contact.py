@@ -10,9 +10,9 @@ from fingerslip.contact.counterfaces import Cylinder
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.model import Contact, Model
-from fingerslip.programme import Press, Slide
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.programme import Press, Slide
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 

@@ -20,10 +20,10 @@ from fingerslip.materials.material import SHEARS, Formulation
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
-from fingerslip.model import Model, Recording, SupportMotion, Traction
-from fingerslip.programme import Ramp
+from fingerslip.model.model import Model, Recording, SupportMotion, Traction
+from fingerslip.model.programme import Ramp
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.sites import Site
-from fingerslip.timing import QuasiStatic
 from fingerslip.verification.meshes import box, jiggle
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 

@@ -13,9 +13,9 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix
 from fingerslip.fe.space import build_space
 from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.model import Component, Model, Recording, SupportMotion, Traction
-from fingerslip.programme import Ramp
-from fingerslip.timing import QuasiStatic, TimeStepping
+from fingerslip.model.model import Component, Model, Recording, SupportMotion, Traction
+from fingerslip.model.programme import Ramp
+from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 from problems.verification.large_laws import BODIES, CASES, Body, Case

@@ -24,10 +24,10 @@ from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
 from fingerslip.materials.prony import Prony, PronyTerm
-from fingerslip.model import Component, Kinematics, Model, Recording, SupportMotion, Traction
-from fingerslip.programme import Ramp
+from fingerslip.model.model import Component, Kinematics, Model, Recording, SupportMotion, Traction
+from fingerslip.model.programme import Ramp
+from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.sites import Site
-from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 from fingerslip.verification.viscoelastic import ramp_response
 from problems.verification.large_laws import (

@@ -23,7 +23,7 @@ from fingerslip.fe.space import Space, boundary_nodes, build_space, vector_dofs
 from fingerslip.linear.solver import factorise
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
-from fingerslip.report.tables.table import Column, Table
+from fingerslip.tables.table import Column, Table
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
 

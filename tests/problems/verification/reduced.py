@@ -9,13 +9,13 @@ import xarray as xr
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.model import Contact, Model, Recording, ReducedBasis
-from fingerslip.programme import Press, Slide
+from fingerslip.model.model import Contact, Model, Recording, ReducedBasis
+from fingerslip.model.programme import Press, Slide
+from fingerslip.model.timing import QuasiStatic, TimeStepping, Timing
 from fingerslip.sites import Site
 from fingerslip.slip import find_events
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
-from fingerslip.timing import QuasiStatic, TimeStepping, Timing
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
 __all__ = ["PROBLEMS"]

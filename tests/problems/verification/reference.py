@@ -24,8 +24,8 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.model import Model
-from fingerslip.timing import TimeStepping
+from fingerslip.model.model import Model
+from fingerslip.model.timing import TimeStepping
 
 __all__ = ["FullMotion", "FullSystem", "condensed_states", "full_motions", "full_system", "make_stepper"]
 

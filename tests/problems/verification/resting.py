@@ -10,8 +10,8 @@ import xarray as xr
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Component, Contact, Model
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Component, Contact, Model
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 

@@ -33,9 +33,9 @@ from fingerslip.contact.counterfaces import Cylinder, Sphere
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import Prony, PronyTerm
-from fingerslip.model import Contact, Model
-from fingerslip.programme import Hold, Lift, Phase, Press
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.programme import Hold, Lift, Phase, Press
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.line import HALF_WIDTH, RADIUS, line_model
 from fingerslip.verification.meshes import box, grade
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem

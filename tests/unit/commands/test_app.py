@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 from fingerslip import commands
 from fingerslip.commands.app import app, command_line
-from fingerslip.files import new_folder
+from fingerslip.storage.files import new_folder
 from places import ROOT
 
 FOLDER = Path(commands.__file__).parent

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from fingerslip.report.tables.table import Column, Table
 from fingerslip.study.inspection import sensitivity
+from fingerslip.tables.table import Column, Table
 
 
 def test_values_and_outputs_are_passed_on(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from fingerslip.report.tables.table import Column, Table
 from fingerslip.study.inspection import sensitivity
+from fingerslip.tables.table import Column, Table
 
 
 def test_what_is_asked_for_is_passed_on_and_printed(

@@ -12,8 +12,7 @@ import pytest
 from fingerslip import validation
 from fingerslip.published import published_set
 from fingerslip.validation import Comparison, Stored
-from fingerslip.validation.geometry import GeometryRow
-from fingerslip.validation.rows import number_row
+from fingerslip.validation.rows import GeometryRow, number_row
 
 
 def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:

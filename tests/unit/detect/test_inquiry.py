@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fingerslip.detect import inquiry
-from fingerslip.detect.evaluation.assumptions import Assumption, Sensitivity
-from fingerslip.detect.evaluation.parts import Parts
+from fingerslip.detect.evaluation.crossval import Parts
+from fingerslip.detect.evaluation.robustness import Assumption, Sensitivity
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.session import Choices

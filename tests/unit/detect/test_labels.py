@@ -18,7 +18,7 @@ from fingerslip.detect.labels import (
 )
 from fingerslip.errors import InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
-from fingerslip.report.tables.table import Missing
+from fingerslip.tables.table import Missing
 from fingerslip.vision.tracks import make_tracks
 
 LAYOUT = ring_layout(20.0, (1, 6))

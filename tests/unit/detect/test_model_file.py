@@ -19,7 +19,7 @@ from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.training import Detector, detect, train
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.files import read_json, write_json
+from fingerslip.storage.files import read_json, write_json
 from unit.detect.conftest import MOTION, SAMPLING
 
 
@@ -100,7 +100,7 @@ def test_a_classifier_that_was_changed_or_is_none_is_refused(folder: Path) -> No
 
 
 def test_types_that_are_not_trusted_are_refused(folder: Path) -> None:
-    from fingerslip.digest import file_digest
+    from fingerslip.storage.files import file_digest
 
     path = folder / "classifier.skops"
     path.write_bytes(skops.io.dumps(FunctionTransformer(func=json.loads)))

@@ -14,7 +14,7 @@ from fingerslip.detect import simulated
 from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.simulated import Filming, film_results, pouring_trial, slide_trial
 from fingerslip.errors import InputError
-from fingerslip.run_folder import RESULT
+from fingerslip.results import RESULT
 from fingerslip.vision.cameras.point import PUBLISHED_FRAME_RATE
 
 TIME = np.linspace(0.0, 9.0, 181)

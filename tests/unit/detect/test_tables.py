@@ -21,7 +21,7 @@ from fingerslip.detect.tables import (
     robustness_table,
     score_table,
 )
-from fingerslip.report.tables.table import Missing, to_csv, to_markdown
+from fingerslip.tables.table import Missing, to_csv, to_markdown
 
 SCORES = frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))
 

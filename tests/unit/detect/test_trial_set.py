@@ -9,8 +9,8 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_trials
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.files import read_json, write_json
 from fingerslip.marker_layouts import ring_layout
+from fingerslip.storage.files import read_json, write_json
 
 SHORT = SyntheticSlide(travel=2e-3)
 

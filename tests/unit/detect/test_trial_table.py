@@ -9,8 +9,7 @@ import pytest
 
 from fingerslip.detect.labels import CLASSES, classes_at
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
-from fingerslip.detect.trial_set import TrialSet, write_trials
-from fingerslip.detect.trial_table import write_parquet
+from fingerslip.detect.trial_set import TrialSet, write_parquet, write_trials
 from fingerslip.errors import InputError
 
 

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 from scipy.io import loadmat
 
-from fingerslip.export.matlab import write_history_mat, write_tables_mat
+from fingerslip.export.formats import write_history_mat, write_tables_mat
 
 
 def test_a_history_reads_back_with_units_and_dimensions(pushed: xr.Dataset, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from fingerslip.export.paraview import cell_tensors, write_paraview
 from fingerslip.fe.recovery import von_mises
-from fingerslip.report.scene.snapshot import CELL_TYPES
+from fingerslip.snapshot import CELL_TYPES
 from unit.report.scenes import block_history
 
 MODULUS, RATIO = 50e3, 0.3  # of the block

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import RayleighDamping
 
 
 def test_damping_is_none_unless_asked_for_and_never_negative():

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.materials.choice import material, material_header, material_names, material_table
 from fingerslip.materials.large_strain import FiniteMaterial
-from fingerslip.materials.library import material, material_header, material_names, material_table
 from fingerslip.materials.material import Material
 from fingerslip.specimens.fingertip.presets import preset
 

@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError, MeshError
 from fingerslip.materials.elastic import Elastic
+from fingerslip.model.programme import Hold, Press
+from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import (
     FileName,
     PositiveLength,
@@ -27,8 +29,6 @@ from fingerslip.parameters import (
     walk_values,
 )
 from fingerslip.parameters.fields import unit_of
-from fingerslip.programme import Hold, Press
-from fingerslip.timing import TimeStepping
 
 
 @parameters

@@ -8,9 +8,9 @@ import pydantic
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters import from_mapping
 from fingerslip.parameters.mistakes import in_order, mistakes_in
-from fingerslip.programme import Press, Slide
 from fingerslip.study.definition.settings import ContactSettings
 
 

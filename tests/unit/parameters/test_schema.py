@@ -17,7 +17,7 @@ class Width:
     Parameters
     ----------
     width, height : float
-        Its size, see :class:`~fingerslip.model.Model` and ``a``
+        Its size, see :class:`~fingerslip.model.model.Model` and ``a``
         [m].
     kind : {'wide', 'narrow'}, optional
         A word.

@@ -9,10 +9,10 @@ from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.simulation import simulate
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Contact, Model, Recording
-from fingerslip.programme import Press, Slide
+from fingerslip.model.model import Contact, Model, Recording
+from fingerslip.model.programme import Press, Slide
+from fingerslip.model.timing import TimeStepping
 from fingerslip.sites import Site
-from fingerslip.timing import TimeStepping
 from fingerslip.verification.meshes import box
 
 

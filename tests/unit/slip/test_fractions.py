@@ -17,7 +17,7 @@ from fingerslip.slip import (
     slipping_fraction,
     stick_ratio,
 )
-from fingerslip.slip.fractions import accumulated_slip, area_fraction
+from fingerslip.slip.windows import accumulated_slip, area_fraction
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
 HISTORY = make(Process())

@@ -12,7 +12,7 @@ import xarray as xr
 import yaml
 
 from fingerslip.mesh.io import write_mesh
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 from fingerslip.study.running import compute, runner
 from unit import synthetic
 from unit.study.block import block_mesh, block_values

@@ -11,8 +11,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.files import read_json, write_json
 from fingerslip.results import Quantity
+from fingerslip.storage.files import read_json, write_json
 from fingerslip.study.convergence.storage import RunConvergence, write_convergences
 from fingerslip.study.running.runner import run_study
 from fingerslip.uncertainty import Convergence, Series

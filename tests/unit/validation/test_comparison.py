@@ -14,8 +14,7 @@ from fingerslip.errors import DamagedError, InputError
 from fingerslip.published import published_set
 from fingerslip.validation import comparison as module
 from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown
-from fingerslip.validation.geometry import GeometryRow
-from fingerslip.validation.rows import Row, Stored, number_row
+from fingerslip.validation.rows import GeometryRow, Row, Stored, number_row
 
 GEOMETRY = GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50)
 

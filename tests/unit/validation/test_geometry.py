@@ -9,19 +9,19 @@ from typing import Any
 
 import pytest
 
-from fingerslip.report.tables.table import texts, to_markdown
 from fingerslip.results import StudyResult
 from fingerslip.study.definition.spec import read_study
-from fingerslip.validation import geometry
-from fingerslip.validation.geometry import (
+from fingerslip.tables.table import texts, to_markdown
+from fingerslip.validation import rows as geometry
+from fingerslip.validation.measures import SOLID_READINGS
+from fingerslip.validation.rows import (
     GEOMETRY,
     GeometryRow,
     allowed_geometry,
     geometry_rows,
     geometry_table,
+    rows_mapping,
 )
-from fingerslip.validation.measures import SOLID_READINGS
-from fingerslip.validation.rows import rows_mapping
 from places import ROOT
 from unit.sampled import study_of
 

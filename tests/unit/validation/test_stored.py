@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import DamagedError, ResultError
-from fingerslip.files import write_json
+from fingerslip.storage.files import write_json
 from fingerslip.validation.rows import RowFile, stored_rows
 from places import ROOT
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError
-from fingerslip.files import write_json
+from fingerslip.storage.files import write_json
 from fingerslip.vision.video import VideoInfo, frame_rate_of, opencv, read_frames, video_info, write_video
 
 

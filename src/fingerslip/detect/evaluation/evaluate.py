@@ -16,13 +16,14 @@ from fingerslip.detect.evaluation.crossval import (
     Fold,
     FoldFrames,
     FrameResult,
+    Parts,
     events_by_trial,
     fitted_fold,
     frames_by_sample,
     joined_folds,
+    parts_beside,
     rows_to_learn,
 )
-from fingerslip.detect.evaluation.parts import Parts, parts_beside
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.motion import MotionSettings

@@ -1,15 +1,19 @@
-"""Scores of detectors: of frames, of probabilities and of events, with intervals over trials."""
+"""Scores of frames, events and submissions to the benchmark, with intervals over trials."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.alarms import lead_bound, least_trials
-from fingerslip.detect.labels import CLASSES, Onsets
+from fingerslip.detect.labels import CLASSES, Onsets, read_onsets
+from fingerslip.detect.samples import benchmark_test_trials
+from fingerslip.detect.trial_set import TrialSet, check_labels
+from fingerslip.errors import InputError, Mistakes
 
 __all__ = [
     "Estimate",
@@ -17,11 +21,14 @@ __all__ = [
     "FrameScores",
     "Reliability",
     "bootstrap_estimate",
+    "check_submission",
     "confusion_by_trial",
     "event_scores_of",
     "frame_scores_of",
     "precision_recall_f1",
     "reliability_of",
+    "rest_ends",
+    "score_submission",
 ]
 
 
@@ -242,3 +249,67 @@ def _spread(values: Floats) -> float | None:
 def _middle(values: Floats) -> float | None:
     finite = values[~np.isnan(values)]
     return float(np.median(finite)) if finite.size else None
+
+
+def score_submission(
+    trials: TrialSet,
+    submission: str | Path,
+    *,
+    labels: Mapping[str, Onsets] | None = None,
+    seed: int = 0,
+    rest_frames: int = 100,
+) -> EventScores:
+    """Return the scores of a submission on the test trials of a data set.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    submission : path
+        CSV file with the columns ``trial``, ``incipient_s`` and ``gross_s``, a row for each test trial; a cell is empty
+        where no such slip was found.
+    labels : mapping of str to Onsets, optional
+        What is true; the labels from external markers without it.
+    seed : int, optional
+        Seed of the split: :func:`fingerslip.detect.samples.benchmark_test_trials`.
+    rest_frames : int, optional
+        Frames at rest at the start of each trial.
+
+    Raises
+    ------
+    InputError
+        Where the file is no such table, its trials are not the test trials, or one of these has no label.
+    """
+    tests = benchmark_test_trials(trials.names, seed)
+    onsets_submitted = check_submission(read_onsets(submission), tests, str(submission))
+    true = trials.onsets() if labels is None else labels
+    check_labels(true, tests, needed=())
+    ends, frame = rest_ends(trials, tests, rest_frames)
+    return event_scores_of(onsets_submitted, true, ends, frame=frame, seed=seed)
+
+
+def check_submission(submission: Mapping[str, Onsets], tests: tuple[str, ...], where: str) -> dict[str, Onsets]:
+    """Return a submission in the order of the test trials."""
+    mistakes = Mistakes()
+    for name in sorted(set(tests) ^ set(submission)):
+        problem = f"has no row for the test trial {name}" if name in tests else f"has a row for {name}, no test trial"
+        mistakes.found.append(InputError(where, problem, f"needs the {len(tests)} test trials, each once"))
+    for name in sorted(set(tests) & set(submission)):
+        incipient, gross = submission[name].incipient, submission[name].gross
+        if incipient is not None and gross is not None and gross < incipient:
+            problem = f"has gross slip of {name} at {gross:g} s, incipient slip at {incipient:g} s"
+            mistakes.found.append(InputError(where, problem, "needs gross slip last", "look for swapped columns"))
+    mistakes.raise_all()
+    return {name: submission[name] for name in tests}
+
+
+def rest_ends(trials: TrialSet, names: tuple[str, ...], rest_frames: int) -> tuple[dict[str, float], float]:
+    """Return until when each trial is at rest [s], and the median time between frames [s]."""
+    ends, intervals = {}, []
+    for name in names:
+        time = trials.tracks(name)["time"].values
+        if len(time) <= rest_frames:
+            raise InputError(f"trial {name}", f"has {len(time)} frames", f"needs more than the {rest_frames} at rest")
+        ends[name] = float(time[rest_frames - 1])
+        intervals.append(np.median(np.diff(time)))
+    return ends, float(np.median(intervals))

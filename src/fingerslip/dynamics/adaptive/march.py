@@ -15,7 +15,7 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import HHT
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.threads import single_dense_thread
-from fingerslip.timing import Adaptive
+from fingerslip.model.timing import Adaptive
 
 __all__ = ["march_adaptive"]
 

@@ -15,9 +15,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.model import Model, Traction
-from fingerslip.programme import Hold, Phase, Ramp, phase_duration
-from fingerslip.timing import Adaptive
+from fingerslip.model.model import Model, Traction
+from fingerslip.model.programme import Hold, Phase, Ramp, phase_duration
+from fingerslip.model.timing import Adaptive
 
 __all__ = ["Span", "record_count", "record_times", "spans_of"]
 

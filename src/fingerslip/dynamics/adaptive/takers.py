@@ -14,7 +14,7 @@ from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stepper, build_stepper
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
-from fingerslip.timing import Adaptive
+from fingerslip.model.timing import Adaptive
 
 __all__ = ["KEPT", "Kept", "Taker", "make_taker"]
 

@@ -14,7 +14,7 @@ from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = ["FiniteCourse"]
 

@@ -15,7 +15,7 @@ from fingerslip.dynamics.system.scheme import Scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError, InvertedCellError
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import RayleighDamping
 
 __all__ = ["Factors"]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.bodies import RigidFreedom, body_centres, faces_of
 from fingerslip.dynamics.system.system import System
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = ["BodyRecords", "moments"]
 

@@ -13,7 +13,7 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.fe.recovery import stress_components
 from fingerslip.fe.space import cell_nodes, free_edge_distances
 from fingerslip.history import COORDINATES
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = ["record_coordinates", "rotation_axes"]
 

@@ -30,8 +30,8 @@ from fingerslip.fe.space import inverted_cells, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.viscoelastic import Relaxed, follow_strains
-from fingerslip.model import Model
-from fingerslip.timing import Adaptive
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
 from fingerslip.units import coordinates
 
 __all__ = ["Recorder"]

@@ -13,8 +13,8 @@ from fingerslip.errors import InputError
 from fingerslip.history import VARIABLES
 from fingerslip.linear.memory import available_memory
 from fingerslip.materials.material import STRAIN_COMPONENTS
-from fingerslip.model import Model
-from fingerslip.timing import Adaptive
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
 
 __all__ = ["record_bytes", "record_type", "require_record_memory", "snapshot_steps", "step_count", "step_times"]
 

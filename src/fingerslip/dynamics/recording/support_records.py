@@ -12,7 +12,7 @@ from fingerslip.dynamics.step.memory import relaxed_force, viscous_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import Scheme, start_push
 from fingerslip.dynamics.system.system import System
-from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import RayleighDamping
 
 __all__ = ["SupportRecords"]
 

@@ -12,7 +12,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.digest import digest
 from fingerslip.dynamics.motions import Marched, Motions, march_motions
 from fingerslip.dynamics.reduced.reduction import (
     further_shapes,
@@ -32,7 +31,8 @@ from fingerslip.linear.craig_bampton import (
     vibrations,
 )
 from fingerslip.linear.memory import available_memory
-from fingerslip.model import ReducedBasis
+from fingerslip.model.model import ReducedBasis
+from fingerslip.storage.files import digest
 
 __all__ = ["BasisStore", "march_in_basis"]
 

@@ -24,7 +24,7 @@ from fingerslip.fe.recovery import site_recovery
 from fingerslip.fe.space import vector_dofs
 from fingerslip.linear.craig_bampton import CraigBampton, StaticResponses
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = ["ReducedCoordinates", "further_shapes", "interface_unknowns", "observed_unknowns", "reduced_system"]
 

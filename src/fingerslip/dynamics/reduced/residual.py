@@ -25,8 +25,8 @@ from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.space import vector_dofs
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.model import Model
+from fingerslip.materials.elastic import RayleighDamping
+from fingerslip.model.model import Model
 
 __all__ = ["ResidualCheck"]
 

@@ -27,8 +27,8 @@ from fingerslip.dynamics.system.system import System, build_system
 from fingerslip.errors import InputError
 from fingerslip.fe.space import carrying_nodes, nodal_areas
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.model import Model
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Model
+from fingerslip.model.timing import QuasiStatic
 
 __all__ = ["StaticBody", "static_body"]
 

@@ -22,9 +22,9 @@ from fingerslip.dynamics.statics.plate import PRESCRIBED, FreePlate, free_plate
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.system.motion import Motion, counterface_motion, largest_approach
 from fingerslip.errors import ConvergenceError, InputError
-from fingerslip.model import Contact
-from fingerslip.programme import Phase
-from fingerslip.rigid_bodies import RigidBody
+from fingerslip.model.model import Contact
+from fingerslip.model.programme import Phase
+from fingerslip.model.rigid_bodies import RigidBody
 
 __all__ = ["StaticMotion", "march_static"]
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.system.motion import Motion
 from fingerslip.errors import InputError
-from fingerslip.programme import Ramp
-from fingerslip.rigid_bodies import DIRECTIONS, Direction, RigidBody
+from fingerslip.model.programme import Ramp
+from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
 
 __all__ = ["PRESCRIBED", "FreePlate", "free_plate"]
 

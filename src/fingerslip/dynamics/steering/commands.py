@@ -12,9 +12,9 @@ from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.motion import Motion
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
-from fingerslip.model import Model
+from fingerslip.model.model import Model
+from fingerslip.model.programme import CONSTANT
 from fingerslip.parameters import Force, SignedSpeed, parameters
-from fingerslip.programme import CONSTANT
 
 __all__ = ["Command", "with_command"]
 

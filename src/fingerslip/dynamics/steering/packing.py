@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.errors import DamagedError
-from fingerslip.files import write_bytes
+from fingerslip.storage.files import write_bytes
 
 __all__ = ["is_like", "read_archive", "write_archive"]
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.digest import digest
 from fingerslip.dynamics.recording.provenance import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
@@ -26,8 +25,9 @@ from fingerslip.errors import DamagedError, FingerslipError, InputError
 from fingerslip.history import VARIABLES
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
-from fingerslip.model import Model
-from fingerslip.timing import Adaptive
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
+from fingerslip.storage.files import digest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,8 +10,8 @@ import numpy as np
 
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
-from fingerslip.model import Contact, Model
-from fingerslip.timing import Adaptive, Timing
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.timing import Adaptive, Timing
 
 if TYPE_CHECKING:
     from fingerslip.dynamics.system.system import System

@@ -23,8 +23,8 @@ from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.symmetric import SymmetricMatrix, symmetric_parts
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.timing import Timing
+from fingerslip.materials.elastic import RayleighDamping
+from fingerslip.model.timing import Timing
 
 __all__ = ["Forces", "Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
 

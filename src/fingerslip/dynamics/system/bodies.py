@@ -18,10 +18,10 @@ from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.system.motion import Motion, counterface_motion
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.model import Contact, Drive, Model
-from fingerslip.programme import Ramp
-from fingerslip.rigid_bodies import DIRECTIONS, Direction, RigidBody, directions_in
+from fingerslip.materials.elastic import RayleighDamping
+from fingerslip.model.model import Contact, Drive, Model
+from fingerslip.model.programme import Ramp
+from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody, directions_in
 
 __all__ = [
     "RigidFreedom",

@@ -24,9 +24,9 @@ from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
 from fingerslip.mesh.site_nodes import site_nodes
-from fingerslip.model import Contact, Model
-from fingerslip.programme import Slide
-from fingerslip.timing import shortest_step
+from fingerslip.model.model import Contact, Model
+from fingerslip.model.programme import Slide
+from fingerslip.model.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
 __all__ = ["CheckedModel", "check_model", "inspect_model"]

@@ -12,9 +12,9 @@ from fingerslip.contact.friction import StaticKinetic
 from fingerslip.dynamics.system.checks import CheckedModel
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.fe.space import boundary_nodes
-from fingerslip.model import Model
-from fingerslip.programme import Press, Slide, phase_duration
-from fingerslip.timing import LEAST_ACROSS, LEAST_STEPS, Adaptive
+from fingerslip.model.model import Model
+from fingerslip.model.programme import Press, Slide, phase_duration
+from fingerslip.model.timing import LEAST_ACROSS, LEAST_STEPS, Adaptive
 from fingerslip.units import millimetres
 
 __all__ = ["doubts"]

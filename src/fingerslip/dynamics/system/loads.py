@@ -12,8 +12,8 @@ from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.forms import mass_matrix, traction_load
 from fingerslip.fe.space import Space
 from fingerslip.materials.material import Material
-from fingerslip.model import Model, Traction
-from fingerslip.programme import CONSTANT, Ramp
+from fingerslip.model.model import Model, Traction
+from fingerslip.model.programme import CONSTANT, Ramp
 
 __all__ = ["Load", "model_loads"]
 

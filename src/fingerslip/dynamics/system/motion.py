@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.contact.frames import sliding_direction
 from fingerslip.errors import InputError
-from fingerslip.programme import Hold, Lift, Phase, Press, Slide, phase_duration
+from fingerslip.model.programme import Hold, Lift, Phase, Press, Slide, phase_duration
 
 __all__ = ["Motion", "counterface_motion", "largest_approach", "phase_table"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fingerslip.contact.candidates import automatic_penalty
-from fingerslip.model import Contact, Model
+from fingerslip.model.model import Contact, Model
 
 __all__ = ["contact_penalties"]
 

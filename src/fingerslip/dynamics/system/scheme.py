@@ -19,8 +19,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.schema import require
-from fingerslip.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 
 __all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "hht", "make_scheme", "start_push"]
 

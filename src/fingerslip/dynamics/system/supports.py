@@ -19,8 +19,8 @@ from scipy import sparse
 from fingerslip.dynamics.system.loads import Load
 from fingerslip.fe.forms import Relaxing
 from fingerslip.fe.space import Space, vector_dofs
-from fingerslip.model import SupportMotion
-from fingerslip.programme import Ramp
+from fingerslip.model.model import SupportMotion
+from fingerslip.model.programme import Ramp
 
 __all__ = ["MovingComponent", "Supports", "held_rows", "moving_components", "supports_of"]
 

@@ -35,7 +35,7 @@ from fingerslip.fe.forms import Relaxing, mass_matrix, relaxing_layers, stiffnes
 from fingerslip.fe.space import Space, carrying_nodes
 from fingerslip.linear.symmetric import CompiledMatrix, compiled_parts
 from fingerslip.materials.material import Material
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 
 __all__ = ["System", "build_system"]
 

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.fe.cell_materials import CellMaterials
-from fingerslip.fe.finite.principal import LANES, ROWS, diagonalise
+from fingerslip.fe.finite.kernels import LANES, ROWS, diagonalise
 from fingerslip.fe.finite.volumes import Volumes
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation

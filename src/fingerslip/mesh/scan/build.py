@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.layered import LayerSizes
 from fingerslip.mesh.scan.quality import ScanMesh, deviation, layer_quality, skin_range
 from fingerslip.mesh.source import InspectedMesh, MeshSource, MeshTable, mesh_size_note
 from fingerslip.parameters import Angle, FileName, PositiveLength, as_mapping, parameters
+from fingerslip.storage.files import digest, file_digest
 from fingerslip.units import LengthUnit
 
 if TYPE_CHECKING:

@@ -11,13 +11,15 @@ from matplotlib.figure import Figure
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid
 from fingerslip.report.figures.contact import (
+    energy_figure,
+    force_figure,
+    force_overview_figure,
     slip_frames_figure,
     slip_onset_figure,
     stick_ratio_figure,
     surface_strain_figure,
 )
 from fingerslip.report.figures.deformed import deformed_frames_figure
-from fingerslip.report.figures.forces import energy_figure, force_figure, force_overview_figure
 from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, RunSubject, StudySubject
 from fingerslip.report.figures.receptors import acceleration_figure, strain_energy_density_figure
 from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure

@@ -37,9 +37,9 @@ from fingerslip.report.figures.style import add_legend, columns_for, figure_grid
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names
-from fingerslip.report.scene.snapshot import flat_faces
 from fingerslip.slip import Events, contact_forces, slide_window
 from fingerslip.slip.windows import EVENTS
+from fingerslip.snapshot import flat_faces
 
 __all__ = [
     "deformed_frames_figure",

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_snapshot
 from fingerslip.report.colours import BLACK, EVENT_COLOURS, FIELD_MAP, GREY
+from fingerslip.report.figures.contact import draw_ratios
 from fingerslip.report.figures.deformed import draw_section
-from fingerslip.report.figures.forces import draw_ratios
 from fingerslip.report.figures.marks import mark_run
 from fingerslip.report.figures.slip import ShownTime, draw_states
 from fingerslip.report.figures.solid import crop

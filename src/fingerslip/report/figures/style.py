@@ -23,7 +23,6 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 
-from fingerslip.files import write_bytes
 from fingerslip.report.colours import (
     AREA_COLOURS,
     BLACK,
@@ -39,6 +38,7 @@ from fingerslip.report.colours import (
     YELLOW,
     region_colours,
 )
+from fingerslip.storage.files import write_bytes
 
 __all__ = [
     "AREA_COLOURS",

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import path_label, run_title, swept_text
 from fingerslip.report.page.beside import published_rows_beside
-from fingerslip.report.tables.events import swept_paths, time_digits
+from fingerslip.report.tables.runs import swept_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip.resolution import resolution_warnings
 from fingerslip.units import split_quantity

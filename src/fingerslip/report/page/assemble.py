@@ -5,25 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from fingerslip.report.figures.forces import energy_figure, force_overview_figure
+from fingerslip.report.figures.contact import energy_figure, force_overview_figure
 from fingerslip.report.figures.receptors import acceleration_overview_figure
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.report.page.answer import answer
-from fingerslip.report.page.citations import bibtex_entries
 from fingerslip.report.page.content import MOST_RUNS, ReportContent
 from fingerslip.report.page.definitions import definitions
 from fingerslip.report.page.hero import are_held, hero_pictures, swept_pictures
 from fingerslip.report.page.motion import run_motions
+from fingerslip.report.page.notes import bibtex_entries
 from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
 from fingerslip.report.page.pictures import RunToDraw
 from fingerslip.report.page.run import has_receptors, model_pictures, picture_set, run_section
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
 from fingerslip.report.page.sensor import cameras_section
-from fingerslip.report.tables.compare import compare_table, statements_table
-from fingerslip.report.tables.convergence import convergence_table
-from fingerslip.report.tables.events import events_table
+from fingerslip.report.tables.compare import compare_table, convergence_table, statements_table
 from fingerslip.report.tables.parameters import conditions_table, models_table, value_tables
-from fingerslip.report.tables.runs import energies_table, measures_table
+from fingerslip.report.tables.runs import energies_table, events_table, measures_table
 from fingerslip.results import RunResult
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.windows import NOTICED_NOTE, READINGS

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from fingerslip.report.figures.samples import Pair, paired_figure
 from fingerslip.report.labels import run_title, swept_text
-from fingerslip.report.page.citations import bibtex_entries
+from fingerslip.report.page.notes import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.tables.compare import differences_table
-from fingerslip.report.tables.events import events_table, time_cell
 from fingerslip.report.tables.parameters import ShownValue
-from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
+from fingerslip.report.tables.runs import events_table, time_cell
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE
+from fingerslip.tables.table import Cell, Column, Measured, Missing, Table
 
 __all__ = ["ComparedStudy", "comparison_report", "pairs_of"]
 

@@ -14,7 +14,7 @@ from fingerslip.report.figures.study import event_times_figure, latency_figure
 from fingerslip.report.labels import path_label, swept_text
 from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import Picture
-from fingerslip.report.tables.events import swept_paths
+from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import RunResult
 
 if TYPE_CHECKING:

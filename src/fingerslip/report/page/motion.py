@@ -30,10 +30,10 @@ from fingerslip.report.page.packing import pack_arrays, quantise
 from fingerslip.report.page.surface import surface_arrays
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names, soft_regions
-from fingerslip.report.scene.snapshot import flat_faces
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
+from fingerslip.snapshot import flat_faces
 
 if TYPE_CHECKING:
     import xarray as xr

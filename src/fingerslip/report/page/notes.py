@@ -1,4 +1,4 @@
-"""The user's own notes and figures beside the results of a study, as part of its report."""
+"""Words of a page from files of a study: notes, and the works to cite."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import base64
 import html
 import mimetypes
 import re
+from collections.abc import Iterable, Sequence
+from importlib import resources
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
@@ -13,8 +15,45 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from fingerslip.errors import ResultError
+from fingerslip.published import PublishedSet
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.version import __version__
 
-__all__ = ["NOTES", "PICTURES", "notes_html"]
+__all__ = [
+    "NOTES",
+    "PICTURES",
+    "bibliography",
+    "bibtex_entries",
+    "notes_html",
+]
+
+
+# Every table of slip events has the share that people notice.
+_NOTICED = "barrea2018"
+_ENTRY = re.compile(r"^@\w+\{([^,]+),.*?^\}", re.MULTILINE | re.DOTALL)
+
+
+def bibliography() -> dict[str, str]:
+    """Return the entries of the papers that values and comparisons are from, by their keys."""
+    text = resources.files("fingerslip").joinpath("references.bib").read_text(encoding="utf-8")
+    return {found.group(1): found.group(0) for found in _ENTRY.finditer(text)}
+
+
+def bibtex_entries(values: Sequence[ShownValue], references: Iterable[PublishedSet]) -> str:
+    """Return the entries of all that a study rests on."""
+    known = bibliography()
+    named = {word for value in values for word in re.findall(r"\w+", value.source)}
+    named |= {reference.name.partition("-")[0] for reference in references} | {_NOTICED}
+    program = (
+        "@misc{fingerslip,\n"
+        "  title  = {fingerslip: a finite-element toolkit for fingertip slip},\n"
+        "  author = {{The fingerslip developers}},\n"
+        f"  note   = {{Version {__version__}}},\n"
+        "  year   = {2026},\n"
+        "}"
+    )
+    return "\n\n".join([program, *(entry for key, entry in known.items() if key in named)])
+
 
 #: File in the folder of a study's results, and the folder of figures beside it.
 NOTES, PICTURES = "notes.md", "notes"

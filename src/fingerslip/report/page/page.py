@@ -15,10 +15,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from fingerslip.files import write_text
 from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.page.motion import language
-from fingerslip.report.tables.table import Cell, Missing, Table, is_numeric, texts
+from fingerslip.storage.files import write_text
+from fingerslip.tables.table import Cell, Missing, Table, is_numeric, texts
 
 __all__ = ["DrawnPicture", "Picture", "Report", "ReportSection", "render_page", "write_page"]
 

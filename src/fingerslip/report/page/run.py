@@ -6,16 +6,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fingerslip.history import is_solid, sites_of_kinds
+from fingerslip.report.figures.contact import energy_figure, force_figure
 from fingerslip.report.figures.deformed import is_held
-from fingerslip.report.figures.forces import energy_figure, force_figure
 from fingerslip.report.figures.receptors import acceleration_figure, strain_energy_density_figure
 from fingerslip.report.page.page import DrawnPicture, Picture, ReportSection
 from fingerslip.report.page.pictures import PictureSet, RunPictures, RunToDraw
 from fingerslip.report.page.plane import PLANE
 from fingerslip.report.page.sensor import marker_pictures, place_pictures
 from fingerslip.report.page.solid import SOLID
-from fingerslip.report.tables.events import peaks_table, readings_table
-from fingerslip.report.tables.runs import measures_table
+from fingerslip.report.tables.runs import measures_table, peaks_table, readings_table
 from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import PeakSettings, acceleration_peaks

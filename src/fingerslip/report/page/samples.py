@@ -11,12 +11,12 @@ from fingerslip.report.figures.samples import tornado_figure
 from fingerslip.report.labels import short_labels, swept_text
 from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import Picture, ReportSection
+from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import intervals_table, published_table, refused_table, sensitivity_table
-from fingerslip.report.tables.summary import summary_table
-from fingerslip.report.tables.table import Cell, Column, Table
 from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
 from fingerslip.sampling import Fit, fits_of, groups_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, event_label
+from fingerslip.tables.table import Cell, Column, Table
 from fingerslip.units import split_quantity
 
 __all__ = [

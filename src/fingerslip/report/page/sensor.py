@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.files import check_replaceable, new_folder, write_bytes
 from fingerslip.history import sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.figures.film import frames_figure, slip_order_figure
@@ -21,9 +20,10 @@ from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.films import Film
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.report.page.pictures import RunToDraw
-from fingerslip.report.tables.table import Column, Table
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import touching_markers
+from fingerslip.storage.files import check_replaceable, new_folder, write_bytes
+from fingerslip.tables.table import Column, Table
 from fingerslip.version import __version__
 from fingerslip.vision.overlay import SHOWN_FIELDS, field_frames, overlay_frames
 from fingerslip.vision.tables import write_tracks_csv

@@ -14,9 +14,9 @@ from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report.colours import BLACK, FIELD_MAP, RECEPTOR_COLOURS, STATE_COLOURS, region_colours
 from fingerslip.report.scene.names import Camera
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.snapshot import FlatFace, flat_faces, in_space, read_snapshot
 from fingerslip.slip.patch import contact_patch, triangle_states
 from fingerslip.slip.windows import split_along
+from fingerslip.snapshot import FlatFace, flat_faces, in_space, read_snapshot
 
 if TYPE_CHECKING:
     import pyvista

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.files import new_file
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
 from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
@@ -30,6 +29,7 @@ from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.windows import EVENTS
+from fingerslip.storage.files import new_file
 
 if TYPE_CHECKING:
     import xarray as xr

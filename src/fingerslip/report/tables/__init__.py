@@ -1,1 +1,1 @@
-"""Tables of results, and how they are written."""
+"""Tables of results."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from fingerslip.report.tables.table import Cell, Column, Missing, Table
+from fingerslip.tables.table import Cell, Column, Missing, Table
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,18 +1,23 @@
-"""Tables of runs: their measures, energies and series."""
+"""Tables of runs: their slip events, numbers and measures, and the summary of a study."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.report.tables.summary import summary_table, summary_units
-from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table, typeset
-from fingerslip.results import RunResult, StudyResult
-from fingerslip.slip import measures
+from fingerslip.report.labels import path_labels, run_title, swept_text
+from fingerslip.results import RefusedRun, RunResult, StudyResult
+from fingerslip.slip import PeakTable, measures
+from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import Measure
+from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, TIMES, defines_time
+from fingerslip.tables.table import Cell, Column, Measured, Missing, Table, typeset
+from fingerslip.units import si_quantity, unit_suffix
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,10 +25,226 @@ if TYPE_CHECKING:
 
 __all__ = [
     "energies_table",
+    "events_table",
     "measures_table",
+    "peaks_table",
+    "readings_table",
+    "run_notes",
     "runs_frame",
+    "summary_table",
+    "summary_units",
+    "swept_cells",
+    "swept_columns",
+    "swept_paths",
     "table_frame",
+    "time_cell",
+    "time_digits",
 ]
+
+
+# Digits of a time [s] that a step of 1 ms and less allows.
+_MOST_DIGITS = 3
+
+
+def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> Cell:
+    """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none."""
+    events = run.events.reading(reading)
+    value = events.time(time)
+    if not defines_time(reading, time):
+        return Missing.NOT_DEFINED
+    if value is None:
+        return Missing.NO_EVENT if events.recorded else Missing.NOT_RECORDED
+    uncertainty = run.uncertainty.get(f"{reading}.{time}")
+    return factor * value if uncertainty is None else Measured(factor * value, factor * uncertainty)
+
+
+def events_table(runs: Sequence[RunResult], reading: str = "slip") -> Table:
+    """Show the slip events of all runs in one reading."""
+    columns = (*swept_columns(runs), *_event_columns(runs))
+    rows = tuple((*swept_cells(run, runs), *_event_cells(run, reading)) for run in runs)
+    return Table(f"Slip events from {READINGS[reading]}", columns, rows, _notes(runs, [reading]))
+
+
+def readings_table(run: RunResult, title: str = "Slip events") -> Table:
+    """Show the slip events of one run, a row for each reading."""
+    rows = tuple((words, *_event_cells(run, reading)) for reading, words in READINGS.items())
+    return Table(title, (Column("read from"), *_event_columns([run])), rows, _notes([run], READINGS))
+
+
+def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
+    """Show the acceleration peaks of one run, the most prominent first."""
+    columns = (
+        Column("rank"),
+        Column("time", "s", 3),
+        Column("height", "m/s²", 3),
+        Column("prominence", "m/s²", 3),
+        Column("over noise", "", 1),
+    )
+    spread = peaks.noise_spread
+    rows = tuple(
+        (rank, peak.time, peak.height, peak.prominence, peak.prominence / spread if spread else None)
+        for rank, peak in enumerate(peaks.by_prominence, start=1)
+    )
+    note = f"Noise floor {peaks.noise_floor:.3g} m/s², spread {spread:.2g} m/s²; over noise is prominence by spread."
+    if not rows:
+        note = f"No peak stands out from the noise. {note}"
+    return Table(title, columns, rows, note)
+
+
+def swept_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
+    """Return the dotted paths that are swept in any of the runs."""
+    return tuple(dict.fromkeys(path for run in runs for path in run.swept))
+
+
+def swept_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
+    """Return the columns that tell runs apart: a swept value each, or the name of the run; none for a single one."""
+    named = () if len(runs) == 1 else (Column("run"),)
+    return tuple(Column(label) for label in path_labels(swept_paths(runs)).values()) or named
+
+
+def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
+    """Return the cells of a run in the columns of :func:`swept_columns`."""
+    named = () if len(runs) == 1 else (run.name,)
+    return tuple(swept_text(run.swept.get(path)) for path in swept_paths(runs)) or named
+
+
+def run_notes(runs: Sequence[RunResult]) -> str:
+    """Say what the sign ± means, and which contact came close to a free edge; nothing where neither is the case."""
+    notes = []
+    if any(run.uncertainty for run in runs):
+        notes.append(
+            "After ±: numerical uncertainty over element sizes, time steps, contact stiffness and numerical damping."
+        )
+    notes.append(edge_warning({run_title(run, run.name): run.edge for run in runs}))
+    return " ".join(note for note in notes if note)
+
+
+def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
+    explained = any(defines_time(reading, "noticed") for reading in readings)
+    return " ".join(filter(None, (NOTICED_NOTE if explained else "", run_notes(runs))))
+
+
+def time_digits(runs: Sequence[RunResult]) -> int:
+    """Return how many digits of a time [s] runs allow: none finer than their steps, unless an error bar says how good.
+
+    Runs of several steps have the digits of the shortest.
+    """
+    steps = [float(step) for run in runs if (step := run.numbers.get("slide_step_s"))]
+    if not steps or any(run.uncertainty for run in runs):
+        return _MOST_DIGITS
+    return min(max(-math.floor(math.log10(min(steps)) + 1e-6), 0), _MOST_DIGITS)
+
+
+def _event_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
+    digits = time_digits(runs)
+    times = (Column(words, "s", digits, answers=name == "overall") for name, words in EVENTS.items())
+    return (*times, Column(LATENCY, "ms", digits - 3, answers=True))
+
+
+def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:
+    return (*(time_cell(run, reading, event) for event in EVENTS), time_cell(run, reading, LATENCY, 1e3))
+
+
+def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> Table:
+    """Put the slip events and measures of all runs into one table: one row per run, SI units, full precision.
+
+    The columns are ``run``, its name; the swept paths, in a study with samples also ``sample``, its number, and the
+    sampled paths, as numbers with their SI unit in the name, such as ``mesh.contact_size_m``, or as words; then
+    ``incipient_s, noticed_s, three_quarter_s, overall_s, latency_s`` from accumulated slip, and the same with
+    ``_displacement`` and ``_acceleration``, as far as the reading defines them (``noticed_s`` is when 48 % of the
+    contact slips, the share at which people notice it: Barrea et al. 2018); then ``readings_recorded``, the
+    readings whose signals the run recorded, so that an empty time says that the event did not happen where its
+    reading is named and that it was not recorded where it is not; then the measures, such as
+    ``normal_force_max_N``; then derived quantities; then the numerical uncertainties that are known, such as
+    ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``: why a sample was not computed. Such
+    rows stand at the end.
+    """
+    columns = _columns(runs, refused)
+    rows = tuple(tuple(column.of_run(run) for column in columns) for run in runs)
+    without = tuple(tuple(column.of_refused(sample) for column in columns) for sample in refused)
+    return Table("Slip events and measures", tuple(Column(column.name) for column in columns), (*rows, *without))
+
+
+def summary_units(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> dict[str, str]:
+    """Return the SI units of the columns of a summary by their names; pure numbers and words have none."""
+    return {column.name: column.unit for column in _columns(runs, refused) if column.unit}
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A column of the summary: its name and SI unit, and what stands there for a run and for a refused sample."""
+
+    name: str
+    unit: str
+    of_run: Callable[[RunResult], Cell]
+    of_refused: Callable[[RefusedRun], Cell] = lambda _: None
+
+
+def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_Known]:
+    sampled = tuple(dict.fromkeys(path for run in runs for path in run.sampled))
+    paths, keys = (*swept_paths(runs), *sampled), dict.fromkeys(key for run in runs for key in run.uncertainty)
+    columns = [
+        _Known("run", "", lambda run: run.name, lambda one: one.name),
+        *(_swept_column(path, (*runs, *refused)) for path in paths),
+        *(_time_column(reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)),
+        _Known("readings_recorded", "", _reading_cell),
+        *(_measure_column(measure) for measure in measures.MEASURES),
+        *(_derived_column(name, runs) for name in dict.fromkeys(name for run in runs for name in run.derived)),
+        *(_uncertainty_column(key) for key in keys),
+    ]
+    return [*columns, _Known("refused", "", lambda _: "", lambda one: one.reason)] if sampled else columns
+
+
+def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _Known:
+    """Return the column of a swept path: numbers in one SI unit, or words where not all are quantities of one kind."""
+    quantities = [_quantity(_swept(run, path)) for run in runs]
+    units = {quantity[1] for quantity in quantities if quantity}
+    if not (all(quantities) and len(units) == 1):
+        return _Known(path, "", *(2 * [lambda run: swept_text(_swept(run, path))]))
+    (unit,) = units
+    return _Known(f"{path}_{unit_suffix(unit)}", unit, *(2 * [lambda run: _si_value(_swept(run, path))]))
+
+
+def _swept(run: RunResult | RefusedRun, path: str) -> Any:
+    return {**run.swept, **run.sampled}.get(path)
+
+
+def _quantity(value: object) -> tuple[float, str] | None:
+    return si_quantity(value) if isinstance(value, str) else None
+
+
+def _si_value(value: object) -> float | None:
+    quantity = _quantity(value)
+    return quantity[0] if quantity else None
+
+
+def _time_column(reading: str, time: str) -> _Known:
+    suffix = "" if reading == "slip" else f"_{reading}"
+    return _Known(f"{time}_s{suffix}", "s", lambda run: run.events.reading(reading).time(time))
+
+
+def _reading_cell(run: RunResult) -> Cell:
+    return " ".join(reading for reading in READINGS if run.events.reading(reading).recorded)
+
+
+def _measure_column(measure: measures.Measure) -> _Known:
+    return _Known(measure.key, measure.unit.si if measure.unit else "", lambda run: run.numbers.get(measure.key))
+
+
+def _derived_column(name: str, runs: Sequence[RunResult]) -> _Known:
+    """Return the column of a derived quantity, with its unit in the name: `slip_travel_m`."""
+    unit = next(run.derived[name].unit for run in runs if name in run.derived)
+    heading = f"{name}_{unit_suffix(unit)}" if unit else name
+    return _Known(heading, unit, lambda run: run.derived[name].value if name in run.derived else None)
+
+
+def _uncertainty_column(key: str) -> _Known:
+    """Return the column of an uncertainty: `slip_overall_uncertainty_s`, `normal_force_max_uncertainty_N`."""
+    measure = measures.measure_of(key)
+    if measure is None:
+        return _Known(f"{key.replace('.', '_')}_uncertainty_s", "s", lambda run: run.uncertainty.get(key))
+    name = f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
+    return _Known(name, measure.unit.si if measure.unit else "", lambda run: run.uncertainty.get(key))
 
 
 def runs_frame(study: StudyResult) -> pd.DataFrame:

@@ -1,33 +1,116 @@
-"""Refining a study: its runs repeated with other meshes, steps, contact stiffness and numerical damping."""
+"""Error bars: refining the runs of a study, and what their numbers approach."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import InputError
-from fingerslip.files import new_folder, write_text
-from fingerslip.report.tables.convergence import convergence_table, series_table
-from fingerslip.report.tables.table import Table, to_csv, to_markdown
-from fingerslip.results import RunResult, quantities
-from fingerslip.run_folder import stored_result
-from fingerslip.study.convergence.levels import Level, levels_of, run_at
+from fingerslip.model.model import Model
+from fingerslip.report.tables.compare import convergence_table, series_table
+from fingerslip.results import RunResult, quantities, stored_result
+from fingerslip.storage.files import new_folder, write_text
 from fingerslip.study.convergence.storage import (
     FOLDER,
     RunConvergence,
     read_convergences,
     write_convergences,
 )
+from fingerslip.study.definition.settings import ContactSettings, RefinementSettings
+from fingerslip.study.definition.spec import Study
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.running.runner import StudyFailedError, compute_jobs, run_studies, write_up
 from fingerslip.study.storage.store import identity
-from fingerslip.uncertainty import Convergence, Series
+from fingerslip.tables.table import Table, to_csv, to_markdown
+from fingerslip.uncertainty import SETTINGS, Convergence, Series
 
-__all__ = ["StudyConvergence", "converge", "level_folders"]
+__all__ = [
+    "Level",
+    "StudyConvergence",
+    "converge",
+    "level_folders",
+    "levels_of",
+    "run_at",
+]
+
+
+@dataclass(frozen=True)
+class Level:
+    """One change of one setting."""
+
+    setting: str  # what is changed
+    value: float  # factor on element sizes, time step or contact stiffness
+
+    @property
+    def label(self) -> str:
+        """Its name in folders and tables."""
+        return f"{self.setting}-{self.value:g}"
+
+
+def levels_of(study: Study) -> tuple[Level, ...]:
+    """Return the levels that a study asks for and can have.
+
+    A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
+    stiffness.
+    """
+    wanted: RefinementSettings = study.converge
+    levels = [Level(setting.name, value) for setting in SETTINGS for value in getattr(wanted, setting.name)]
+    return tuple(level for level in levels if _applies(level, study))
+
+
+def run_at(run: Run, level: Level, model: Model) -> Run:
+    """Return a run with one setting changed, and without snapshots."""
+    study = dataclasses.replace(
+        _change(run.study, level, model), record=dataclasses.replace(run.study.record, snapshots_every=0.0)
+    )
+    return dataclasses.replace(
+        run, name=f"{run.name}_{level.label}", where=f"{run.where} at {level.label}", study=study
+    )
+
+
+def _applies(level: Level, study: Study) -> bool:
+
+    match level.setting:
+        case "mesh":
+            return study.mesh.refined(level.value) is not None
+        case "penalty":
+            return bool(study.all_contacts)
+        case "alpha":
+            return study.time.scheme == "hht_alpha" and level.value != study.time.alpha
+        case _:
+            return True
+
+
+def _change(study: Study, level: Level, model: Model) -> Study:
+    value = level.value
+    from fingerslip.dynamics.system.penalties import contact_penalties
+
+    match level.setting:
+        case "mesh":
+            finer = study.mesh.refined(value)
+            assert finer is not None  # held by levels_of
+            return dataclasses.replace(study, mesh=finer)
+        case "step":
+            return dataclasses.replace(study, time=study.time.refined(value))
+        case "alpha":
+            return dataclasses.replace(study, time=dataclasses.replace(study.time, alpha=value))
+        case _:
+            stiffer = tuple(
+                _stiffer(settings, value, contact_penalties(model, contact))
+                for settings, contact in zip(study.all_contacts, model.contacts, strict=True)
+            )
+            if study.contact is not None:
+                return dataclasses.replace(study, contact=stiffer[0])
+            return dataclasses.replace(study, contacts=stiffer)
+
+
+def _stiffer(settings: ContactSettings, factor: float, penalties: tuple[float, float]) -> ContactSettings:
+    return dataclasses.replace(settings, normal_penalty=factor * penalties[0], tangential_penalty=factor * penalties[1])
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import DamagedError
-from fingerslip.files import read_json, write_json, writing
+from fingerslip.storage.files import read_json, write_json, writing
 from fingerslip.uncertainty import Convergence, Series
 
 __all__ = [

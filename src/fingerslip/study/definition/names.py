@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from fingerslip.digest import digest
+from fingerslip.storage.files import digest
 from fingerslip.units import without_rounding
 
 __all__ = ["run_names"]

@@ -7,9 +7,9 @@ from typing import Any
 
 from fingerslip.materials.choice import LAWS
 from fingerslip.materials.elastic import Elastic
+from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import field_words, json_schema
-from fingerslip.rigid_bodies import RigidBody
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.file import BASE
 from fingerslip.study.definition.spec import Study

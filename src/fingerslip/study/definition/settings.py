@@ -19,7 +19,10 @@ from fingerslip.contact.friction import BuiltInLaw, Coulomb, FrictionLaw
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshFile, MeshSource, choose_source
-from fingerslip.model import Drive, ReducedBasis, Traction
+from fingerslip.model.model import Drive, ReducedBasis, Traction
+from fingerslip.model.programme import Phase
+from fingerslip.model.rigid_bodies import RigidBody, RigidBodyBase
+from fingerslip.model.timing import Adaptive, NumericalDamping, QuasiStatic, RecordsPerDecade, TimeStepping, Tolerance
 from fingerslip.parameters import (
     Angle,
     Duration,
@@ -33,12 +36,9 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
-from fingerslip.programme import Phase
-from fingerslip.rigid_bodies import RigidBody, RigidBodyBase
 from fingerslip.sites import ReceptorKind, Site
 from fingerslip.specimens.choice import specimen_mesh_sources
 from fingerslip.study.definition.file import choice_of, chosen
-from fingerslip.timing import Adaptive, NumericalDamping, QuasiStatic, RecordsPerDecade, TimeStepping, Tolerance
 from fingerslip.units import Unit
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 
@@ -180,7 +180,7 @@ class ContactSettings:
 
 @parameters
 class BodySettings(RigidBodyBase):
-    """A rigid body; its values are those of :class:`~fingerslip.rigid_bodies.RigidBody`.
+    """A rigid body; its values are those of :class:`~fingerslip.model.rigid_bodies.RigidBody`.
 
     Parameters
     ----------
@@ -358,7 +358,7 @@ class TimeSettings:
         Of steps that control their own error: longest time between records, in holds with `records_per_decade` the
         first one there [s].
     tolerance : float, optional
-        Of these, largest error over the largest displacement; see :class:`~fingerslip.timing.Adaptive`.
+        Of these, largest error over the largest displacement; see :class:`~fingerslip.model.timing.Adaptive`.
     smallest, largest : float, optional
         Shortest and longest of these steps [s].
     records_per_decade : int, optional

@@ -14,10 +14,11 @@ import pydantic
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
-from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource, marks
-from fingerslip.model import Component, Kinematics, SupportMotion
+from fingerslip.model.model import Component, Kinematics, SupportMotion
+from fingerslip.model.programme import Phase
 from fingerslip.parameters import (
     PositiveLength,
     SignedAcceleration,
@@ -30,15 +31,13 @@ from fingerslip.parameters import (
 )
 from fingerslip.parameters.dotted import flatten, is_below, walk
 from fingerslip.parameters.mistakes import in_order
-from fingerslip.programme import Phase
 from fingerslip.published import published_set
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.derived import check_expression, check_names
 from fingerslip.study.definition.file import line_numbers, read_with_base
-from fingerslip.study.definition.repeats import RepeatSettings
-from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
+from fingerslip.study.definition.sampled import RepeatSettings, SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
     BodySettings,
     CameraKind,
@@ -234,9 +233,9 @@ class Study(SpecimenChoice):
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full', 'nodal'}
-        How the dilatational part is integrated; see :class:`~fingerslip.model.Model`.
+        How the dilatational part is integrated; see :class:`~fingerslip.model.model.Model`.
     kinematics : {'small', 'finite'}
-        Whether strains and rotations are taken as small; see :class:`~fingerslip.model.Model`.
+        Whether strains and rotations are taken as small; see :class:`~fingerslip.model.model.Model`.
     record : RecordSettings
         What is recorded.
     dynamics : DynamicsSettings

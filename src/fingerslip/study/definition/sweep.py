@@ -16,8 +16,7 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.results import REPEAT, SAMPLE, RefusedRun
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.names import run_names
-from fingerslip.study.definition.repeats import RepeatSettings, scatter_values
-from fingerslip.study.definition.sampled import SampleSettings, drawn
+from fingerslip.study.definition.sampled import RepeatSettings, SampleSettings, drawn, scatter_values
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, parse_study, study_mapping
 from fingerslip.study.definition.swept import combinations, with_values
 

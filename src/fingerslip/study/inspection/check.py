@@ -9,14 +9,14 @@ from typing import TypeAlias
 from fingerslip.dynamics.recording.steps import record_bytes, step_times
 from fingerslip.dynamics.system.checks import inspect_model
 from fingerslip.fe.space import build_space
-from fingerslip.model import Model
-from fingerslip.report.tables.table import Column, Table
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive, Timing
 from fingerslip.study.running.compiling import compiling_seconds
 from fingerslip.study.running.cost import estimated_seconds, process_bytes
 from fingerslip.study.running.jobs import Job, groups
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.prepare import prepare_samples
-from fingerslip.timing import Adaptive, Timing
+from fingerslip.tables.table import Column, Table
 
 __all__ = ["check_plans", "check_studies"]
 

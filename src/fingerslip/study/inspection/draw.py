@@ -10,11 +10,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from fingerslip.errors import InputError
-from fingerslip.files import writing
 from fingerslip.report.figures.fingertip import fingertip_figure
 from fingerslip.report.figures.sensor import tactip_figure
 from fingerslip.report.figures.style import save_figure
 from fingerslip.specimens.choice import SPECIMENS, presets_of
+from fingerslip.storage.files import writing
 from fingerslip.study.running.plan import plan_study
 
 __all__ = ["draw_specimen"]

@@ -16,9 +16,8 @@ from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubj
 from fingerslip.report.labels import run_title
 from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.tables.events import swept_paths
-from fingerslip.results import RunResult, StudyResult
-from fingerslip.run_folder import HISTORY
+from fingerslip.report.tables.runs import swept_paths
+from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.study.inspection.times import time_of_run
 from fingerslip.study.storage.reporting import read_results, read_stored_run
 from fingerslip.study.storage.summary import read_manifest

@@ -6,14 +6,14 @@ import difflib
 from pathlib import Path
 
 from fingerslip.errors import InputError
-from fingerslip.files import writing
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.source import InspectedMesh, MeshTable
-from fingerslip.report.tables.table import Column, Table
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
+from fingerslip.storage.files import writing
 from fingerslip.study.running.build import inspect_mesh
 from fingerslip.study.running.plan import plan_study
+from fingerslip.tables.table import Column, Table
 
 __all__ = ["save_mesh"]
 

@@ -10,15 +10,12 @@ from pathlib import Path
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
-from fingerslip.materials.library import material_header, material_names, material_table
+from fingerslip.materials.choice import material_header, material_names, material_table
 from fingerslip.parameters.presets import PresetValue
 from fingerslip.report.tables.compare import differences_table
-from fingerslip.report.tables.events import readings_table, time_cell
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
-from fingerslip.report.tables.runs import measures_table
-from fingerslip.report.tables.table import Cell, Column, Measured, Table
-from fingerslip.results import RunResult
-from fingerslip.run_folder import HISTORY, RESULT, RUN
+from fingerslip.report.tables.runs import measures_table, readings_table, time_cell
+from fingerslip.results import HISTORY, RESULT, RUN, RunResult
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.study.definition.spec import given_paths, read_study
@@ -27,6 +24,7 @@ from fingerslip.study.opened import open_study
 from fingerslip.study.storage.reporting import read_results, read_stored_run, study_tables
 from fingerslip.study.storage.summary import read_manifest
 from fingerslip.study.storage.values import Specified, read_run_values, value_rows
+from fingerslip.tables.table import Cell, Column, Measured, Table
 
 __all__ = [
     "diff_runs",

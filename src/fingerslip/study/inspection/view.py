@@ -11,7 +11,7 @@ from fingerslip.history import read_history
 from fingerslip.parameters import from_mapping
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.served import Served, require_free
-from fingerslip.run_folder import HISTORY, RESULT, stored_result
+from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.study.inspection.times import time_of_run
 

@@ -9,10 +9,10 @@ from fingerslip.contact.friction import weakens
 from fingerslip.dynamics.recording.steps import step_count
 from fingerslip.dynamics.step.sharing import first_alike, material_key, same_body, same_matrix
 from fingerslip.dynamics.system.checks import inspect_model
-from fingerslip.model import Model
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
 from fingerslip.study.running.cost import basis_saves
 from fingerslip.study.running.jobs import Job
-from fingerslip.timing import Adaptive
 
 __all__ = ["choose_bases"]
 

@@ -15,8 +15,8 @@ from fingerslip.errors import InputError
 from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import InspectedMesh
-from fingerslip.model import Contact, Model, Recording
-from fingerslip.programme import Phase, phase_travel
+from fingerslip.model.model import Contact, Model, Recording
+from fingerslip.model.programme import Phase, phase_travel
 from fingerslip.sites import Site
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import Specimen

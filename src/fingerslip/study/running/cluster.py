@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import FingerslipError, InputError, ResultError
-from fingerslip.files import new_folder, writing
-from fingerslip.run_folder import stored_result
+from fingerslip.results import stored_result
+from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.jobs import Job, groups

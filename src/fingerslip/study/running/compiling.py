@@ -20,9 +20,9 @@ from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.model import Contact, Kinematics, Model
-from fingerslip.programme import Press, Slide
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Contact, Kinematics, Model
+from fingerslip.model.programme import Press, Slide
+from fingerslip.model.timing import QuasiStatic
 
 if TYPE_CHECKING:
     from fingerslip.study.running.progress import StudyProgress

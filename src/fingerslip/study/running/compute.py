@@ -11,8 +11,8 @@ from typing import Any
 
 from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
-from fingerslip.files import new_folder, writing
-from fingerslip.run_folder import LOG
+from fingerslip.results import LOG
+from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.running.build import locate_error
 from fingerslip.study.running.jobs import Job
 from fingerslip.study.storage.bases import BasisFolder

@@ -7,7 +7,7 @@ from typing import Any
 from fingerslip.dynamics.recording.steps import record_bytes
 from fingerslip.linear.memory import require_memory
 from fingerslip.mesh.source import MeshSource
-from fingerslip.model import Kinematics, Model
+from fingerslip.model.model import Kinematics, Model
 
 __all__ = [
     "basis_saves",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.errors import FingerslipError
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 from fingerslip.results import RefusedRun
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.cost import most_together

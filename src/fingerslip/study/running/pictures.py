@@ -23,28 +23,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, FingerslipError
-from fingerslip.files import new_folder, read_json, write_json
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.parameters import as_mapping
 from fingerslip.report.page.sensor import write_tracking
-from fingerslip.run_folder import HISTORY
+from fingerslip.results import HISTORY
+from fingerslip.storage.files import digest, new_folder, read_json, write_json
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.jobs import Job
 from fingerslip.study.running.plan import Plan
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.films import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
-from fingerslip.vision.cameras.camera import Camera, true_tracks
-from fingerslip.vision.cameras.look import (
+from fingerslip.vision.cameras.camera import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,
+    Camera,
     Lighting,
     PixelCamera,
     SensorNoise,
+    true_tracks,
 )
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.cameras.point import PointCamera, point_tracks

@@ -9,8 +9,7 @@ from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.parameters.dotted import flatten
-from fingerslip.results import RefusedRun, RunResult
-from fingerslip.run_folder import read_result
+from fingerslip.results import RefusedRun, RunResult, read_result
 from fingerslip.slip.events import Events
 from fingerslip.study.definition.derived import derive
 from fingerslip.study.definition.file import line_numbers, read_with_base

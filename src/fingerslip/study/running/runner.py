@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
-from fingerslip.files import check_folder, clean_stale, remove_empty
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
-from fingerslip.results import RefusedRun, RunResult, StudyResult
-from fingerslip.run_folder import stored_result
+from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
+from fingerslip.storage.files import check_folder, clean_stale, remove_empty
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.derived import derived_of
 from fingerslip.study.definition.sweep import Run

@@ -12,9 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.digest import digest
 from fingerslip.errors import ResultError
-from fingerslip.files import alone, write_bytes, writing
+from fingerslip.storage.files import alone, digest, write_bytes, writing
 
 __all__ = ["BasisFolder"]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fingerslip.report.page.comparison import ComparedStudy, comparison_report
 from fingerslip.report.page.page import write_page
-from fingerslip.run_folder import RUN
+from fingerslip.results import RUN
 from fingerslip.study.storage.reporting import provenance_of, read_results, slide_starts
 from fingerslip.study.storage.summary import read_manifest
 from fingerslip.study.storage.values import read_run_values, value_rows

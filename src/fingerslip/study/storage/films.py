@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.files import read_json
 from fingerslip.slip.windows import slide_window
+from fingerslip.storage.files import read_json
 
 if TYPE_CHECKING:
     import xarray as xr

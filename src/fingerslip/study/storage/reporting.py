@@ -8,23 +8,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.digest import digest
 from fingerslip.errors import ResultError
-from fingerslip.files import new_folder, write_bytes
 from fingerslip.history import read_history, stored_phases
 from fingerslip.published import published_set
 from fingerslip.report.tables.compare import compare_table
-from fingerslip.report.tables.events import events_table
+from fingerslip.report.tables.runs import events_table
 from fingerslip.report.tables.samples import sample_tables
-from fingerslip.report.tables.table import Table
-from fingerslip.results import RunResult, StudyResult
-from fingerslip.run_folder import HISTORY, RUN
+from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
+from fingerslip.storage.files import digest, new_folder, write_bytes
 from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.storage.store import read_run
 from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
 from fingerslip.study.storage.values import read_run_values, value_rows
+from fingerslip.tables.table import Table
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,4 +1,4 @@
-"""The folder of a run: what tells its inputs apart, how it is written, and how it is read back."""
+"""The folder of a run: what tells its inputs apart, how it is written with its snapshots, and how it is read back."""
 
 from __future__ import annotations
 
@@ -11,25 +11,45 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.digest import digest
-from fingerslip.files import writing
 from fingerslip.history import write_history
 from fingerslip.parameters.dotted import flatten
-from fingerslip.results import RunResult, result_of
-from fingerslip.run_folder import HISTORY, RUN, stored_result, write_result
+from fingerslip.results import HISTORY, RUN, RunResult, result_of, stored_result, write_result
 from fingerslip.slip import measures
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.storage.files import digest, writing
 from fingerslip.study.definition.file import read_mapping, write_mapping
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import mesh_key
 from fingerslip.study.storage.provenance import versions
-from fingerslip.study.storage.snapshots import write_snapshots
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["RESULT_FORMAT", "RUN", "identity", "mesh_hash", "mesh_size", "read_run", "write_run"]
+__all__ = [
+    "RESULT_FORMAT",
+    "RUN",
+    "identity",
+    "mesh_hash",
+    "mesh_size",
+    "read_run",
+    "write_run",
+    "write_snapshots",
+]
+
+
+def write_snapshots(history: xr.Dataset, folder: Path) -> None:
+    """Write ``snapshots.pvd`` and one ``.vtu`` file per snapshot; nothing where there are no snapshots.
+
+    The points are reference positions. The field ``displacement`` [m] has three components, so that *Warp By Vector*
+    shows the deformed body, to scale or exaggerated.
+    """
+    from fingerslip.export.paraview import snapshot_mesh, write_series
+
+    times = history["snapshot_time"].values.tolist() if "snapshot_time" in history.coords else []
+    if times:
+        write_series(folder, "snapshots", ((time, snapshot_mesh(history, number)) for number, time in enumerate(times)))
+
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
 RESULT_FORMAT = 9

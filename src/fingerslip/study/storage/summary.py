@@ -11,13 +11,13 @@ import pydantic
 from typing_extensions import TypedDict
 
 from fingerslip.errors import DamagedError, ResultError
-from fingerslip.files import read_json, write_json, write_text
+from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import sensitivity_rows
-from fingerslip.report.tables.summary import summary_table
-from fingerslip.report.tables.table import to_csv
 from fingerslip.results import Quantity, RefusedRun, RunResult, StudyResult
 from fingerslip.sampling import fits_of
+from fingerslip.storage.files import read_json, write_json, write_text
 from fingerslip.study.storage.provenance import commit, versions
+from fingerslip.tables.table import to_csv
 
 __all__ = [
     "MANIFEST",
@@ -75,7 +75,7 @@ _STORED: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(_Stored)
 
 
 def write_summary(study: StudyResult) -> None:
-    """Write one row per run as comma-separated values, see :func:`~fingerslip.report.tables.summary.summary_table`."""
+    """Write one row per run as comma-separated values, see :func:`~fingerslip.report.tables.runs.summary_table`."""
     write_text(study.folder / SUMMARY, to_csv(summary_table(study.runs, study.refused)))
 
 

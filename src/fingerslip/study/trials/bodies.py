@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
-from fingerslip.digest import digest
 from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.errors import InputError
 from fingerslip.linear.threads import limited_threads
-from fingerslip.model import Model
-from fingerslip.programme import Phase, Press
+from fingerslip.model.model import Model
+from fingerslip.model.programme import Phase, Press
 from fingerslip.specimens.tactip.layout import MarkerPlaces
+from fingerslip.storage.files import digest
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key

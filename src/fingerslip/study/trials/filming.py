@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.vision.cameras.camera import Camera, Pose
-from fingerslip.vision.cameras.errors import PositionErrors
-from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair
+from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, PositionErrors
 from fingerslip.vision.cameras.presets import aimed_camera
 
 if TYPE_CHECKING:

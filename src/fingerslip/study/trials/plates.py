@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from fingerslip.programme import Phase
-from fingerslip.rigid_bodies import RigidBody
+from fingerslip.model.programme import Phase
+from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.study.definition.spec import Study
 
 __all__ = ["load_rate", "plate_of", "programme_of"]

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials, open_trials
 from fingerslip.detect.trials import FILES, write_trial
-from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
-from fingerslip.files import alone, check_replaceable, clean_stale, new_folder, read_json
 from fingerslip.parameters import as_mapping
+from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, new_folder, read_json
 from fingerslip.study.definition.file import line_numbers
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study, read_study
@@ -60,8 +59,7 @@ def simulate_trials(
     settings = _settings(study, source)
     # What simulates and films is slow to load: what is wrong with a study is said before.
     from fingerslip.study.trials.bodies import shared_body, shared_key
-    from fingerslip.study.trials.card import card_notes
-    from fingerslip.study.trials.trials import trial_plans
+    from fingerslip.study.trials.trials import card_notes, trial_plans
 
     with line_numbers(source):
         runs = expand_samples(study, source).runs

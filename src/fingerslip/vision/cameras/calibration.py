@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError, shorten
-from fingerslip.files import write_text
 from fingerslip.parameters.yaml_text import parse_document
+from fingerslip.storage.files import write_text
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
 
 __all__ = ["MODELS", "read_calibration", "write_calibration"]

@@ -12,8 +12,16 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.vision.cameras.camera import Camera, frame_times, interpolate, pixels_per_metre, seen_kind, true_tracks
-from fingerslip.vision.cameras.look import Lighting, PixelCamera
+from fingerslip.vision.cameras.camera import (
+    Camera,
+    Lighting,
+    PixelCamera,
+    frame_times,
+    interpolate,
+    pixels_per_metre,
+    seen_kind,
+    true_tracks,
+)
 from fingerslip.vision.video import opencv, write_video
 
 if TYPE_CHECKING:

@@ -1,7 +1,8 @@
-"""The point camera: tracks in pixels with the errors of a tracker, without pictures, for thousands of trials."""
+"""Point cameras: markers seen with the errors of a tracker, without frames."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,17 +11,18 @@ import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import parameters
+from fingerslip.parameters import Fraction, NonNegativeNumber, Number, parameters
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 from fingerslip.vision.cameras.camera import (
     Camera,
+    PixelCamera,
     frame_times,
     image_attributes,
     interpolate,
     pixels_per_metre,
     true_tracks,
 )
-from fingerslip.vision.cameras.errors import PositionErrors
+from fingerslip.vision.cameras.pixel import frames_of
 from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:
@@ -30,17 +32,179 @@ __all__ = [
     "MEASURED_ERRORS",
     "PUBLISHED_FRAME_RATE",
     "CameraPair",
+    "Locate",
     "PointCamera",
+    "PositionErrors",
+    "following",
+    "measure_errors",
     "metres_per_pixel",
     "pair_tracks",
     "plate_mark",
     "point_tracks",
+    "position_errors",
+    "window_centroids",
 ]
 
 
 Floats = NDArray[np.float64]
+Frame = NDArray[np.uint8]
 
-#: What :func:`~fingerslip.vision.cameras.errors.window_centroids` gets wrong on frames of the default pixel camera with
+#: Finds markers in frames: gets the frames and where the markers are in the first (n_markers, 2) [px], returns their
+#: positions (n_frames, n_markers, 2) [px], NaN where lost.
+Locate = Callable[[Iterator[Frame], Floats], Floats]
+_FEWEST = 3
+_FLOOR, _CLEAR = 0.2, 6.0
+
+
+@parameters
+class PositionErrors:
+    """Statistics of the errors of marker positions, over both axes and all markers.
+
+    Parameters
+    ----------
+    noise : float
+        Root mean square of what changes from frame to frame, along an axis [px].
+    bias : float
+        Root mean square over the markers of what stays, along an axis [px].
+    correlation : float
+        Correlation of what changes with the same one frame later [-]; 0 for white noise.
+    lost : float
+        Share of the markers that are lost in a frame [-].
+    """
+
+    noise: NonNegativeNumber
+    bias: NonNegativeNumber = 0.0
+    correlation: Annotated[Number, pydantic.Field(gt=-1, lt=1)] = 0.0
+    lost: Fraction = 0.0
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the whole error along an axis [px]."""
+        return float(np.hypot(self.noise, self.bias))
+
+
+def position_errors(tracks: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
+    """Return the statistics of the errors of tracks."""
+    if tracks["position"].shape != truth["position"].shape or (tracks["marker"].values != truth["marker"].values).any():
+        shapes = f"got {dict(tracks.sizes)} beside {dict(truth.sizes)}"
+        raise InputError("found, truth", shapes, "needs the same times and markers in both")
+    errors = tracks["position"].values - truth["position"].values
+    visible = ~np.isnan(truth["position"].values).any(axis=2)
+    lost = float(np.isnan(errors[visible]).any(axis=1).mean()) if visible.any() else 0.0
+    counts = (~np.isnan(errors)).sum(axis=0)
+    enough = (counts >= _FEWEST).all(axis=1)
+    if not enough.any():
+        raise InputError("found", "has no marker in three frames", "needs some, to tell noise from what stays")
+    errors, counts = errors[:, enough], counts[enough]
+    means = np.nanmean(errors, axis=0)
+    changing = errors - means
+    variance = float(np.nansum(changing**2) / (counts - 1).sum())
+    # The mean of a few frames has a share of the noise itself.
+    staying = float((means**2).mean() - variance * (1.0 / counts).mean())
+    return PositionErrors(np.sqrt(variance), np.sqrt(max(staying, 0.0)), _correlation(changing), lost)
+
+
+def _correlation(changing: Floats) -> float:
+    """Return the correlation of errors with those of the next frame [-]; 0 where there is nothing to correlate."""
+    products, squares = np.nanmean(changing[1:] * changing[:-1]), np.nanmean(changing**2)
+    return float(np.clip(products / squares, -0.999, 0.999)) if squares > 0 and np.isfinite(products) else 0.0
+
+
+def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate) -> PositionErrors:
+    """Take frames of markers, find the markers in them, and return the statistics of the errors.
+
+    Parameters
+    ----------
+    pixel_camera : PixelCamera
+        The camera.
+    tracks : xarray.Dataset
+        Tracks in metres; a second of them is enough to calibrate a point camera.
+    locate : callable
+        See :data:`Locate`; :func:`following` makes one of a function of single frames.
+
+    Returns
+    -------
+    PositionErrors
+        The statistics.
+
+    Raises
+    ------
+    InputError
+        Where the tracks cannot be filmed, `locate` returns another shape, or finds too little.
+    """
+    truth = true_tracks(pixel_camera.camera, tracks)
+    positions = np.asarray(locate(frames_of(pixel_camera, tracks), truth["position"].values[0]), dtype=np.float64)
+    if positions.shape != truth["position"].shape:
+        raise InputError("locate", f"returned shape {positions.shape}", f"needs {truth['position'].shape}")
+    # What is outside the image has no truth to be compared with.
+    positions[np.isnan(truth["position"].values)] = np.nan
+    result = make_tracks(positions, truth["time"].values, units="px", marker=truth["marker"].values)
+    return position_errors(result, truth)
+
+
+def following(centroids: Callable[[Frame, Floats], Floats]) -> Locate:
+    """Make a :data:`Locate` of a function that finds markers in one frame near expected positions.
+
+    A marker is expected to move on as between the last two frames; one that was lost, to be where it was expected last.
+
+    Parameters
+    ----------
+    centroids : callable
+        Gets a frame and expected positions (n_markers, 2) [px], returns positions (n_markers, 2) [px], NaN where lost;
+        such as :func:`window_centroids`.
+    """
+
+    def locate(frames: Iterator[Frame], start: Floats) -> Floats:
+        expected, last, result = start.copy(), start, []
+        for frame in frames:
+            places = centroids(frame, expected)
+            ahead = np.where(np.isnan(last) | np.isnan(places), places, 2.0 * places - last)
+            expected, last = np.where(np.isnan(ahead), expected, ahead), places
+            result.append(places)
+        return np.array(result).reshape(-1, *start.shape)
+
+    return locate
+
+
+def window_centroids(frame: Frame, expected: Floats, reach: int = 9) -> Floats:
+    """Return the centroid of what differs from the surroundings of each marker, weighted by how much it does.
+
+    A plain method for calibration: pixels that differ by less than a fifth of the largest difference do not count.
+
+    Parameters
+    ----------
+    frame : (height, width) array of uint8
+        The frame.
+    expected : (n, 2) array
+        Where the markers should be, within a pixel or two [px].
+    reach : int, optional
+        Half of the width of the window [px]: a marker must fit, its neighbours must not.
+
+    Returns
+    -------
+    (n, 2) array
+        Positions [px]; NaN where the window is not inside the frame, or nothing in it stands out by more than six
+        standard deviations of its border.
+    """
+    height, width = frame.shape
+    starts = np.round(np.nan_to_num(expected, nan=-1e6)).astype(int)
+    inside = ((starts >= reach) & (starts < (width - reach, height - reach))).all(axis=1)
+    offsets = np.arange(-reach, reach + 1)
+    centroids = np.full(expected.shape, np.nan)
+    columns, rows = starts[inside, 0, None] + offsets, starts[inside, 1, None] + offsets
+    windows = frame[rows[:, :, None], columns[:, None, :]].astype(np.float64)
+    border = np.concatenate([windows[:, [0, -1], :].reshape(len(windows), -1), windows[:, :, 0], windows[:, :, -1]], 1)
+    height_above = np.abs(windows - np.median(border, axis=1)[:, None, None])
+    largest = height_above.max(axis=(1, 2))
+    weights = np.maximum(height_above - _FLOOR * largest[:, None, None], 0.0)
+    clear = largest > _CLEAR * border.std(axis=1)
+    total = np.where(clear, weights.sum(axis=(1, 2)), np.nan)
+    centroids[inside, 0] = (weights.sum(axis=1) * columns).sum(axis=1) / total
+    centroids[inside, 1] = (weights.sum(axis=2) * rows).sum(axis=1) / total
+    return centroids
+
+
+#: What :func:`~fingerslip.vision.cameras.point.window_centroids` gets wrong on frames of the default pixel camera with
 #: ten pixels to the millimetre, where markers slide at 0.3 mm/s for 6 s. Measured; a test measures it again.
 MEASURED_ERRORS = PositionErrors(noise=0.0061, bias=0.0018, correlation=0.09)
 
@@ -54,7 +218,7 @@ class PointCamera:
     camera : Camera
         Lens, place and times.
     errors : PositionErrors
-        Errors of the positions. :func:`~fingerslip.vision.cameras.errors.measure_errors` calibrates them on a pixel
+        Errors of the positions. :func:`~fingerslip.vision.cameras.point.measure_errors` calibrates them on a pixel
         camera with any tracker.
     seed : int
         Seed of the errors: the same seed gives the same tracks.

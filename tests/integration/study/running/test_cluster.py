@@ -18,7 +18,7 @@ import yaml
 
 from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
-from fingerslip.run_folder import stored_result
+from fingerslip.results import stored_result
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import StudyFailedError, run_study
 from places import DOCS, ROOT

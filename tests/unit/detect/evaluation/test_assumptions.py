@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 
 from fingerslip.detect.classifiers import CLASSIFIERS
-from fingerslip.detect.evaluation.assumptions import (
+from fingerslip.detect.evaluation.crossval import frames_by_trial, parts_beside
+from fingerslip.detect.evaluation.robustness import (
     Assumption,
     Sensitivity,
     each_alone,
     likely_assumptions,
     sensitivity_of,
 )
-from fingerslip.detect.evaluation.crossval import frames_by_trial
-from fingerslip.detect.evaluation.parts import parts_beside
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.samples import grouped_folds, samples_of

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.detect.evaluation.benchmark import check_submission, rest_ends, score_submission
+from fingerslip.detect.evaluation.scores import check_submission, rest_ends, score_submission
 from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.trial_set import TrialSet

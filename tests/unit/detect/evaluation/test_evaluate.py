@@ -11,9 +11,8 @@ import pytest
 
 from fingerslip.detect.classifiers import CLASSIFIERS
 from fingerslip.detect.evaluation import evaluate
-from fingerslip.detect.evaluation.crossval import events_by_trial, frames_by_sample, frames_by_trial
+from fingerslip.detect.evaluation.crossval import events_by_trial, frames_by_sample, frames_by_trial, parts_beside
 from fingerslip.detect.evaluation.evaluate import Evaluation, begun_evaluation
-from fingerslip.detect.evaluation.parts import parts_beside
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples, grouped_folds
 from fingerslip.detect.trial_set import TrialSet

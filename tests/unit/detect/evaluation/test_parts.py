@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.detect.evaluation.parts import Parts, parts_beside
+from fingerslip.detect.evaluation.crossval import Parts, parts_beside
 from fingerslip.errors import InputError
 
 ONE = {"rows": np.arange(5), "chances": np.linspace(0.0, 1.0, 6).reshape(2, 3)}

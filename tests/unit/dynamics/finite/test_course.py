@@ -13,7 +13,7 @@ from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.solver import preferred_solver
-from fingerslip.programme import Ramp
+from fingerslip.model.programme import Ramp
 from fingerslip.verification.meshes import box
 
 

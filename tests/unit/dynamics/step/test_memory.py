@@ -16,14 +16,13 @@ from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import relaxing_layers, stiffness_matrix
 from fingerslip.fe.space import build_space
-from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.prony import PronyTerm
-from fingerslip.model import Contact, Model, Recording, ReducedBasis, SupportMotion
-from fingerslip.programme import Press, Ramp, Slide
+from fingerslip.model.model import Contact, Model, Recording, ReducedBasis, SupportMotion
+from fingerslip.model.programme import Press, Ramp, Slide
+from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.sites import Site
-from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 
 TERMS = (PronyTerm(0.3, 0.02), PronyTerm(0.2, 0.2))

@@ -7,9 +7,9 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.system.system import build_system
-from fingerslip.model import Drive, Traction
-from fingerslip.programme import Ramp
-from fingerslip.timing import QuasiStatic
+from fingerslip.model.model import Drive, Traction
+from fingerslip.model.programme import Ramp
+from fingerslip.model.timing import QuasiStatic
 from problems.pushed import push_and_slide
 
 LONG = fs.TimeStepping(1e-3, end=0.02)

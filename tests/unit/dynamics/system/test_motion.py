@@ -8,7 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.system.motion import counterface_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
-from fingerslip.programme import phase_duration
+from fingerslip.model.programme import phase_duration
 
 PROGRAMME = (fs.Press(1.5e-3, 1.5e-3), fs.Hold(0.5), fs.Slide(6e-3, 3e-3), fs.Lift(1e-3, 2e-3))
 

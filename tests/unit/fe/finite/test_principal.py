@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.fe.finite.principal import LANES, ROWS, diagonalise
+from fingerslip.fe.finite.kernels import LANES, ROWS, diagonalise
 
 
 def tensors():

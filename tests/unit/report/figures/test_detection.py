@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.report.figures.detection import importance_figure, learning_curve_figure, robustness_figure
+from fingerslip.report.figures.markers import importance_figure, learning_curve_figure, robustness_figure
 
 
 def test_a_learning_curve_shows_accuracy_and_f1() -> None:

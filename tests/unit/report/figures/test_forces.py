@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.report.figures.forces import _scale, energy_figure, force_figure, force_overview_figure
+from fingerslip.report.figures.contact import _scale, energy_figure, force_figure, force_overview_figure
 from unit.report.figures.made import ALL, EVENTS, HISTORIES, HISTORY, marked, panels
 from unit.synthetic import PRESS_END
 

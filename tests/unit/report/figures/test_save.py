@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from fingerslip.errors import ResultError
-from fingerslip.report.figures.forces import energy_figure, force_figure, force_overview_figure
+from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure
 from fingerslip.report.figures.receptors import (
     acceleration_figure,
     acceleration_overview_figure,

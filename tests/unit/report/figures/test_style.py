@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from fingerslip.report.colours import region_colours
 from fingerslip.report.figures import style
-from fingerslip.report.figures.forces import energy_figure
+from fingerslip.report.figures.contact import energy_figure
 from fingerslip.report.figures.style import (
     add_legend,
     columns_for,

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.report.figures.forces import energy_figure, force_figure, force_overview_figure
+from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure
 from fingerslip.report.figures.receptors import strain_energy_density_figure
 from fingerslip.report.figures.slip import shown_time, shown_times, slip_maps_figure
 from unit.report.figures.made import HISTORY, panels

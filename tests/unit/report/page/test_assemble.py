@@ -12,10 +12,10 @@ from fingerslip.report.page import assemble
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.page import Report, ReportSection, render_page
 from fingerslip.report.tables.parameters import ShownValue
-from fingerslip.report.tables.table import Column, Table, texts
 from fingerslip.results import RunResult, result_of
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.slip.front import EdgeContact
+from fingerslip.tables.table import Column, Table, texts
 from fingerslip.uncertainty import Convergence, Series
 from unit.report.page.contents import content_of, two_runs, with_runs
 from unit.report.pages import checked

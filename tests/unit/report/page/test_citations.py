@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from fingerslip.published import published_set
-from fingerslip.report.page.citations import bibliography, bibtex_entries
+from fingerslip.report.page.notes import bibliography, bibtex_entries
 from fingerslip.report.tables.parameters import ShownValue
 from places import ROOT
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from fingerslip.report.page.comparison import ComparedStudy, comparison_report, pairs_of
 from fingerslip.report.page.page import render_page
 from fingerslip.report.tables.parameters import ShownValue
-from fingerslip.report.tables.table import Missing, texts
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events, SlipEvents
+from fingerslip.tables.table import Missing, texts
 from unit.report.pages import checked
 
 

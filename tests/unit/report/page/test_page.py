@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from fingerslip.errors import ResultError
 from fingerslip.report.page.page import Picture, Report, ReportSection, render_page, write_page
-from fingerslip.report.tables.table import Column, Measured, Missing, Table
+from fingerslip.tables.table import Column, Measured, Missing, Table
 from unit.report.pages import checked
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.netcdf import read_netcdf
 from fingerslip.report.page.tracked import track_video
+from fingerslip.storage.netcdf import read_netcdf
 from fingerslip.vision.overlay import SHOWN_FIELDS
 from fingerslip.vision.video import read_frames, write_video
 from problems import clips

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import pyvista
 
-from fingerslip.report.scene.snapshot import CELL_TYPES, in_space, read_snapshot
+from fingerslip.snapshot import CELL_TYPES, in_space, read_snapshot
 from unit.report.scenes import block_history
 
 

@@ -9,9 +9,8 @@ from rich.console import Console
 
 from fingerslip.published import published_set
 from fingerslip.report.tables.compare import compare_table, statements_table
-from fingerslip.report.tables.table import Missing
-from fingerslip.report.tables.terminal import to_rich
 from fingerslip.results import RunResult
+from fingerslip.tables.table import Missing, to_rich
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 TABLE2 = published_set("wang2014-table2")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fingerslip.report.tables.convergence import convergence_table, series_table
-from fingerslip.report.tables.table import Missing, texts
+from fingerslip.report.tables.compare import convergence_table, series_table
+from fingerslip.tables.table import Missing, texts
 from fingerslip.uncertainty import Convergence, Series
 
 SIZES = (1.0, 0.5, 0.25)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fingerslip.report.tables.compare import differences_table
-from fingerslip.report.tables.table import Missing, to_markdown
+from fingerslip.tables.table import Missing, to_markdown
 
 
 def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.report.tables.runs import energies_table
-from fingerslip.report.tables.table import Missing
+from fingerslip.tables.table import Missing
 from unit.report.scenes import block_history
 
 

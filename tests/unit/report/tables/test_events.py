@@ -8,12 +8,11 @@ import io
 import pytest
 from rich.console import Console
 
-from fingerslip.report.tables.events import events_table, peaks_table, readings_table, run_notes, time_cell
-from fingerslip.report.tables.table import Measured, Missing, to_markdown
-from fingerslip.report.tables.terminal import to_rich
+from fingerslip.report.tables.runs import events_table, peaks_table, readings_table, run_notes, time_cell
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, Peak, PeakTable
 from fingerslip.slip import windows as names
+from fingerslip.tables.table import Measured, Missing, to_markdown, to_rich
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 

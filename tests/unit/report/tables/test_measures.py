@@ -7,9 +7,9 @@ import dataclasses
 import pytest
 
 from fingerslip.report.tables.runs import measures_table
-from fingerslip.report.tables.table import texts
 from fingerslip.slip import measures
 from fingerslip.slip.measures import Measure
+from fingerslip.tables.table import texts
 from fingerslip.units import Unit
 from unit.report.tables.runs import RUNS, UNRECORDED
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fingerslip.report.tables.parameters import models_table
-from fingerslip.report.tables.table import texts
+from fingerslip.tables.table import texts
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 

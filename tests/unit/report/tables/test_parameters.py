@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.report.tables.parameters import GROUPS, ShownValue, group_of, value_tables
-from fingerslip.report.tables.table import to_markdown
+from fingerslip.tables.table import to_markdown
 
 VALUES = (
     ShownValue("fingertip.depth", "1 mm", "not used", "of 2D sections only"),

@@ -17,9 +17,9 @@ from fingerslip.report.tables.samples import (
     sensitivity_rows,
     sensitivity_table,
 )
-from fingerslip.report.tables.table import texts, to_csv
 from fingerslip.results import RefusedRun
 from fingerslip.sampling import fits_of, interval_of
+from fingerslip.tables.table import texts, to_csv
 from unit.sampled import study_of
 
 TABLE2 = [published_set("wang2014-table2")]

@@ -8,11 +8,11 @@ import io
 
 import pytest
 
-from fingerslip.report.tables.summary import summary_table
-from fingerslip.report.tables.table import to_csv
+from fingerslip.report.tables.runs import summary_table
 from fingerslip.results import RunResult
 from fingerslip.slip import measures
 from fingerslip.slip.measures import Measure
+from fingerslip.tables.table import to_csv
 from unit.report.tables.runs import EVENTS, RUNS, UNRECORDED
 
 TIMES = [

@@ -8,7 +8,7 @@ import json
 
 from rich.console import Console
 
-from fingerslip.report.tables.table import (
+from fingerslip.tables.table import (
     Column,
     Measured,
     Missing,
@@ -17,9 +17,9 @@ from fingerslip.report.tables.table import (
     to_csv,
     to_mapping,
     to_markdown,
+    to_rich,
     typeset,
 )
-from fingerslip.report.tables.terminal import to_rich
 
 
 def test_cells_with_bars_and_commas_stay_one_cell() -> None:

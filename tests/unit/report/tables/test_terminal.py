@@ -7,8 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
-from fingerslip.report.tables.table import Column, Table
-from fingerslip.report.tables.terminal import to_rich
+from fingerslip.tables.table import Column, Table, to_rich
 
 
 def test_a_heading_with_brackets_survives_the_terminal() -> None:

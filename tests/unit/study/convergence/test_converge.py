@@ -14,7 +14,7 @@ import yaml
 
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.mesh.io import write_mesh
-from fingerslip.model import Model
+from fingerslip.model.model import Model
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.study.convergence.converge import StudyConvergence, converge, level_folders

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
-from fingerslip.study.convergence.levels import Level, levels_of, run_at
+from fingerslip.study.convergence.converge import Level, levels_of, run_at
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.running.build import build_model

@@ -9,9 +9,9 @@ import pytest
 from fingerslip.contact.counterfaces import BuiltInCounterface, Plane
 from fingerslip.contact.friction import BuiltInLaw, Coulomb, StaticKinetic
 from fingerslip.errors import InputError
+from fingerslip.model.programme import Phase
 from fingerslip.parameters import from_mapping, parameters
 from fingerslip.parameters.schema import json_schema
-from fingerslip.programme import Phase
 from fingerslip.study.definition.file import choice_of, chosen, kinds_of
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.definition.repeats import RepeatSettings, scatter_values, seed_of_repeat
+from fingerslip.study.definition.sampled import RepeatSettings, scatter_values, seed_of_repeat
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand, expand_samples
 from fingerslip.study.running.plan import plan_mapping

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic, NeoHookean, Ogden, OgdenTerm, PronyTerm
-from fingerslip.materials.library import material
+from fingerslip.materials.choice import material
 from fingerslip.mesh.source import MeshFile
+from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters.dotted import assign, walk
-from fingerslip.programme import Press, Slide
 from fingerslip.study.definition.spec import Study, parse_study, read_study, study_mapping
 from fingerslip.study.definition.sweep import expand
 from places import ROOT

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
 from fingerslip.study.definition.settings import TimeSettings
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.timing import Adaptive, QuasiStatic, TimeStepping
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")

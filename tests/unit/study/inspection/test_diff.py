@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import ResultError
-from fingerslip.report.tables.table import Measured, Missing, Table
 from fingerslip.study.inspection.show import diff_runs
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
+from fingerslip.tables.table import Measured, Missing, Table
 from unit.study.block import block_values
 
 Write = Callable[..., Path]

@@ -8,8 +8,7 @@ import pytest
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import write_history
-from fingerslip.results import result_of
-from fingerslip.run_folder import write_result
+from fingerslip.results import result_of, write_result
 from fingerslip.study.inspection.figure import FigureChoice, film_size, kinds_text, write_figure
 from fingerslip.vision.video import video_info
 from unit.report.scenes import block_history

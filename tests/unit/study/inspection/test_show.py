@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.materials.library import material_names
+from fingerslip.materials.choice import material_names
 from fingerslip.specimens.choice import preset_names
 from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.inspection.show import presets_table, show

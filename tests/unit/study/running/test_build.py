@@ -16,14 +16,14 @@ from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.model import Drive, Traction
-from fingerslip.programme import Hold, Press, Ramp
-from fingerslip.rigid_bodies import RigidBody, Springs
+from fingerslip.model.model import Drive, Traction
+from fingerslip.model.programme import Hold, Press, Ramp
+from fingerslip.model.rigid_bodies import RigidBody, Springs
+from fingerslip.model.timing import QuasiStatic
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, mesh_key
-from fingerslip.timing import QuasiStatic
 from places import ROOT
 from unit.fingers import coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.run_folder import stored_result
+from fingerslip.results import stored_result
 from fingerslip.study.running import cluster
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.prepare import prepare

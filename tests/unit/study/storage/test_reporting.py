@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import ResultError
-from fingerslip.files import write_json
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page import assemble
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
+from fingerslip.storage.files import write_json
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import (
     event_tables,

@@ -13,7 +13,7 @@ import xarray as xr
 
 from fingerslip.fe.space import build_space, cell_nodes
 from fingerslip.history import make_history
-from fingerslip.study.storage.snapshots import write_snapshots
+from fingerslip.study.storage.store import write_snapshots
 from problems.blocks import ELEMENTS, distorted
 
 TIMES = [0.0, 0.05, 0.12]

@@ -14,7 +14,7 @@ import skfem
 
 from fingerslip.errors import ResultError
 from fingerslip.history import read_history
-from fingerslip.run_folder import RUN
+from fingerslip.results import RUN
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.study.running.plan import plan_study

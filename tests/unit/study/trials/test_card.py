@@ -6,7 +6,7 @@ import numpy as np
 
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.trials.card import card_notes
+from fingerslip.study.trials.trials import card_notes
 from places import ROOT
 
 NONE = np.zeros((0, 3))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.detect.trial_table import write_parquet
+from fingerslip.detect.trial_set import write_parquet
 from fingerslip.errors import InputError
 from fingerslip.study.trials.simulate import TrialsFailedError, simulate_trials
 from places import ROOT
@@ -111,7 +111,7 @@ def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path
         shutil.copytree(trials.folder / name, work / name)
     trial = trials.trial(trials.names[0])
     monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", lambda *_: (trial.provenance["body"], None))
-    monkeypatch.setattr("fingerslip.study.trials.card.card_notes", lambda *_: ())
+    monkeypatch.setattr("fingerslip.study.trials.trials.card_notes", lambda *_: ())
     computed, begun, go_on = [], threading.Event(), threading.Event()
 
     def slow(plan, *_):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.errors import (
+from fingerslip.vision.cameras.camera import DARK_ON_BRIGHT, PixelCamera, SensorNoise
+from fingerslip.vision.cameras.point import (
     PositionErrors,
     following,
     measure_errors,
     position_errors,
     window_centroids,
 )
-from fingerslip.vision.cameras.look import DARK_ON_BRIGHT, PixelCamera, SensorNoise
 from fingerslip.vision.tracks import make_tracks
 from unit.vision.cameras.scenes import camera, sliding
 

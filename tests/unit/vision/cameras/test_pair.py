@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.errors import PositionErrors
-from fingerslip.vision.cameras.point import CameraPair, metres_per_pixel, pair_tracks
+from fingerslip.vision.cameras.point import CameraPair, PositionErrors, metres_per_pixel, pair_tracks
 from fingerslip.vision.cameras.presets import aimed_camera, external_camera, internal_camera
 from fingerslip.vision.tracks import make_tracks
 

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.vision.cameras.camera import true_tracks
-from fingerslip.vision.cameras.errors import (
+from fingerslip.vision.cameras.camera import PixelCamera, SensorNoise, true_tracks
+from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.cameras.point import (
+    MEASURED_ERRORS,
+    PointCamera,
     PositionErrors,
     following,
     measure_errors,
+    point_tracks,
     position_errors,
     window_centroids,
 )
-from fingerslip.vision.cameras.look import PixelCamera, SensorNoise
-from fingerslip.vision.cameras.pixel import frames_of
-from fingerslip.vision.cameras.point import MEASURED_ERRORS, PointCamera, point_tracks
 from fingerslip.vision.tracks import make_tracks, seen
 from unit.vision.cameras.scenes import camera, sliding
 

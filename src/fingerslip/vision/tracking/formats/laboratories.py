@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError, shorten
-from fingerslip.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
+from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
 from fingerslip.vision.tracks import check_tracks, make_tracks
 from fingerslip.vision.video import write_video
 

@@ -1,4 +1,6 @@
-"""A snapshot of the whole mesh as VTK has it: points, cells and fields with three components.
+"""Snapshots of the whole mesh: deformed points, cells and their values at a time.
+
+A snapshot of the whole mesh as VTK has it: points, cells and fields with three components.
 
 Points are reference positions. Programs deform the body by the field ``displacement``; in ParaView the filter *Warp By
 Vector* does so.
@@ -19,7 +21,16 @@ from fingerslip.history import nearest_record
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["CELL_TYPES", "CellType", "FlatFace", "Snapshot", "flat_faces", "in_space", "read_snapshot"]
+__all__ = [
+    "CELL_TYPES",
+    "CellType",
+    "FlatFace",
+    "Snapshot",
+    "flat_faces",
+    "in_space",
+    "read_snapshot",
+]
+
 
 Floats = NDArray[np.float64]
 

@@ -15,9 +15,12 @@ from fingerslip.errors import InputError
 from fingerslip.fe.finite.thickness import check_thickness
 from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import AnyMaterial, conforming_law
-from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation
+from fingerslip.model.programme import CONSTANT, Phase, Ramp, phase_duration
+from fingerslip.model.rigid_bodies import RigidBody
+from fingerslip.model.timing import Adaptive, NumericalDamping, QuasiStatic, TimeStepping, Timing, Tolerance
 from fingerslip.parameters import (
     Duration,
     Force,
@@ -30,10 +33,7 @@ from fingerslip.parameters import (
     parameters,
 )
 from fingerslip.parameters.schema import conforms, describe
-from fingerslip.programme import CONSTANT, Phase, Ramp, phase_duration
-from fingerslip.rigid_bodies import RigidBody
 from fingerslip.sites import Site
-from fingerslip.timing import Adaptive, NumericalDamping, QuasiStatic, TimeStepping, Timing, Tolerance
 
 __all__ = [
     "Adaptive",
@@ -51,6 +51,7 @@ __all__ = [
     "Tolerance",
     "Traction",
 ]
+
 
 Component = Literal["x", "y", "z"]
 #: Strains and rotations as small, or as large as they are.

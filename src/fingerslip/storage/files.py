@@ -1,4 +1,6 @@
-"""Files and folders that are there whole or not at all: the only place that writes results.
+"""Hashes, and files written whole or not at all; JSON with a checksum.
+
+Files and folders that are there whole or not at all: the only place that writes results.
 
 What is being written has a temporary name beside the final one, ``.NAME.TOKEN.partial`` and the ending of the
 file. It takes the final name when it is whole, and is removed when writing it fails. Whoever writes it holds a lock on
@@ -13,6 +15,7 @@ import csv
 import errno
 import functools
 import glob
+import hashlib
 import io
 import json
 import os
@@ -25,18 +28,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+import numpy as np
 import pydantic
+from numpy.typing import NDArray
 
-from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, InputError, ResultError
 
 if TYPE_CHECKING:
     import pandas as pd
-
-try:
-    import fcntl
-except ImportError:  # not on Windows
-    fcntl = None  # type: ignore[assignment]
 
 __all__ = [
     "alone",
@@ -45,6 +44,8 @@ __all__ = [
     "check_replaceable",
     "clean_stale",
     "csv_text",
+    "digest",
+    "file_digest",
     "frame_csv",
     "json_text",
     "new_file",
@@ -58,6 +59,46 @@ __all__ = [
     "write_text",
     "writing",
 ]
+
+
+def digest(*parts: Any) -> str:
+    """Return the SHA-256 hash of arrays, bytes, text and plain data, in this order.
+
+    Parameters
+    ----------
+    parts : array, bytes or plain data
+        Plain data is what JSON can hold; the order of the keys of a mapping does not matter.
+
+    Examples
+    --------
+    >>> digest({"a": 1, "b": [2, 3]}) == digest({"b": [2, 3], "a": 1})
+    True
+    """
+    checksum = hashlib.sha256()
+    for part in parts:
+        checksum.update(_content(part))
+    return checksum.hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 hash of what is in a file; raise OSError where it cannot be read."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _content(part: bytes | NDArray[Any] | Any) -> bytes:
+    if isinstance(part, bytes):
+        return part
+    if isinstance(part, np.ndarray):
+        return np.ascontiguousarray(part).tobytes()
+    return json.dumps(part, sort_keys=True).encode()
+
+
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None  # type: ignore[assignment]
+
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FOLDER = {errno.EISDIR, errno.ENOTEMPTY}

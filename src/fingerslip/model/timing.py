@@ -24,6 +24,7 @@ __all__ = [
     "shortest_step",
 ]
 
+
 NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
 Tolerance = Annotated[Number, pydantic.Field(gt=0.0, lt=1.0)]
 #: How many records there are at least while time grows tenfold in a hold.

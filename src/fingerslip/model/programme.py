@@ -9,7 +9,17 @@ import numpy as np
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, PositiveDuration, PositiveLength, SignedLength, Speed, parameters
 
-__all__ = ["CONSTANT", "Hold", "Lift", "Phase", "Press", "Ramp", "Slide", "phase_duration", "phase_travel"]
+__all__ = [
+    "CONSTANT",
+    "Hold",
+    "Lift",
+    "Phase",
+    "Press",
+    "Ramp",
+    "Slide",
+    "phase_duration",
+    "phase_travel",
+]
 
 
 @parameters

@@ -13,8 +13,8 @@ from typing import Annotated, Literal
 import pydantic
 
 from fingerslip.errors import InputError
+from fingerslip.model.programme import CONSTANT, Phase, Ramp
 from fingerslip.parameters import Force, Mass, SignedLength, SignedSpeed, parameters
-from fingerslip.programme import CONSTANT, Phase, Ramp
 from fingerslip.units import Unit
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "Springs",
     "directions_in",
 ]
+
 
 Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
 #: All directions: translations along the axes, then rotations about them.

@@ -1,0 +1,1 @@
+"""Tables with units, uncertainties and reasons for what is missing."""
