@@ -350,7 +350,7 @@ def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:
         Column("published lies"),
         Column("found in"),
     )
-    note = f"{_NOTE} {origin}".strip() if rows else origin
+    note = f"{_GEOMETRY_NOTE} {origin}".strip() if rows else origin
     return Table("What the unknown geometry allows", columns, tuple(_geometry_cells(row) for row in rows), note)
 
 

@@ -89,6 +89,7 @@ def test_table_has_a_row_for_each_published_time() -> None:
         ["overall slip", "Table 2", "1.71", "1.500", "1.550", "1.600", "1.700", "1.800", "within, at 97 %", "50 of 50"],
         ["incipient slip", "Table 2", "1.63 to 1.65", *["none"] * 5, "n/a", "0 of 50"],
     ]
+    assert "below '5 %'" in table.note
     assert table.note.endswith("Stored.")
     assert json.loads(json.dumps(rows_mapping(ROWS)))[1]["published"] == [1.63, 1.65]
 
