@@ -28,6 +28,8 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 __all__ = [
     "InterfaceState",
     "StepOutcome",
+    "compiled_problem",
+    "compiled_settle",
     "conditions",
     "contact_problem",
     "flat_motion",
@@ -99,12 +101,13 @@ def contact_problem(candidates: Candidates, before: InterfaceState, free_relativ
 
     The normal part is the gap. The tangential part is the motion of the step, less the elastic slip at its start.
     """
-    problem: Array = _problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
+    problem: Array = compiled_problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
     return problem
 
 
 @numba.njit(cache=True, nogil=True)
-def _problem(free_relative, forces, relative, stiffness):  # type: ignore[no-untyped-def]
+def compiled_problem(free_relative, forces, relative, stiffness):  # type: ignore[no-untyped-def]
+    """Return what :func:`contact_problem` does, from forces [N], `relative` [m] and tangential stiffness [N/m]."""
     free = free_relative.copy()
     for i in range(len(free)):
         for k in range(1, free.shape[1]):
@@ -179,7 +182,7 @@ def settle(
     """
     stiffnesses = candidates.normal_stiffness, candidates.tangential_stiffness
     slips = before.slip_distance, before.slip_since_contact
-    (whole, since, slip, limit), state, (stored, stored_before, friction) = _settle(
+    (whole, since, slip, limit), state, (stored, stored_before, friction) = compiled_settle(
         before.forces, before.relative, *slips, forces, relative, friction_coefficient, stretch, *stiffnesses
     )
     after = InterfaceState(forces, relative, whole, since, slip, state, limit)
@@ -187,7 +190,7 @@ def settle(
 
 
 @numba.njit(cache=True, nogil=True)
-def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def compiled_settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     forces_before,
     relative_before,
     slip_distance,

@@ -20,7 +20,7 @@ from fingerslip.linear.threads import Mapper, side_by_side
 __all__ = ["march"]
 
 Array = NDArray[np.float64]
-Inspect = Callable[[Sequence[int], Sequence[State], Sequence[State]], None]
+Inspect = Callable[[int, State], None]
 
 
 def march(
@@ -50,14 +50,16 @@ def march(
     threads : int, optional
         Threads that solve the contacts of different motions side by side.
     inspect : callable, optional
-        Called after every step with the numbers of the motions that took it, and the states of all before and after.
+        Called with the number of a motion and each of its states.
     """
     counterfaces = [_displacements(stepper.system, check) for stepper, check in zip(steppers, times, strict=True)]
     alike = first_alike([stepper.system for stepper in steppers], same_motion)
     starts = {kind: first_state(steppers[kind]) for kind in set(alike)}
     states = [starts[kind] for kind in alike]
-    for recorder, state in zip(recorders, states, strict=True):
+    for number, (recorder, state) in enumerate(zip(recorders, states, strict=True)):
         recorder.record(state)
+        if inspect is not None:
+            inspect(number, state)
     last = max(check.size for check in times) - 1
     outside = [OutsideCheck(stepper.system) for stepper in steppers]
     rotations = [RotationCheck(stepper.system) for stepper in steppers]
@@ -66,15 +68,15 @@ def march(
             moving = [number for number, check in enumerate(times) if step < check.size]
             shifts = {number: counterfaces[number][step] for number in moving}
             time = float(times[moving[0]][step])
-            before = states
-            states = _advance_different(steppers, before, alike, shifts, time=time, watch=watch, mapper=mapper)
+            states = _advance_different(steppers, states, alike, shifts, time=time, watch=watch, mapper=mapper)
             with watch.part("recording"):
                 for number in moving:
                     outside[number].look(states[number])
                     rotations[number].look(states[number])
                     recorders[number].record(states[number])
             if inspect is not None:
-                inspect(moving, before, states)
+                for number in moving:
+                    inspect(number, states[number])
             if progress is not None:
                 progress(step / last)
     for check, turning in zip(outside, rotations, strict=True):

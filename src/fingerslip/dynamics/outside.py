@@ -31,15 +31,17 @@ class OutsideCheck:
         self._at_once = system.coordinates.checks_at_once
 
     def look(self, state: State) -> None:
-        """Check a state, now or with some that follow.
+        """Check a state, or several, time first in their arrays, now or with some that follow.
 
         Raises
         ------
         SlipOutsideContactError
             Where a node that is no candidate has reached its counterface.
         """
-        read = [state.displacement[neighbour.columns] for neighbour in self._beside]
-        self._waiting.append((state.time, state.counterfaces, read))
+        displacements = np.atleast_2d(state.displacement)
+        travels = state.counterfaces.reshape(len(displacements), *state.counterfaces.shape[-2:])
+        for time, travel, moved in zip(np.ravel(state.time).tolist(), travels, displacements, strict=True):
+            self._waiting.append((time, travel, [moved[neighbour.columns] for neighbour in self._beside]))
         if len(self._waiting) >= self._at_once:
             self.finish()
 

@@ -43,11 +43,11 @@ class RotationCheck:
         """
         if not self._names:
             return
-        angles = np.abs(state.displacement[self._at])
+        angles = np.abs(np.atleast_2d(state.displacement)[:, self._at]).max(axis=0)
         self._largest = np.maximum(self._largest, angles)
         worst = int(angles.argmax())
         if angles[worst] > _REFUSE:
-            fault = f"the body has turned by {angles[worst]:.3g} rad at t = {state.time:.6g} s"
+            fault = f"the body has turned by {angles[worst]:.3g} rad at t = {np.max(state.time):.6g} s"
             repair = "hold it by a stiffer spring, a damper or another contact, or leave the rotation out of free"
             allowed = f"rotations about several axes are small, up to {_REFUSE:g} rad"
             raise InputError(self._names[worst], fault, allowed, repair)

@@ -38,6 +38,7 @@ class Coulomb:
 
     dims: ClassVar[tuple[int, ...]] = (2, 3)
     frame: ClassVar[TangentFrame] = ISOTROPIC
+    is_constant: ClassVar[bool] = True
 
     coefficient: NonNegativeNumber
 

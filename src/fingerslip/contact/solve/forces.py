@@ -1,6 +1,6 @@
 """The contact forces of one step, for any number of candidates.
 
-Few candidates are solved all together, in 2D piece by piece (:mod:`fingerslip.contact.solve.pieces`), in 3D
+Few candidates are solved all together, in 2D by partitions (:mod:`fingerslip.contact.solve.partition`), in 3D
 by compiled code (:mod:`fingerslip.contact.solve.newton`). Of many, most stay
 open: the touching nodes and the nearest open ones form the *working set* on which Newton's method runs
 (:mod:`fingerslip.contact.solve.krylov`). Its forces are then checked on all candidates. Nodes outside the working set
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
+from fingerslip.contact.solve.partition import Partition, first_partition, solve_in_partitions
 from fingerslip.contact.solve.past import first_guess, next_past
-from fingerslip.contact.solve.pieces import Piece, solve_by_pieces
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet, gather
 
@@ -46,9 +46,9 @@ def solve_contact(
     start: Array,
     tolerance: float,
     *,
-    working_set: WorkingSet | Piece | None = None,
+    working_set: WorkingSet | Partition | None = None,
     origin: Array | None = None,
-) -> tuple[ContactSolution, WorkingSet | Piece | None]:
+) -> tuple[ContactSolution, WorkingSet | Partition | None]:
     """Find the contact forces of one step.
 
     Arrays: free (n_c, dim) [m]; friction_coefficient (n_c,) [-]; start (n_c, dim) [N]; tolerance [-]; origin (n_c,
@@ -69,12 +69,12 @@ def solve_contact(
     matrix = compliance.matrix
     if free.shape[1] != 2:
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
-    last = working_set if isinstance(working_set, Piece) else None
-    solution, piece = solve_by_pieces(matrix, free, friction_coefficient, start, tolerance, piece=last)
-    if piece is None or piece.forces is not solution.forces:
-        return solution, piece
-    forces, response = solution.forces, piece.product - compliance.penalty * solution.forces
-    return ContactSolution(forces, solution.residual, solution.iterations, solution.worst, response), piece
+    last = working_set if isinstance(working_set, Partition) else None
+    if not free.size or last is None or last.compliance is not matrix:
+        # An inverse is worth its updates where the compliance stays: frames that turn change it in every step.
+        solution = solve_friction(matrix, free, friction_coefficient, start, tolerance)
+        return solution, first_partition(matrix, compliance.penalty) if free.size else None
+    return solve_in_partitions(matrix, compliance.penalty, free, friction_coefficient, start, tolerance, partition=last)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.projection import derivative, project, project_node, step_lengths
 
-__all__ = ["ContactSolution", "solve_friction"]
+__all__ = ["ContactSolution", "compiled_solve", "solve_friction"]
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def solve_friction(
         return ContactSolution(np.zeros_like(free), 0.0, 0, 0)
     arrays = np.ascontiguousarray(compliance), np.ascontiguousarray(free)
     try:
-        forces, residual, iterations, worst = _solve(*arrays, friction_coefficient, start, tolerance)
+        forces, residual, iterations, worst = compiled_solve(*arrays, friction_coefficient, start, tolerance)
     except SystemError as error:
         # A Ctrl-C that arrives inside compiled code comes out wrapped.
         if isinstance(error.__cause__, KeyboardInterrupt):
@@ -167,7 +167,8 @@ def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no
 
 
 @numba.njit(cache=True, nogil=True)
-def _solve(compliance, free, friction, start, tolerance):  # type: ignore[no-untyped-def]
+def compiled_solve(compliance, free, friction, start, tolerance):  # type: ignore[no-untyped-def]
+    """Return what :func:`solve_friction` does: forces, residual, iterations and the worst node."""
     count, dim = free.shape
     scale = step_lengths(np.diag(compliance).copy().reshape(count, dim))
     forces, iterations = start.copy(), 0

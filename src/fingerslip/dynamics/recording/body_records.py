@@ -45,14 +45,11 @@ class BodyRecords:
         """Go on with a system whose counterfaces move otherwise from now on."""
         self._system = system
 
-    def record(self, step: int, state: State) -> None:
-        """Keep displacement, velocity and acceleration of a step."""
+    def record(self, step: int | slice, state: State) -> None:
+        """Keep displacement, velocity and acceleration of a step, or of several."""
         if self._at.size:
-            self.moved[:, step] = (
-                state.displacement[self._at],
-                state.velocity[self._at],
-                state.acceleration[self._at],
-            )
+            for moved, field in zip(self.moved, (state.displacement, state.velocity, state.acceleration), strict=True):
+                moved[step] = field[..., self._at]
 
     def complete_motion(self, values: dict[str, Any]) -> None:
         """Add what bodies do to the prescribed motion of the counterfaces, and fill in their own motion."""

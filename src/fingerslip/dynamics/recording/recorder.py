@@ -127,18 +127,25 @@ class Recorder:
         return self._observed.shape[1]
 
     @property
+    def room(self) -> int:
+        """Steps that may be recorded together next."""
+        return self._at_once - self._next % self._at_once
+
+    @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
         arrays: list[Array] = [*(getattr(self, name) for name in _KEPT), *self._supports.kept.values()]
         return sum(array.nbytes for array in arrays) + sum(np.asarray(value).nbytes for value in self.values.values())
 
     def record(self, state: State) -> None:
-        """Record the next state."""
-        step, self._next = self._next, self._next + 1
+        """Record the next state, or as many as there is :attr:`room` for, time first in their arrays."""
+        first, count = self._next, np.size(state.time)
+        step: int | slice = slice(first, first + count) if np.ndim(state.time) else first
+        self._next += count
         self._record_motion(step, state)
         self._record_contact(step, state)
         self._supports.record(step, state)
-        if step % self._at_once == self._at_once - 1:
+        if self._next % self._at_once == 0:
             self._complete_last()
         if self._finite is not None and state.body is not None:
             self.values["stress"][step] = self._finite.stresses(state.body.deformed)
@@ -146,13 +153,15 @@ class Recorder:
             self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
         if self._of_states:
             self._record_viscoelastic(step, state)
-        self._energies[step] = _energies_of(state.energies)
+        self._energies[step] = np.stack(np.broadcast_arrays(*_energies_of(state.energies)), axis=-1)
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
-        self._snapshots.record(step, state, self.values)
+        self._snapshots.record(first, state, self.values)
         is_last = self._next == self._times.size
-        if state.body is None and not self._has_warned and (is_last or step in self._snapshots):
-            self._warn_of_inverted_cells(self._system.coordinates.on_mesh(state.displacement))
+        is_seen = is_last or any(number in self._snapshots for number in range(first, self._next))
+        if state.body is None and not self._has_warned and is_seen:
+            last = state.displacement if count == 1 else state.displacement[-1]
+            self._warn_of_inverted_cells(self._system.coordinates.on_mesh(np.ravel(last)))
 
     def _warn_of_inverted_cells(self, displacement: Array) -> None:
         """Warn where small strain does not hold: cells are turned inside out (n_dofs,) [m]."""
@@ -240,26 +249,28 @@ class Recorder:
             self._complete_tractions(slice(start, start + at_once))
         self._bodies.complete_forces(self.values)
 
-    def _record_motion(self, step: int, state: State) -> None:
-        row = step % self._at_once
+    def _record_motion(self, step: int | slice, state: State) -> None:
+        first = step.start if isinstance(step, slice) else step
+        row = first % self._at_once
         for field, observed in zip(_fields_of(state), self._observed, strict=True):
-            np.take(field, self._taken, out=observed[row], mode="clip")
+            rows = observed[row : row + len(field)] if field.ndim == 2 else observed[row]
+            np.take(field, self._taken, axis=-1, out=rows, mode="clip")
         self._bodies.record(step, state)
 
-    def _record_contact(self, step: int, state: State) -> None:
+    def _record_contact(self, step: int | slice, state: State) -> None:
         """Record what the contact did; the arrays of tractions hold forces until they are completed."""
         values, interface = self.values, state.interface
-        values["gap"][step] = interface.relative[:, 0]
-        values["normal_traction"][step] = interface.forces[:, 0]
+        values["gap"][step] = interface.relative[..., 0]
+        values["normal_traction"][step] = interface.forces[..., 0]
         values["tangential_traction"][step] = state.contact_forces
         values["slip_distance"][step] = interface.slip_distance
         values["contact_state"][step] = interface.state
         values["counterface_displacement"][step] = state.counterfaces
         self._limits[step] = interface.limit
         if self._friction.size:
-            self._friction[step] = interface.forces[:, 1:]
+            self._friction[step] = interface.forces[..., 1:]
 
-    def _record_viscoelastic(self, step: int, state: State) -> None:
+    def _record_viscoelastic(self, step: int | slice, state: State) -> None:
         """Record stresses of materials that relax, from what a state remembers."""
         strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
         sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))

@@ -57,16 +57,18 @@ class SnapshotRecords:
         return records, slice(first, first + len(steps))
 
     def record(self, step: int, state: State, values: dict[str, Any]) -> None:
-        """Keep the motion of a step, if there is a snapshot of it."""
-        number = self._numbers.get(step)
-        if number is None:
-            return
-        # Copies: a state that waits would keep all that it holds.
-        self._waiting.append((number, state.displacement.copy(), state.velocity.copy()))
-        if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
-            self.carry(values)
-        if self._of_states:
-            self._record_state(number, state, values)
+        """Keep the motion of those steps from one on that there are snapshots of."""
+        fields = np.atleast_2d(state.displacement), np.atleast_2d(state.velocity)
+        for row, (displacement, velocity) in enumerate(zip(*fields, strict=True)):
+            number = self._numbers.get(step + row)
+            if number is None:
+                continue
+            # Copies: a state that waits would keep all that it holds.
+            self._waiting.append((number, displacement.copy(), velocity.copy()))
+            if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
+                self.carry(values)
+            if self._of_states:
+                self._record_state(number, state, values)
 
     def carry(self, values: dict[str, Any]) -> None:
         """Carry the motions that wait to the mesh, together."""

@@ -45,15 +45,17 @@ class SupportRecords:
         vars(records).update(_held=self._held[:, steps])
         return records
 
-    def record(self, step: int, state: State) -> None:
-        """Keep the loads and contact forces on what is held."""
+    def record(self, step: int | slice, state: State) -> None:
+        """Keep the loads and contact forces on what is held, of a state or of several, time first in their arrays."""
         supports, others = self._supports, self._held[2, step]
-        if not state.step and state.unbalance is not state.unbalance_before:
+        if not np.ndim(state.time) and not state.step and state.unbalance is not state.unbalance_before:
             self._take_up(np.take(state.acceleration, self.near, mode="clip"))
         if supports.loads:
-            others -= supports.load(state.time)
+            times = np.ravel(state.time).tolist()
+            others -= np.stack([supports.load(time) for time in times]).reshape(others.shape)
         if self._touches:
-            others -= supports.contact @ state.contact_forces.ravel()
+            forces = state.contact_forces.reshape(*others.shape[:-1], -1)
+            others -= (supports.contact @ forces.T).T
         if state.body is not None:
             others += supports.rows @ state.body.nodal
         if state.memories:

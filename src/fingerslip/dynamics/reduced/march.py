@@ -20,6 +20,7 @@ from fingerslip.dynamics.reduced.reduction import (
     reduced_system,
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
+from fingerslip.dynamics.step.state import State
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.space import free_pieces
 from fingerslip.linear.craig_bampton import (
@@ -230,9 +231,9 @@ def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marc
     coordinates: Sequence[Any] = [system.coordinates for system in systems]
     check = ResidualCheck(motions.models, motions.systems, coordinates)
 
-    def look(*step: Any) -> None:
+    def look(number: int, state: State) -> None:
         with motions.watch.part("basis"):
-            check(*step)
+            check.look(number, state)
 
     described: dict[str, object] = {}
     marched = march_motions(motions, systems, described, look)

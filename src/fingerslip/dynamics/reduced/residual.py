@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -58,10 +59,9 @@ class ResidualCheck:
         """The error of accelerations over these, at the contact or at sites, as roots of mean squares [-]."""
         return _BEYOND * max(motion.acceleration_error for motion in self._errors)
 
-    def __call__(self, moving: Sequence[int], before: Sequence[State], after: Sequence[State]) -> None:
-        """Follow a step of the motions `moving`, from their states before and after."""
-        for number in moving:
-            self._errors[number].step(before[number], after[number])
+    def look(self, number: int, state: State) -> None:
+        """Follow one of the motions to its next state, or to several, time first in their arrays."""
+        self._errors[number].look(state)
 
     def finish(self) -> None:
         """Look at the steps that wait."""
@@ -73,25 +73,41 @@ class _Oscillators:
     """Oscillators of mass one in a scheme, from rest: squares (m,) of their frequencies [1/s^2]."""
 
     def __init__(self, squares: Array, scheme: Scheme, damping: RayleighDamping) -> None:
-        self._squares, self._scheme = squares, scheme
-        self._viscous = damping.mass + damping.stiffness * squares
-        resistance = scheme.displacement_factor * squares + scheme.velocity_factor * self._viscous
-        self._compliance = 1.0 / (scheme.inertia_factor + scheme.end_weight * resistance)
-        self.displacement, self.velocity, self.acceleration = np.zeros((3, squares.size))
+        viscous = damping.mass + damping.stiffness * squares
+        resistance = scheme.displacement_factor * squares + scheme.velocity_factor * viscous
+        compliance = 1.0 / (scheme.inertia_factor + scheme.end_weight * resistance)
+        free = scheme.predict(*np.eye(3))
+        changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
+        self._constants = squares, viscous, compliance, np.stack([free.displacement, free.velocity])
+        self._factors = *changes, scheme.start_weight, scheme.end_weight
+        self.fields = np.zeros((3, squares.size))
 
-    def step(self, force: Array) -> tuple[Array, Array, Array]:
-        """Return displacement, velocity, both as the scheme weighs them, and acceleration under forces, all (m,)."""
-        scheme = self._scheme
-        free = scheme.predict(self.displacement, self.velocity, self.acceleration)
-        displacement = scheme.end_weight * free.displacement - scheme.start_weight * self.displacement
-        velocity = scheme.end_weight * free.velocity - scheme.start_weight * self.velocity
-        unknown = self._compliance * (force - self._squares * displacement - self._viscous * velocity)
-        self.displacement = free.displacement + scheme.displacement_factor * unknown
-        self.velocity = free.velocity + scheme.velocity_factor * unknown
-        self.acceleration = scheme.inertia_factor * unknown
-        weight = scheme.end_weight * unknown
-        displacement = displacement + scheme.displacement_factor * weight
-        return displacement, velocity + scheme.velocity_factor * weight, self.acceleration
+    def step(self, forces: Array) -> Array:
+        """Take a step under each of the forces (k, m) [m/s^2]; return what :func:`_oscillate` does."""
+        fields: Array = _oscillate(*self._constants, self._factors, self.fields, forces)
+        self.fields = fields[:3, -1].copy()
+        return fields
+
+
+@numba.njit(cache=True, nogil=True)
+def _oscillate(squares, viscous, compliance, prediction, factors, start, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Return displacement, velocity, acceleration, and both first ones as the scheme weighs them, (5, k, m)."""
+    of_displacement, of_velocity, of_inertia, start_weight, end_weight = factors
+    fields = np.empty((5, *forces.shape))
+    displacement, velocity, acceleration = start[0].copy(), start[1].copy(), start[2].copy()
+    for step in range(len(forces)):
+        for j in range(squares.size):
+            u, v, a = displacement[j], velocity[j], acceleration[j]
+            end = prediction[0, 0] * u + prediction[0, 1] * v + prediction[0, 2] * a
+            rate = prediction[1, 0] * u + prediction[1, 1] * v + prediction[1, 2] * a
+            moved, moving = end_weight * end - start_weight * u, end_weight * rate - start_weight * v
+            unknown = compliance[j] * (forces[step, j] - squares[j] * moved - viscous[j] * moving)
+            displacement[j], velocity[j] = end + of_displacement * unknown, rate + of_velocity * unknown
+            acceleration[j] = of_inertia * unknown
+            fields[3, step, j] = moved + of_displacement * end_weight * unknown
+            fields[4, step, j] = moving + of_velocity * end_weight * unknown
+        fields[0, step], fields[1, step], fields[2, step] = displacement, velocity, acceleration
+    return fields
 
 
 class _MotionError:
@@ -112,8 +128,8 @@ class _MotionError:
         self._sites = coordinates.restrict(at_sites), at_sites @ basis.following
         # Of both: largest error and displacement [m], sums of squares of the accelerations' error and of them.
         self._sizes = np.zeros((2, 4))
-        self._waiting: list[tuple[Array, Array, Array]] = []
-        self._started = False
+        self._waiting: list[tuple[Array, Array]] = []
+        self._last: tuple[Array, Array] | None = None
 
     @property
     def error(self) -> float:
@@ -125,60 +141,66 @@ class _MotionError:
         ratios = [error / whole for error, whole in self._sizes[:, 2:] if whole]
         return float(np.sqrt(max(ratios, default=0.0)))
 
-    def step(self, before: State, after: State) -> None:
-        scheme, size = self._scheme, self._basis.eigenvalues.size
-        if not self._started:
-            self._start(before)
-        displacement, velocity = (
-            scheme.end_weight * getattr(after, name)[:size] - scheme.start_weight * getattr(before, name)[:size]
-            for name in ("displacement", "velocity")
-        )
-        load = scheme.end_weight * self._load(after.time) - scheme.start_weight * self._load(before.time)
-        self._excite(displacement, velocity, after.acceleration[:size], load)
-        self._remember(after)
+    def look(self, state: State) -> None:
+        size = self._basis.eigenvalues.size
+        motion = state.displacement, state.velocity, state.acceleration
+        rows = np.stack([np.atleast_2d(field)[:, :size] for field in motion])
+        if self._last is None:
+            self._start(rows[:, 0], float(state.time))
+            self._last = np.ravel(state.time), rows
+            return
+        self._waiting.append((np.ravel(state.time), rows))
+        if sum(times.size for times, _ in self._waiting) >= _AT_ONCE:
+            self.finish()
 
     def finish(self) -> None:
-        if not self._waiting:
+        if not self._waiting or self._last is None:
             return
-        motion, inside, following = (np.stack(fields, axis=2) for fields in zip(*self._waiting, strict=True))
-        self._waiting = []
-        size, (of_inside, of_following) = len(inside[0]), self._sites
-        contact = (self._basis.at_interface @ inside)[:, self._contact], motion[:, size:][:, self._contact]
-        sites = of_inside @ inside + of_following @ following, of_inside @ motion[:, :size]
+        steps, self._waiting = [self._last, *self._waiting], []
+        times, rows = np.concatenate([times for times, _ in steps]), np.concatenate([rows for _, rows in steps], axis=1)
+        self._last = times[-1:], rows[:, -1:]
+        inside, following = self._excite(times, rows)
+        of_inside, of_following = self._sites
+        motion = rows[[0, 2], 1:]
+        at_interface = self._basis.at_interface[self._contact].T
+        contact = inside[[0, 2]] @ at_interface, motion @ at_interface
+        sites = inside[[0, 2]] @ of_inside.T + following[[0, 2]] @ of_following.T, motion @ of_inside.T
         for (error, whole), sizes in zip((contact, sites), self._sizes, strict=True):
             sizes[:2] = np.maximum(sizes[:2], [np.abs(error[0]).max(initial=0.0), np.abs(whole[0]).max(initial=0.0)])
             sizes[2:] += np.sum(error[1] ** 2), np.sum(whole[1] ** 2)
 
-    def _start(self, state: State) -> None:
+    def _start(self, motion: Array, time: float) -> None:
         """Take the acceleration that the basis misses at the start."""
-        size, damping = self._basis.eigenvalues.size, self._damping
-        acceleration, velocity = state.acceleration[:size], state.velocity[:size]
-        force = self._basis.following_mass @ (acceleration + damping.mass * velocity)
-        force += self._basis.following_stiffness @ (damping.stiffness * velocity)
-        self._following.acceleration = self._scheme.inertia_factor * (self._load(state.time) - force)
-        self._inside.acceleration = -self._basis.following_mass.T @ self._following.acceleration
-        self._started = True
-        self._remember(state)
+        (_, velocity, acceleration), damping, basis = motion, self._damping, self._basis
+        force = basis.following_mass @ (acceleration + damping.mass * velocity)
+        force += basis.following_stiffness @ (damping.stiffness * velocity)
+        self._following.fields[2] = self._scheme.inertia_factor * (self._load(time) - force)
+        self._inside.fields[2] = -basis.following_mass.T @ self._following.fields[2]
+        whole, error = basis.at_interface[self._contact] @ acceleration, self._inside.fields[2]
+        of_inside, of_following = self._sites
+        self._sizes[0, 2:] += np.sum((basis.at_interface[self._contact] @ error) ** 2), np.sum(whole**2)
+        at_sites = of_inside @ error + of_following @ self._following.fields[2]
+        self._sizes[1, 2:] += np.sum(at_sites**2), np.sum((of_inside @ acceleration) ** 2)
 
-    def _excite(self, displacement: Array, velocity: Array, acceleration: Array, load: Array) -> None:
-        """Take a step under what a motion, weighed as in the scheme, leaves in its equations."""
+    def _excite(self, times: Array, rows: Array) -> tuple[Array, Array]:
+        """Return the errors inside the basis and in the shapes that follow, under what steps leave in their equations.
+
+        Arrays: times (k + 1,) [s]; rows (3, k + 1, m), the motion; returns what :func:`_oscillate` does.
+        """
+        start_weight, end_weight = self._scheme.start_weight, self._scheme.end_weight
         mass, stiffness, damping = self._basis.following_mass, self._basis.following_stiffness, self._damping
-        force = load - mass @ (acceleration + damping.mass * velocity)
-        force -= stiffness @ (displacement + damping.stiffness * velocity)
-        displacement, velocity, acceleration = self._following.step(force)
-        force = mass.T @ (acceleration + damping.mass * velocity)
-        self._inside.step(-force - stiffness.T @ (displacement + damping.stiffness * velocity))
+        displacement, velocity = end_weight * rows[:2, 1:] - start_weight * rows[:2, :-1]
+        loads = np.stack([self._load(time) for time in times.tolist()])
+        forces = end_weight * loads[1:] - start_weight * loads[:-1]
+        forces -= (rows[2, 1:] + damping.mass * velocity) @ mass.T
+        forces -= (displacement + damping.stiffness * velocity) @ stiffness.T
+        following = self._following.step(forces)
+        inertia, (displacement, velocity) = following[2], following[3:]
+        forces = -(inertia + damping.mass * velocity) @ mass - (displacement + damping.stiffness * velocity) @ stiffness
+        return self._inside.step(forces), following
 
     def _load(self, time: float) -> Array:
         return sum((load.ramp.at(time) * load.forces for load in self._loads), np.zeros(len(self._basis.following.T)))
-
-    def _remember(self, state: State) -> None:
-        """Keep displacement and acceleration at the end of a step, and their errors, to look at some together."""
-        pairs = (state, self._inside, self._following)
-        motion, inside, following = (np.stack([pair.displacement, pair.acceleration]) for pair in pairs)
-        self._waiting.append((motion, inside, following))
-        if len(self._waiting) >= _AT_ONCE:
-            self.finish()
 
 
 def _free_rows(system: System, dofs: NDArray[np.int64]) -> sparse.csr_matrix:

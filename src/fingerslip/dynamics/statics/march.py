@@ -14,7 +14,7 @@ from fingerslip.contact.interface import InterfaceState, conditions, contact_pro
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
-from fingerslip.contact.solve.pieces import Piece
+from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.statics.body import StaticBody
@@ -159,10 +159,10 @@ def _free_motion(setting: _Setting, shift: Floats) -> Floats:
 def _step(
     setting: _Setting,
     before: InterfaceState,
-    working_set: WorkingSet | Piece | None,
+    working_set: WorkingSet | Partition | None,
     free: Floats,
     over: tuple[float, float],
-) -> tuple[InterfaceState, WorkingSet | Piece | None, int]:
+) -> tuple[InterfaceState, WorkingSet | Partition | None, int]:
     """Return the interface after a step, what the next one starts from, and the iterations it took.
 
     `over` is the length of the step before, 0 where there is none, and the time at the end of this one [s].
@@ -188,8 +188,8 @@ def _contact(
     problem: Floats,
     friction: Floats,
     before: InterfaceState,
-    working_set: WorkingSet | Piece | None,
-) -> tuple[ContactSolution, WorkingSet | Piece | None]:
+    working_set: WorkingSet | Partition | None,
+) -> tuple[ContactSolution, WorkingSet | Partition | None]:
     """Return the contact forces of a step, and what the next one starts from."""
     if problem.size > _FEW:
         return solve_contact(compliance, problem, friction, before.forces, GOAL, working_set=working_set)

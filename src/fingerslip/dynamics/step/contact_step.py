@@ -14,7 +14,7 @@ from fingerslip.contact.interface import conditions, contact_problem, flat_motio
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
-from fingerslip.contact.solve.pieces import Piece
+from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.release import Release, drop, fade, fading_forces, find_changes
@@ -23,7 +23,7 @@ from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.symmetric import symmetric_product
 
-__all__ = ["GOAL", "POSE_GOAL", "TOLERANCE", "ContactStep", "solve_step", "turn", "weighted_forces"]
+__all__ = ["GOAL", "POSE_GOAL", "TOLERANCE", "ContactStep", "solve_step", "turn", "unsolved", "weighted_forces"]
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class ContactStep:
     coefficients: Array  # (n_c,), friction coefficients [-]
     relative: Array  # (n_c, dim) [m]
     solution: ContactSolution  # the forces in the frames
-    working_set: WorkingSet | Piece | None  # for the next step
+    working_set: WorkingSet | Partition | None  # for the next step
     release: Release | None = None  # of nodes that have left, at the end of the step
     release_force: Array | None = None  # (n_c, dim) [N]
     release_response: Array | None = None  # (n_c, dim), what that does to the candidates, in the frames [m]
@@ -236,11 +236,13 @@ def _compliance(stepper: Stepper, start: Prediction, frames: Array) -> Complianc
 
 def _check_solution(stepper: Stepper, start: Prediction, solution: ContactSolution, tolerance: float) -> None:
     if not solution.residual <= tolerance:
-        nodes = stepper.system.candidates.nodes
-        raise ConvergenceError(
-            start.time,
-            int(nodes[solution.worst]) if nodes.size else -1,
-            solution.residual,
-            tolerance,
-            "try a smaller time step, softer contact penalties or less friction",
-        )
+        raise unsolved(stepper, start.time, solution.residual, solution.worst, tolerance)
+
+
+def unsolved(
+    stepper: Stepper, time: float, residual: float, worst: int, tolerance: float = TOLERANCE
+) -> ConvergenceError:
+    """Return the error of a step to a time [s] whose contact was not solved."""
+    nodes = stepper.system.candidates.nodes
+    advice = "try a smaller time step, softer contact penalties or less friction"
+    return ConvergenceError(time, int(nodes[worst]) if nodes.size else -1, residual, tolerance, advice)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.system.scheme import Scheme
 
-__all__ = ["LEAVES", "TURNS", "Release", "drop", "fade", "fading_forces", "find_changes"]
+__all__ = ["LEAVES", "TURNS", "Release", "drop", "fade", "fading_forces", "find_changes", "mark_changes", "remainder"]
 
 Array = NDArray[np.float64]
 Marks = NDArray[np.int8]
@@ -66,12 +66,13 @@ def find_changes(
     >>> find_changes((start, end), relative, np.ones(2), np.full(2, 0.5)).tolist()
     [2, 1]
     """
-    marks: Marks = _find_changes(*forces, *relative, stiffness, friction_coefficient)
+    marks: Marks = mark_changes(*forces, *relative, stiffness, friction_coefficient)
     return marks
 
 
 @numba.njit(cache=True, nogil=True)
-def _find_changes(forces_before, forces, relative_before, relative, stiffness, friction):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def mark_changes(forces_before, forces, relative_before, relative, stiffness, friction):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Return what :func:`find_changes` does, compiled."""
     count, dim = forces.shape
     marks = np.zeros(count, dtype=np.int8)
     for i in range(count):
@@ -93,7 +94,7 @@ def _find_changes(forces_before, forces, relative_before, relative, stiffness, f
 
 def fading_forces(scheme: Scheme, release: Release) -> Array:
     """Return what a release at the start of a step leaves at its end, shape (n_c, dim) [N]."""
-    return _remainder(scheme) * release.fading
+    return remainder(scheme) * release.fading
 
 
 def fade(scheme: Scheme, release: Release) -> Release | None:
@@ -114,13 +115,13 @@ def drop(
     earlier = scheme.start_weight * forces[0]
     pushing = scheme.end_weight * forces[1] - (earlier if release is None else earlier - release.cancelled)
     cancelled = _drop(scheme.start_weight * forces[1], marks, normals)
-    added = _drop(_remainder(scheme) * pushing, marks, normals)
+    added = _drop(remainder(scheme) * pushing, marks, normals)
     fading = added if release is None else added + fading_forces(scheme, release)
     largest = max(0.0 if release is None else release.largest, float(np.abs(added).max(initial=0.0)))
     return Release(fading, cancelled, largest), added + cancelled
 
 
-def _remainder(scheme: Scheme) -> float:
+def remainder(scheme: Scheme) -> float:
     """Return s = -(1 - m)/m, with which a force gives no impulse over a step [-]."""
     return -(1.0 - scheme.end_share) / scheme.end_share
 

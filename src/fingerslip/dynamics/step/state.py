@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.interface import InterfaceState, rest_state
-from fingerslip.contact.solve.pieces import Piece
+from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.energy import Energies
@@ -44,7 +44,7 @@ class State:
     step: float = 0.0  # length of the last step [s]
     iterations: int = 0  # iterations of the contact solver in the last step
     residual: float = 0.0  # its relative residual [-]
-    working_set: WorkingSet | Piece | None = None  # what the contact solver keeps for the next step
+    working_set: WorkingSet | Partition | None = None  # what the contact solver keeps for the next step
     release: Release | None = None  # what nodes that have left a counterface still feel
     memories: tuple[Memory, ...] = ()  # what layers that relax remember
     body: BodyState | None = None  # the body at large strain

@@ -1,0 +1,308 @@
+"""A motion of a reduced body in 2D, taken many steps at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.interface import InterfaceState, conditions
+from fingerslip.contact.solve.compliance import active_product
+from fingerslip.contact.solve.partition import Partition, first_partition
+from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
+from fingerslip.dynamics.reduced.modal import ByModes
+from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
+from fingerslip.dynamics.step.energy import Energies
+from fingerslip.dynamics.step.release import Release, remainder
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system.scheme import HHT, Static
+
+__all__ = ["CompactSteps", "is_compact"]
+
+Array = NDArray[np.float64]
+
+# Unknowns of contact up to which an inverse of all of them is kept.
+_FEW = 900
+
+
+def is_compact(stepper: Stepper) -> bool:
+    """Tell whether compiled code takes the steps of a motion: in a basis, in 2D, on flat counterfaces."""
+    unknowns = stepper.system.candidates.positions.size
+    return (
+        isinstance(stepper.condensed, ByModes)
+        and stepper.system.space.dim == 2
+        and stepper.constant_frames is not None
+        and isinstance(stepper.scheme, HHT | Static)
+        and 0 < unknowns <= _FEW
+    )
+
+
+class CompactSteps:
+    """The compiled steps of one motion."""
+
+    def __init__(self, stepper: Stepper) -> None:
+        assert isinstance(stepper.condensed, ByModes)
+        assert stepper.constant_frames is not None
+        self.stepper = stepper
+        diagonal, self._interface = stepper.condensed.factor.diagonal, stepper.condensed.factor.interface
+        system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
+        stiffness = system.stiffness.diagonal()[: diagonal.size]
+        compliance = stepper.compliance
+        first = first_partition(compliance.matrix, compliance.penalty)
+        self._body = Body(
+            stiffness=stiffness,
+            damping=stepper.damping.mass + stepper.damping.stiffness * stiffness,
+            effective=diagonal,
+            local=np.ascontiguousarray(stepper.condensed.local[stepper.rows]),
+            loads=self._loads(),
+            frames=np.ascontiguousarray(stepper.constant_frames),
+            gaps=stepper.gaps,
+            counterface=candidates.counterface,
+            springs=(candidates.normal_stiffness, candidates.tangential_stiffness),
+            compliance=compliance.matrix,
+            penalty=np.ascontiguousarray(compliance.penalty),
+            scale=first.scale,
+            factors=stepper.factors,
+            prediction=stepper.prediction,
+            remainder=remainder(scheme),
+            dissipation=_dissipation(scheme),
+            goal=GOAL,
+        )
+        self._has_constant_friction = all(getattr(law, "is_constant", False) for law in system.counterfaces.friction)
+
+    def steer(self, stepper: Stepper) -> None:
+        """Go on with a stepper whose counterfaces or loads are others from now on."""
+        self.stepper = stepper
+        self._body = self._body._replace(loads=self._loads())
+
+    def _loads(self) -> Array:
+        """Return the loads on the coordinates at factor one, (k, m)."""
+        system, size = self.stepper.system, self._interface.shape[1]
+        loads = [load.forces[:size] + load.forces[size:] @ self._interface for load in _loads_of(self.stepper)]
+        return np.array(loads).reshape(len(system.loads) + len(system.commanded), size)
+
+    def advance(self, state: State, times: Array) -> tuple[State, State]:
+        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, time first.
+
+        Raises
+        ------
+        ConvergenceError
+            Where the contact of a step was not solved.
+        """
+        blocks, taken = [], 0
+        while taken < times.size:
+            # Through several steps friction coefficients stay.
+            count = times.size if self._has_constant_friction else taken + 1
+            state, block = self._advance(state, times[taken:count])
+            taken += block.displacement.shape[0]
+            blocks.append(block)
+        return state, _joined(blocks)
+
+    def _advance(self, state: State, times: Array) -> tuple[State, State]:
+        """Take steps with the same friction coefficients, all of them or as many as compiled code solves, at least one.
+
+        A step whose contact Newton's method does not solve in partitions is taken as on a mesh.
+        """
+        system, body = self.stepper.system, self._body
+        candidates, count = system.candidates, times.size
+        limits = conditions(candidates, state.interface, state.step, float(times[0]))
+        friction = system.counterfaces.coefficients(limits, candidates.counterface)
+        travel = np.zeros((count + 1, len(system.motions), 2))
+        travel[0] = state.counterfaces
+        for number, motion in enumerate(system.motions):
+            travel[1:, number] = motion.displacement(times)
+        factors = np.array([[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()])
+        partition = self._partition(state)
+        inverse = Inverse(*(getattr(partition, name).copy() for name in Inverse._fields))
+        motion, records = self._motion(state, partition), _empty_records(count, body)
+        loads = factors.reshape(count, len(body.loads))
+        solved = take_steps(body, inverse, motion, travel, loads, np.ascontiguousarray(friction), TOLERANCE, records)
+        if not solved:
+            end = float(times[0])
+            after = advance([self.stepper], [state], end, [system.displacements(end)], watch=Stopwatch())[0]
+            return after, _as_block(after)
+        records = Records(*(values[:solved] for values in records))
+        block = self._block(state, times[:solved], travel[1 : solved + 1], records)
+        forces, product = motion.forces[:2].copy()
+        partition = replace(partition, **inverse._asdict(), forces=forces, product=product)
+        return self._last(state, block, motion, partition), block
+
+    def _partition(self, state: State) -> Partition:
+        """Return the partition of a state, with W times its forces."""
+        matrix, penalty = self._body.compliance, self._body.penalty
+        last = state.working_set
+        if isinstance(last, Partition) and last.compliance is matrix:
+            return last
+        forces = state.interface.forces
+        return replace(first_partition(matrix, penalty), forces=forces, product=active_product(matrix, forces))
+
+    def _motion(self, state: State, partition: Partition) -> Motion:
+        """Return a state as the arrays of compiled code."""
+        interface, release, size = state.interface, state.release, self._interface.shape[1]
+        unbalances = [self._on_coordinates(forces) for forces in (state.unbalance, state.unbalance_before)]
+        rates = state.displacement[:size], state.velocity[:size], state.acceleration[:size]
+        left = np.zeros((2, *state.moved.shape)) if release is None else np.stack([release.fading, release.cancelled])
+        slips = interface.slip_distance, interface.slip_since_contact, interface.slip, interface.limit
+        product = partition.product
+        if partition.forces is not interface.forces:
+            product = active_product(self._body.compliance, interface.forces)
+        return Motion(
+            fields=np.stack([*rates, *unbalances]),
+            load=self._on_coordinates(state.load),
+            forces=np.stack([interface.forces, product, state.contact_forces, state.contact_forces_before]),
+            relative=np.stack([interface.relative, state.moved]),
+            release=left,
+            largest=np.array([0.0 if release is None else release.largest]),
+            slips=np.stack(slips),
+            states=interface.state.copy(),
+        )
+
+    def _on_coordinates(self, forces: Array) -> Array:
+        """Return forces (m + p,) on coordinates and interface as forces on the coordinates, (m,)."""
+        size = self._interface.shape[1]
+        total: Array = forces[:size] + forces[size:] @ self._interface
+        return total
+
+    def _spread(self, coordinates: Array) -> Array:
+        """Return fields (k, m) with the displacement of the interface behind them, (k, m + p)."""
+        return np.concatenate([coordinates, coordinates @ self._interface.T], axis=1)
+
+    def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
+        """Return what is recorded of steps, time first."""
+        energies = dict(zip(ENERGIES, records.energies.T, strict=True))
+        spent = {
+            name: getattr(before.energies, name) + np.cumsum(energies[of])
+            for name, of in (
+                ("friction", "friction"),
+                ("damping", "damping"),
+                ("numerical", "numerical"),
+                ("external_work", "work"),
+            )
+        }
+        none = np.zeros(0)
+        slips = records.slips
+        return State(
+            time=times,  # type: ignore[arg-type]
+            displacement=self._spread(records.fields[:, 0]),
+            velocity=self._spread(records.fields[:, 1]),
+            acceleration=self._spread(records.fields[:, 2]),
+            inertia=none,
+            load=none,
+            unbalance=none,
+            unbalance_before=none,
+            counterfaces=travel,
+            moved=none,
+            contact_forces=records.forces[:, 1],
+            contact_forces_before=none,
+            interface=InterfaceState(
+                records.forces[:, 0], records.relative, slips[:, 0], none, none, records.states, slips[:, 1]
+            ),
+            energies=replace(
+                before.energies,
+                kinetic=energies["kinetic"],
+                strain=energies["strain"],
+                contact=energies["contact"],
+                **spent,
+            ),
+            moments=before.moments,
+            step=self.stepper.scheme.step,
+            iterations=records.iterations,  # type: ignore[arg-type]
+            residual=records.residuals,  # type: ignore[arg-type]
+        )
+
+    def _last(self, before: State, block: State, motion: Motion, partition: Partition) -> State:
+        """Return the state at the end of a block, from which steps may go on."""
+        behind = np.zeros(len(self._interface))
+        slips, forces = motion.slips, motion.forces
+        last_energies = {name: float(np.ravel(value)[-1]) for name, value in vars(block.energies).items()}
+        release = Release(*motion.release, float(motion.largest[0])) if motion.largest[0] else None
+        interface = InterfaceState(
+            partition.forces, motion.relative[0], slips[0], slips[1], slips[2], motion.states, slips[3]
+        )
+        return replace(
+            before,
+            time=float(block.time[-1]),  # type: ignore[index]
+            displacement=block.displacement[-1],
+            velocity=block.velocity[-1],
+            acceleration=block.acceleration[-1],
+            inertia=np.append(motion.fields[2], behind) * self.stepper.scheme.inertia_factor,
+            load=np.append(motion.load, behind),
+            unbalance=np.append(motion.fields[3], behind),
+            unbalance_before=np.append(motion.fields[4], behind),
+            counterfaces=block.counterfaces[-1],
+            moved=motion.relative[1],
+            contact_forces=forces[2],
+            contact_forces_before=forces[3],
+            interface=interface,
+            energies=Energies(**last_energies),
+            step=self.stepper.scheme.step,
+            iterations=int(block.iterations[-1]),  # type: ignore[index]
+            residual=float(block.residual[-1]),  # type: ignore[index]
+            working_set=partition,
+            release=release,
+        )
+
+
+def _as_block(state: State) -> State:
+    """Return what is recorded of a state as that of one step, time first."""
+    interface = {field.name: getattr(state.interface, field.name)[None] for field in fields(InterfaceState)}
+    energies = {field.name: np.array([getattr(state.energies, field.name)]) for field in fields(Energies)}
+    values = {
+        name: np.asarray(getattr(state, name))[None]
+        for name in ("time", "displacement", "velocity", "acceleration", "counterfaces", "contact_forces")
+    }
+    return replace(
+        state,
+        **values,  # type: ignore[arg-type]
+        interface=InterfaceState(**interface),
+        energies=Energies(**energies),
+        iterations=np.array([state.iterations]),  # type: ignore[arg-type]
+        residual=np.array([state.residual]),  # type: ignore[arg-type]
+        working_set=None,
+    )
+
+
+def _loads_of(stepper: Stepper) -> Sequence[Any]:
+    return (*stepper.system.loads, *stepper.system.commanded)
+
+
+def _dissipation(scheme: HHT | Static) -> tuple[float, float, float, float, float]:
+    """Return the factors of the energy that a scheme dissipates; see :class:`Body`."""
+    if isinstance(scheme, Static):
+        return 0.0, 0.0, 0.0, -0.5, -0.5
+    rates = scheme.step * (scheme.beta - 0.5 * scheme.gamma)
+    return rates, 0.5 - scheme.gamma, -0.5 * scheme.alpha, 0.0, 0.5 * scheme.alpha
+
+
+def _empty_records(count: int, body: Body) -> Records:
+    nodes, size = len(body.gaps), body.effective.size
+    return Records(
+        fields=np.zeros((count, 3, size)),
+        forces=np.zeros((count, 2, nodes, 2)),
+        relative=np.zeros((count, nodes, 2)),
+        slips=np.zeros((count, 2, nodes)),
+        states=np.zeros((count, nodes), dtype=np.int8),
+        energies=np.zeros((count, len(ENERGIES))),
+        iterations=np.zeros(count, dtype=np.int64),
+        residuals=np.zeros(count),
+    )
+
+
+def _joined(blocks: Sequence[Any]) -> Any:
+    """Return data classes whose arrays have time first as one, time after time."""
+    first = blocks[0]
+    if len(blocks) == 1:
+        return first
+    values = {}
+    for field in fields(first):
+        parts = [getattr(block, field.name) for block in blocks]
+        if isinstance(parts[0], InterfaceState | Energies):
+            values[field.name] = _joined(parts)
+        elif isinstance(parts[0], np.ndarray) and parts[0].size and field.name != "moments":
+            values[field.name] = np.concatenate(parts)
+    return replace(first, **values)

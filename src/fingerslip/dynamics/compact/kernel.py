@@ -1,0 +1,387 @@
+"""Steps of a reduced body with flat counterfaces in 2D, compiled.
+
+In the coordinates z of the basis, mass is the identity and stiffness K diagonal, so that the matrix A of a step
+(:mod:`fingerslip.dynamics.step.stepper`) is diagonal, too, and a step is two products with L, which holds the
+displacement of the candidates per coordinate ::
+
+    y = A^-1 b,    contact finds r from L (z~ + c_u y),    x = y + A^-1 L^T r
+
+Forces that a step must not count are those of :mod:`fingerslip.dynamics.step.release`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.interface import compiled_problem, compiled_settle, flat_motion, in_components
+from fingerslip.contact.solve.compliance import active_product
+from fingerslip.contact.solve.partition import solve_partitions
+from fingerslip.dynamics.step.release import TURNS, mark_changes
+
+__all__ = ["ENERGIES", "Body", "Inverse", "Motion", "Records", "take_steps"]
+
+Array = NDArray[np.float64]
+
+#: What :attr:`Records.energies` holds: stored at the end of a step, and dissipated or put in over it.
+ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "work")
+_FADED = 1e-16
+
+
+class Body(NamedTuple):
+    """What stays the same from step to step, with m coordinates and n candidates."""
+
+    stiffness: Array  # (m,) [1/s^2]
+    damping: Array  # (m,) [1/s]
+    effective: Array  # (m,), A
+    local: Array  # (n * 2, m), displacement of the candidates per coordinate, L
+    loads: Array  # (k, m), loads on the coordinates at factor one
+    frames: Array  # (n, 2, 2), normals and tangents of the candidates [-]
+    gaps: Array  # (n,), gaps at the start [m]
+    counterface: NDArray[np.int64]  # (n,), counterface of each candidate
+    springs: tuple[Array, Array]  # normal and tangential penalties times area, (n,) each [N/m]
+    compliance: Array  # (n * 2, n * 2), W [m/N]
+    penalty: Array  # (n, 2), compliance of the penalties [m/N]
+    scale: Array  # (n, 2), step lengths of the projection [N/m]
+    factors: tuple[float, float, float, float, float]  # c_u, c_v, c_a, w_0, w_1 of the scheme
+    prediction: Array  # (2, 3), displacement and velocity without unknown from the state at the start
+    remainder: float  # s of a release [-]
+    # of da.dv and da.dz, and of dz with the unbalances of three times: the energy that the scheme dissipates
+    dissipation: tuple[float, float, float, float, float]
+    goal: float  # relative residual of contact [-]
+
+
+class Inverse(NamedTuple):
+    """The arrays of :class:`fingerslip.contact.solve.partition.Partition`, changed in place."""
+
+    inverse: Array
+    states: NDArray[np.int8]
+    slopes: Array
+    updates: NDArray[np.int64]
+
+
+class Motion(NamedTuple):
+    """The state of a motion, changed in place."""
+
+    fields: Array  # (5, m), displacement, velocity, acceleration, unbalance now and one step before
+    load: Array  # (m,) [m/s^2]
+    forces: Array  # (4, n, 2), contact forces in frames, W times them [m], in components, and these one step before
+    relative: Array  # (2, n, 2), gap and tangential displacement in frames, and displacement in components [m]
+    release: Array  # (2, n, 2), fading and cancelled forces [N]
+    largest: Array  # (1,), the largest force that was dropped [N]; 0 where nothing is left of a release
+    slips: Array  # (4, n), slip of the whole motion, since contact, of the last step [m], friction limit [N]
+    states: NDArray[np.int8]  # (n,)
+
+
+class Records(NamedTuple):
+    """What steps leave, step by step, the first axis of all arrays."""
+
+    fields: Array  # (k, 3, m), displacement, velocity, acceleration
+    forces: Array  # (k, 2, n, 2), in frames and in components [N]
+    relative: Array  # (k, n, 2), gap and tangential displacement [m]
+    slips: Array  # (k, 2, n), slip of the whole motion [m], friction limit [N]
+    states: NDArray[np.int8]  # (k, n)
+    energies: Array  # (k, 7), see ENERGIES [J]
+    iterations: NDArray[np.int64]  # (k,)
+    residuals: Array  # (k,)
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def take_steps(body, inverse, motion, counterfaces, factors, friction, tolerance, records):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Take k steps; return how many were solved to the tolerance, before the first that was not.
+
+    Arrays: counterfaces (k + 1, n_counterfaces, 2), their displacement, that at the start included [m]; factors (k, n
+    loads), of the loads; friction (n,), coefficients [-].
+    """
+    size, count = body.effective.size, len(body.gaps)
+    load, free, unknown, moved = np.empty(size), np.empty((2, size)), np.empty(size), np.empty((count, 2))
+    before = motion.forces.copy(), motion.relative.copy(), motion.release.copy()
+    for step in range(len(factors)):
+        for j in range(size):
+            load[j] = 0.0
+            for i in range(len(body.loads)):
+                load[j] += factors[step, i] * body.loads[i, j]
+        _copy(motion.forces.ravel(), before[0].ravel())
+        _copy(motion.relative.ravel(), before[1].ravel())
+        _copy(motion.release.ravel(), before[2].ravel())
+        largest = motion.largest[0]
+        _free_end(body, motion, counterfaces[step + 1], load, free, unknown, moved)
+        solution = _contact(body, inverse, motion, before, moved, friction)
+        forces, product, relative, response, dropped, residual, iterations = solution
+        records.iterations[step], records.residuals[step] = iterations, residual
+        if not residual <= tolerance:
+            _copy(before[2].ravel(), motion.release.ravel())
+            motion.largest[0] = largest
+            return step
+        components, shift = in_components(body.frames, forces), in_components(body.frames, response)
+        for i in range(count):
+            for k in range(2):
+                motion.forces[0, i, k], motion.forces[1, i, k] = forces[i, k], product[i, k]
+                motion.forces[2, i, k], motion.forces[3, i, k] = components[i, k], before[0][2, i, k]
+                motion.relative[0, i, k], motion.relative[1, i, k] = relative[i, k], moved[i, k] + shift[i, k]
+                dropped[i, k] += body.factors[4] * components[i, k]
+        pushed = _transposed_times(body.local, dropped.ravel())
+        for j in range(size):
+            unknown[j] += pushed[j] / body.effective[j]
+        _finish(body, motion, free, unknown, load, records.energies[step])
+        _settle(body, motion, before, friction, counterfaces[step], counterfaces[step + 1], records.energies[step])
+        _record(motion, records, step)
+    return len(factors)
+
+
+@numba.njit(cache=True, nogil=True)
+def _copy(source, target):  # type: ignore[no-untyped-def]
+    """Copy a flat array into another."""
+    for i in range(source.size):
+        target[i] = source[i]
+
+
+@numba.njit(cache=True, nogil=True)
+def _record(motion, records, step):  # type: ignore[no-untyped-def]
+    """Record the end of a step."""
+    _copy(motion.fields[:3].ravel(), records.fields[step].ravel())
+    _copy(motion.forces[0].ravel(), records.forces[step, 0].ravel())
+    _copy(motion.forces[2].ravel(), records.forces[step, 1].ravel())
+    _copy(motion.relative[0].ravel(), records.relative[step].ravel())
+    _copy(motion.slips[0], records.slips[step, 0])
+    _copy(motion.slips[3], records.slips[step, 1])
+    _copy(motion.states, records.states[step])
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _free_end(body, motion, counterfaces, load, free, halfway, moved):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Write the end of a step with no unknown (2, m), the unknown without contact (m,), and the candidates there [m].
+
+    The end is displacement and velocity; `moved` (n, 2) is relative to the counterfaces.
+    """
+    of_displacement, _, _, start_weight, end_weight = body.factors
+    fading, reached = np.zeros(halfway.size), np.empty(halfway.size)
+    if motion.largest[0] > 0.0:
+        fading = _transposed_times(body.local, motion.release[0].ravel())
+    for j in range(halfway.size):
+        for row in range(2):
+            weights = body.prediction[row]
+            free[row, j] = weights[0] * motion.fields[0, j] + weights[1] * motion.fields[1, j]
+            free[row, j] += weights[2] * motion.fields[2, j]
+        resisting = body.stiffness[j] * free[0, j] + body.damping[j] * free[1, j]
+        right = end_weight * (load[j] - resisting) + start_weight * motion.fields[3, j] + body.remainder * fading[j]
+        halfway[j] = right / body.effective[j]
+        reached[j] = free[0, j] + of_displacement * halfway[j]
+    candidates = _times(body.local, reached)
+    for i in range(len(moved)):
+        for k in range(2):
+            moved[i, k] = candidates[2 * i + k] - counterfaces[body.counterface[i], k]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _contact(body, inverse, motion, before, moved, friction):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Solve the contact of a step; update the release.
+
+    Returns forces in frames (n, 2) [N], W times them, gap and tangential displacement [m], what all forces do to the
+    candidates in frames [m], dropped forces in components [N], residual and iterations.
+    """
+    forces_before, relative_before = before[0][0], before[1][0]
+    free = flat_motion(body.frames, body.gaps, relative_before, motion.relative[1], moved)
+    forces, product = forces_before.copy(), before[0][1].copy()
+    added, cancelled, dropped = np.zeros_like(free), np.zeros_like(free), np.zeros_like(free)
+    released, response = np.zeros_like(free), np.zeros_like(free)
+    relative = free.copy()
+    last, iterations, largest = np.zeros(len(free), dtype=np.int8), 0, motion.largest[0]
+    while True:
+        _add(free, released, relative)
+        problem = compiled_problem(relative, forces_before, relative_before, body.springs[1])
+        forces, product, residual, further, _ = solve_partitions(
+            body.compliance,
+            body.penalty,
+            body.scale,
+            problem,
+            friction,
+            body.goal,
+            inverse.inverse,
+            inverse.states,
+            inverse.slopes,
+            inverse.updates,
+            forces,
+            product,
+            0,
+            True,
+        )
+        iterations += further
+        _add(released, _without_penalty(body, product, forces), response)
+        _add(free, response, relative)
+        if body.factors[2] == 0.0 or not residual <= body.goal:
+            break
+        marks = mark_changes(forces_before, forces, relative_before, relative, body.springs[1], friction)
+        if not _joins(marks, last):
+            break
+        largest = motion.largest[0]
+        for i in range(len(free)):
+            _drop(body, before, i, last[i], added[i], cancelled[i])
+            largest = max(largest, np.abs(added[i, 0]), np.abs(added[i, 1]))
+        _add(added, cancelled, dropped)
+        # In frames, the displacement of the body under them, without the penalties.
+        acting = _in_frames(body.frames, dropped, body.factors[4])
+        released = _without_penalty(body, active_product(body.compliance, acting), acting)
+    _fade(body, motion, added, cancelled, largest)
+    return forces, product, relative, response, dropped, residual, iterations
+
+
+@numba.njit(cache=True, nogil=True)
+def _add(first, second, total):  # type: ignore[no-untyped-def]
+    """Write the sum of two arrays (n, 2) into a third."""
+    for i in range(len(first)):
+        for k in range(2):
+            total[i, k] = first[i, k] + second[i, k]
+
+
+@numba.njit(cache=True, nogil=True)
+def _without_penalty(body, product, forces):  # type: ignore[no-untyped-def]
+    """Return W times forces (n, 2) [m] without what the penalties give way."""
+    response = np.empty_like(product)
+    for i in range(len(product)):
+        for k in range(2):
+            response[i, k] = product[i, k] - body.penalty[i, k] * forces[i, k]
+    return response
+
+
+@numba.njit(cache=True, nogil=True)
+def _fade(body, motion, added, cancelled, largest):  # type: ignore[no-untyped-def]
+    """Update the release by what a step leaves (n, 2) and cancels (n, 2) [N]; it ends where nothing is left of it."""
+    left = 0.0
+    for i in range(len(added)):
+        for k in range(2):
+            motion.release[0, i, k] = body.remainder * motion.release[0, i, k] + added[i, k]
+            motion.release[1, i, k] = cancelled[i, k]
+            left = max(left, np.abs(motion.release[0, i, k]), np.abs(cancelled[i, k]))
+    motion.largest[0] = largest if left > _FADED * largest else 0.0
+    for i in range(len(added)):
+        for k in range(2):
+            if motion.largest[0] == 0.0:
+                motion.release[0, i, k] = 0.0
+
+
+@numba.njit(cache=True, nogil=True)
+def _joins(marks, last):  # type: ignore[no-untyped-def]
+    """Raise the last marks to others; tell whether any has risen."""
+    rises = False
+    for i in range(marks.size):
+        if marks[i] > last[i]:
+            last[i], rises = marks[i], True
+    return rises
+
+
+@numba.njit(cache=True, nogil=True)
+def _drop(body, before, node, mark, added, cancelled):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Write what the force of a node at the start of a step leaves, and what is cancelled of it, (2,) each [N]."""
+    if mark == 0:
+        return
+    _, _, _, start_weight, end_weight = body.factors
+    normal, of_added, of_cancelled = body.frames[node, 0], 0.0, 0.0
+    for k in range(2):
+        now, earlier = before[0][2, node, k], before[0][3, node, k]
+        added[k] = body.remainder * (end_weight * now - start_weight * earlier + before[2][1, node, k])
+        cancelled[k] = start_weight * now
+        of_added, of_cancelled = of_added + added[k] * normal[k], of_cancelled + cancelled[k] * normal[k]
+    if mark == TURNS:
+        for k in range(2):
+            added[k] -= of_added * normal[k]
+            cancelled[k] -= of_cancelled * normal[k]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _finish(body, motion, free, unknown, load, energies):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Take the fields to the end of a step, and account for the energies of the body."""
+    of_displacement, of_velocity, of_inertia, start_weight, end_weight = body.factors
+    added = np.zeros_like(unknown)
+    if motion.largest[0] > 0.0:
+        added = _transposed_times(body.local, motion.release[0].ravel())
+        cancelled = _transposed_times(body.local, motion.release[1].ravel())
+        for j in range(added.size):
+            added[j] += cancelled[j]
+    of_rates, of_moves, earliest, first, last = body.dissipation
+    kinetic = strain = work = damping = numerical = 0.0
+    for j in range(unknown.size):
+        displacement, velocity, acceleration = motion.fields[0, j], motion.fields[1, j], motion.fields[2, j]
+        unbalance, unbalance_before = motion.fields[3, j], motion.fields[4, j]
+        end, rate = free[0, j] + of_displacement * unknown[j], free[1, j] + of_velocity * unknown[j]
+        inertia = of_inertia * unknown[j]
+        left = (start_weight * unbalance - inertia + added[j]) / end_weight
+        moved, pushed = end - displacement, inertia - acceleration
+        kinetic += 0.5 * of_inertia * rate**2
+        strain += 0.5 * body.stiffness[j] * end**2
+        work += 0.5 * (motion.load[j] + load[j]) * moved
+        damping += 0.5 * moved * body.damping[j] * (velocity + rate)
+        numerical += of_rates * pushed * (rate - velocity) + of_moves * pushed * moved
+        numerical += moved * (earliest * unbalance_before + first * unbalance + last * left)
+        motion.fields[0, j], motion.fields[1, j], motion.fields[2, j] = end, rate, inertia
+        motion.fields[3, j], motion.fields[4, j] = left, unbalance
+        motion.load[j] = load[j]
+    energies[0], energies[1], energies[4], energies[5], energies[6] = kinetic, strain, damping, numerical, work
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _settle(body, motion, before, friction, counterfaces_before, counterfaces, energies):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Update slips and states, and account for the energies of the interface."""
+    forces, relative, release = before
+    inward = outward = 0.0
+    for i in range(len(motion.states)):
+        face = body.counterface[i]
+        for k in range(2):
+            acting = 0.5 * (forces[2, i, k] + motion.forces[2, i, k])
+            acting += 0.5 * (release[0, i, k] + release[1, i, k] + motion.release[0, i, k] + motion.release[1, i, k])
+            inward -= acting * (motion.relative[1, i, k] - relative[1, i, k])
+            outward += acting * (counterfaces[face, k] - counterfaces_before[face, k])
+    slips, states, (stored, stored_before, dissipated) = compiled_settle(
+        forces[0],
+        relative[0],
+        motion.slips[0].copy(),
+        motion.slips[1].copy(),
+        motion.forces[0],
+        motion.relative[0],
+        friction,
+        np.ones((len(friction), 1)),
+        body.springs[0],
+        body.springs[1],
+    )
+    _copy(slips.ravel(), motion.slips.ravel())
+    _copy(states, motion.states)
+    energies[2], energies[3] = stored, dissipated
+    energies[5] += inward - (stored - stored_before) - dissipated
+    energies[6] += outward
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _in_frames(frames, vectors, divisor):  # type: ignore[no-untyped-def]
+    """Return vectors (n, 2) in the frames over a number, same shape."""
+    result = np.empty_like(vectors)
+    for i in range(len(vectors)):
+        for k in range(2):
+            result[i, k] = (frames[i, k, 0] * vectors[i, 0] + frames[i, k, 1] * vectors[i, 1]) / divisor
+    return result
+
+
+@numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def _times(matrix, vector):  # type: ignore[no-untyped-def]
+    """Return a matrix (n, m) times a vector (m,)."""
+    result = np.empty(len(matrix))
+    for i in range(len(matrix)):
+        row, total = matrix[i], 0.0
+        for j in range(vector.size):
+            total += row[j] * vector[j]
+        result[i] = total
+    return result
+
+
+@numba.njit(cache=True, nogil=True)
+def _transposed_times(matrix, weights):  # type: ignore[no-untyped-def]
+    """Return a matrix (n, m) transposed times weights (n,), without reading rows that have none."""
+    result = np.zeros(matrix.shape[1])
+    for i in range(weights.size):
+        weight, row = weights[i], matrix[i]
+        if weight != 0.0:
+            for j in range(result.size):
+                result[j] += weight * row[j]
+    return result

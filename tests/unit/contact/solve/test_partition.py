@@ -1,0 +1,141 @@
+"""Contact in 2D by partitions: what the compiled solver finds, with an inverse that serves over steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fingerslip.contact.solve import partition as module
+from fingerslip.contact.solve.newton import solve_friction
+from fingerslip.contact.solve.partition import first_partition, solve_in_partitions
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from problems.contact import TOLERANCE, assert_conditions, friction_residual, random_problem
+
+problems = st.builds(
+    random_problem,
+    seed=st.integers(0, 2**31),
+    dim=st.just(2),
+    count=st.integers(1, 25),
+    decades=st.floats(0.0, 6.0),
+    friction=st.sampled_from([0.0, 0.3, 0.6, 1.0, 1.5]) | st.floats(0.0, 1.5),
+)
+
+
+def pressed_row(count, slide, mu=0.6):
+    """Return a shallow arch of nodes on an elastic row, pressed and pulled sideways."""
+    x = np.linspace(-1.0, 1.0, count)
+    body = np.kron(0.1 / (np.abs(x[:, None] - x) + 0.5 / count), np.eye(2) + 0.1 * (np.eye(2, k=1) + np.eye(2, k=-1)))
+    free = np.column_stack([x**2 - 0.5, np.full(count, slide)])
+    return body + 0.1 * np.eye(2 * count), np.full((count, 2), 0.1), free, np.full(count, mu)
+
+
+def to_and_fro():
+    return np.concatenate([np.linspace(0.0, 0.5, 60), np.linspace(0.5, -0.5, 120)])
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(problems, st.floats(0.01, 0.99))
+def test_random_problems_are_solved(problem, share):
+    compliance, free, friction = problem.arguments
+    penalty = share * np.diag(compliance).reshape(free.shape)
+    solution, _ = solve_in_partitions(compliance, penalty, free, friction, np.zeros_like(free), TOLERANCE)
+    assert solution.residual <= TOLERANCE
+    assert_conditions(problem, solution)
+    residual = np.abs(friction_residual(compliance, free, friction, solution.forces)).max()
+    assert solution.residual * np.abs(solution.forces).max() == pytest.approx(residual, rel=1e-6, abs=1e-13)
+
+
+@pytest.mark.parametrize("most_updates", [0, module._MOST_UPDATES])
+@pytest.mark.parametrize("wear", [0.0, 1e-3, 0.3], ids=lambda wear: f"friction falls by {wear:g} a step")
+def test_paths_are_those_of_the_compiled_solver(most_updates, wear):
+    """Pulled to and fro, nodes stick and slip, and slopes change: forces and iterations are those of the other one."""
+    compliance, penalty, free, friction = pressed_row(40, 0.0)
+    forces, exact, partition, counts = np.zeros((40, 2)), np.zeros((40, 2)), None, np.zeros(2)
+    for step, slide in enumerate(to_and_fro()):
+        rows = free + np.array([0.0, slide]), friction * np.exp(-wear * (step % 10))
+        other = solve_friction(compliance, *rows, exact, 1e-12)
+        if partition is not None:
+            partition.updates[0] = max(partition.updates[0], module._MOST_UPDATES - most_updates)
+        solution, partition = solve_in_partitions(compliance, penalty, *rows, forces, 1e-12, partition=partition)
+        np.testing.assert_allclose(solution.forces, other.forces, atol=1e-10 * np.abs(other.forces).max())
+        product = compliance @ solution.forces.ravel()
+        np.testing.assert_allclose(partition.product.ravel(), product, rtol=1e-10, atol=1e-13)
+        np.testing.assert_allclose(
+            solution.response, partition.product - penalty * solution.forces, rtol=1e-12, atol=1e-15
+        )
+        counts += solution.iterations, other.iterations
+        forces, exact = solution.forces, other.forces
+    assert counts[0] <= 1.2 * counts[1]
+
+
+def test_the_inverse_is_that_of_its_partition_and_changes_with_nodes_alone():
+    compliance, penalty, free, friction = pressed_row(60, 0.0)
+    partition, start, changes = None, np.zeros_like(free), 0
+    for slide in np.linspace(0.0, 1.0, 401):
+        before = partition
+        solution, partition = solve_in_partitions(
+            compliance, penalty, free + np.array([0.0, slide]), friction, start, 1e-12, partition=partition
+        )
+        start, changes = solution.forces, changes + (before is None or partition.inverse is not before.inverse)
+    assert changes < 0.2 * 401
+    counts = [np.count_nonzero(partition.states == state) for state in (OPEN, STICK, SLIP)]
+    assert min(counts[0], counts[2]) > 0
+    body = compliance - np.diag(penalty.ravel())
+    resistance = np.zeros_like(compliance)
+    for node, (state, slope) in enumerate(zip(partition.states, partition.slopes, strict=True)):
+        if state != OPEN:
+            at = slice(2 * node, 2 * node + 2)
+            tangential = [0.0, 10.0] if state == STICK else [slope * 10.0, 0.0]
+            resistance[at, at] = [[10.0, 0.0], tangential]
+    inverse = np.linalg.solve(np.eye(120) + body @ resistance, body)
+    np.testing.assert_allclose(partition.inverse.T, inverse, atol=1e-11 * np.abs(inverse).max())
+
+
+def test_a_partition_of_another_compliance_is_not_used():
+    compliance, penalty, free, friction = pressed_row(20, 0.2)
+    first, partition = solve_in_partitions(compliance, penalty, free, friction, np.zeros_like(free), 1e-12)
+    again, _ = solve_in_partitions(
+        2.0 * compliance, 2.0 * penalty, 2.0 * free, friction, first.forces, 1e-12, partition=partition
+    )
+    np.testing.assert_allclose(again.forces, first.forces, rtol=1e-9, atol=1e-12)
+
+
+def test_a_partition_stays_as_it_is_when_a_step_begins_with_it():
+    """Two motions may go on from one state, and a restored one from where it was saved."""
+    compliance, penalty, free, friction = pressed_row(40, 0.1)
+    first, partition = solve_in_partitions(compliance, penalty, free, friction, np.zeros_like(free), 1e-12)
+    copies = {name: np.copy(value) for name, value in vars(partition).items()}
+    paths = [
+        solve_in_partitions(
+            compliance, penalty, free + np.array([0.0, slide]), friction, first.forces, 1e-12, partition=partition
+        )[0].forces
+        for slide in (0.7, -0.7, 0.7)
+    ]
+    np.testing.assert_array_equal(paths[0], paths[2])
+    assert np.abs(paths[0] - paths[1]).max() > 0.0
+    for name, value in copies.items():
+        np.testing.assert_array_equal(getattr(partition, name), value)
+
+
+def test_the_compiled_solver_takes_over_where_no_step_helps(monkeypatch):
+    def stuck(*arguments):
+        return *arguments[-4:-2], np.inf, 0, 0
+
+    monkeypatch.setattr(module, "solve_partitions", stuck)
+    compliance, penalty, free, friction = pressed_row(20, 0.2)
+    exact = solve_friction(compliance, free, friction, np.zeros_like(free), 1e-12)
+    solution, _ = solve_in_partitions(compliance, penalty, free, friction, np.zeros_like(free), 1e-12)
+    np.testing.assert_array_equal(solution.forces, exact.forces)
+    assert solution.iterations == exact.iterations
+
+
+def test_a_residual_that_is_no_number_is_not_below_the_tolerance():
+    compliance, penalty, free, friction = pressed_row(5, 0.2)
+    free[2, 0] = np.nan
+    partition = first_partition(compliance, penalty)
+    solution, _ = solve_in_partitions(
+        compliance, penalty, free, friction, np.zeros_like(free), 1e-12, partition=partition
+    )
+    assert not solution.residual <= TOLERANCE
