@@ -226,9 +226,11 @@ class TestAnyNumber:
     def test_a_step_of_another_compliance_is_another_problem(self, dim):
         problem = random_problem(2, dim, 15, 1.0, 0.5)
         first, past = solved(compliance_of(problem), problem.free, problem.friction)
-        twice = Compliance(2.0 * problem.body, 2.0 * problem.penalty, edition=(0.1, 2))
-        again, _ = solved(twice, 2.0 * problem.free, problem.friction, first.forces, working_set=past)
-        assert_same_forces(again.forces, first.forces)
+        other = Compliance(3.0 * problem.body, problem.penalty, edition=(0.1, 2))
+        again, _ = solved(other, problem.free, problem.friction, first.forces, working_set=past)
+        alone, _ = solved(other, problem.free, problem.friction, first.forces)
+        assert_same_forces(again.forces, exact_forces(other, problem.free, problem.friction))
+        assert again.iterations <= alone.iterations + 2
 
 
 @pytest.mark.usefixtures("few_or_many")
@@ -341,6 +343,7 @@ def test_forces_on_a_working_set_are_those_on_all_candidates(depth, slide, monke
 @pytest.mark.usefixtures("working_set")
 def test_random_problems_are_solved_on_a_working_set(dim, few_directions, precision, monkeypatch):
     """Where GMRES does not get there the Newton matrix is factorised; where that stalls the compiled solver goes on."""
+    dense = count_dense_directions(monkeypatch)
     if few_directions:
         monkeypatch.setattr(krylov, "_KRYLOV_LIMIT", 3)
     for seed in range(15):
@@ -353,6 +356,7 @@ def test_random_problems_are_solved_on_a_working_set(dim, few_directions, precis
         assert not solution.forces[~touching].any()
         share = np.linalg.norm(solution.forces[touching, 1:], axis=1) / (0.5 * solution.forces[touching, 0])
         assert ((share < 0.999) | (np.abs(share - 1.0) < 1e-12)).all(), "sliding nodes are on the cone"
+    assert bool(dense) == few_directions
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1e9])
@@ -373,7 +377,7 @@ def test_a_path_is_followed_with_what_the_step_before_left(turning):
     for depth, slide in [*((0.1 * k, 0.0) for k in range(1, 7)), *((0.6, 0.02 * k) for k in range(1, 9))]:
         compliance, free, friction = half_space(14, depth, slide)
         if turning:
-            normals = np.tile([0.0, 0.6 + 0.1 * slide, 0.8], (196, 1))
+            normals = np.tile([0.0, 0.6 + 2.0 * slide, 0.8], (196, 1))
             normals /= np.linalg.norm(normals, axis=1, keepdims=True)
             compliance = replace(compliance, frames=contact_frames(normals, np.array([1.0, 0.0, 0.0])))
         solution, working_set = solved(compliance, free, friction, forces, working_set=working_set)
@@ -384,7 +388,8 @@ def test_a_path_is_followed_with_what_the_step_before_left(turning):
         iterations.append(solution.iterations)
         assert np.isin(np.flatnonzero(forces[:, 0]), working_set.nodes).all()
     assert sizes[-1] > sizes[0]
-    assert max(iterations) < 20
+    assert np.median(iterations) <= 4
+    assert max(iterations) <= 12
 
 
 @pytest.mark.usefixtures("working_set")
@@ -414,11 +419,15 @@ def test_a_working_set_that_is_too_large_is_made_smaller():
 
 
 @pytest.mark.usefixtures("working_set")
-def test_a_wrong_answer_is_never_passed_off(monkeypatch):
+def test_where_newton_stalls_the_robust_solver_goes_on_and_a_wrong_answer_is_never_passed_off(monkeypatch):
     """If all fails the residual, over all candidates, says so."""
+    compliance, free, friction = half_space(10, 0.5, 0.2)
+    monkeypatch.setattr(module, "newton_krylov", lambda nodes, _, start: (start.forces, nodes, False, 3))
+    robust, _ = solved(compliance, free, friction)
+    assert robust.residual <= TOLERANCE
+    assert robust.iterations > 3
     monkeypatch.setattr(module, "newton_krylov", lambda nodes, _, start: (start.forces + 1.0, nodes, False, 1))
     monkeypatch.setattr(module, "solve_friction", lambda *given: ContactSolution(0 * given[1] + 1.0, 0.0, 1, 0))
-    compliance, free, friction = half_space(10, 0.5, 0.2)
     solution, _ = solved(compliance, free, friction)
     residual = np.abs(friction_residual(compliance.matrix, free, friction, solution.forces)).max(axis=1)
     assert solution.residual == pytest.approx(residual.max() / np.abs(solution.forces).max())
