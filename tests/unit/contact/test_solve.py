@@ -232,6 +232,13 @@ class TestAnyNumber:
         assert_same_forces(again.forces, exact_forces(other, problem.free, problem.friction))
         assert again.iterations <= alone.iterations + 2
 
+    def test_a_factor_scales_the_body_alone(self, dim):
+        problem = random_problem(5, dim, 12, 1.0, 0.5)
+        whole, scaled = compliance_of(problem), Compliance(problem.body / 8.0, problem.penalty, factor=8.0)
+        expected, _ = solved(whole, problem.free, problem.friction)
+        found, _ = solved(scaled, problem.free, problem.friction)
+        assert_same_forces(found.forces, expected.forces)
+
 
 @pytest.mark.usefixtures("few_or_many")
 def test_a_singular_newton_matrix_is_left_to_the_sweeps():
@@ -331,10 +338,21 @@ def test_forces_on_a_working_set_are_those_on_all_candidates(depth, slide, monke
     solution, working_set = solved(compliance, free, friction)
     assert solution.residual <= TOLERANCE
     assert solution.iterations < 30
-    assert not dense, "the preconditioner makes GMRES fast"
+    assert not dense, "GMRES gets there"
     assert_same_forces(solution.forces, exact_forces(compliance, free, friction))
     np.testing.assert_allclose(solution.response, compliance.response(solution.forces), rtol=1e-12, atol=0.0)
     assert working_set.nodes.size < len(free) or depth > 1.0
+
+
+@pytest.mark.usefixtures("working_set")
+def test_six_directions_of_gmres_suffice(monkeypatch):
+    """Without the coarse space or the local inverses of the preconditioner they do not."""
+    dense = count_dense_directions(monkeypatch)
+    monkeypatch.setattr(krylov, "_KRYLOV_LIMIT", 6)
+    for depth, slide in ((0.5, 0.05), (2.5, 0.2), (2.5, 2.0)):
+        compliance, free, friction = half_space(22, depth, slide)
+        assert solved(compliance, free, friction)[0].residual <= TOLERANCE
+    assert not dense
 
 
 @pytest.mark.parametrize("precision", [np.float32, np.float64])
