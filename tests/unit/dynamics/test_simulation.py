@@ -96,7 +96,7 @@ BETWEEN = r"time.end: got 1 s, which is 3.333 steps of 0.3 s, .* write 0.9 s or 
         ({"step": 1.0}, r"time.step: got 1 s for a run of 0.22 s, needs at least one step"),
         (
             {"step": 1e-12},
-            r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least .* s, re",
+            r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least .* s",
         ),
         (
             {"contacts": (fs.Contact("bottom", friction=fs.Anisotropic(0.4, 0.8)),)},
@@ -159,7 +159,8 @@ def test_contact_outside_the_candidates_is_refused_with_time_and_node(basis, run
     model = push_and_slide(contacts=(contact,), basis=basis, mesh=fine_pad())
     with pytest.raises(fs.SlipOutsideContactError, match=r"t = 0.0\d+ s: node \d+ .* larger search_distance") as caught:
         run(model)
-    assert (f"no reduced basis: {caught.value}" in caplog.text) == (basis is not None), "the basis sees it first"
+    at = str(caught.value).split(": node", maxsplit=1)[0]
+    assert (f"no reduced basis: {at}" in caplog.text) == (basis is not None), "the basis sees it first, as early"
 
 
 def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_still():
