@@ -96,7 +96,7 @@ BETWEEN = r"time.end: got 1 s, which is 3.333 steps of 0.3 s, .* write 0.9 s or 
         ({"step": 1.0}, r"time.step: got 1 s for a run of 0.22 s, needs at least one step"),
         (
             {"step": 1e-12},
-            r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least .* s",
+            r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least",
         ),
         (
             {"contacts": (fs.Contact("bottom", friction=fs.Anisotropic(0.4, 0.8)),)},

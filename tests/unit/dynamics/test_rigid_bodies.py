@@ -1,4 +1,4 @@
-"""Free directions of rigid bodies: the motion that they add, Newton's law on them, and bodies that cannot be."""
+"""Rigid bodies: Newton's law on their free directions, rotations, what histories say of them, and refusals."""
 
 from __future__ import annotations
 
@@ -7,52 +7,41 @@ import logging
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import fingerslip as fs
-from fingerslip.dynamics.system.bodies import contact_motion, rigid_freedoms
 from fingerslip.dynamics.system.checks import check_model
 from fingerslip.errors import EquilibriumError, InputError
+from fingerslip.verification.meshes import box
 from problems.held import GRAVITY, MU, apart, held
 from problems.pushed import push_and_slide
 
 FREE = fs.RigidBody(0.02, free=("x", "y"))
 
 
-def test_drives_come_first_and_a_free_body_is_an_unknown_for_each_direction():
-    contacts = (
-        fs.Contact("bottom", rigid_body="table"),
-        fs.Contact("left", fs.Plane((1.0, 0.0)), drive=fs.Drive(0.1, 0.5)),
-        fs.Contact("right", fs.Plane((-1.0, 0.0)), rigid_body="table"),
-    )
+@pytest.mark.parametrize("dim", [2, 3])
+def test_springs_dampers_and_loads_act_along_each_free_direction(dim):
+    """Without inertia c (q_1 - q_0) / h + s q_1 = F in every step, of a body by itself."""
+    spring, damper, load, step = 5.0, 7.0, 0.2, 0.1
+    free = ("rz", "y") if dim == 2 else ("y", "rx", "ry", "rz")
+    acting = [kind(**dict.fromkeys(free, value)) for kind, value in zip(
+        (fs.Springs, fs.Dampers, fs.BodyLoad), (spring, damper, load), strict=True)]  # fmt: skip
     body = fs.RigidBody(
-        mass=2.0,
-        free=("rz", "y"),
-        centre=(1.0, 2.0),
-        inertia=(3.0,),
-        springs=fs.Springs(rz=5.0),
-        dampers=fs.Dampers(y=7.0),
-        loads=(fs.BodyLoad(y=1.0, rz=4.0),),
+        2.0,
+        free=free,
+        centre=(1.0, 2.0, 3.0)[:dim],
+        inertia=(3.0,) * (1 if dim == 2 else 3),
+        springs=acting[0],
+        dampers=acting[1],
+        loads=(acting[2],),
     )
-    model = push_and_slide(contacts=contacts, bodies={"table": body}, gravity=(1.0, -9.81))
-    drive, along, about = rigid_freedoms(model)
-    assert (drive.body, drive.faces, drive.mass, drive.loads[0][0]) == (None, (1,), 0.1, 0.5)
-    assert (along.body, along.direction, along.faces, along.mass) == ("table", "y", (0, 2), 2.0)
-    assert [value for value, _ in along.loads] == [1.0, pytest.approx(-2.0 * 9.81)]
-    assert (about.direction, about.mass, about.stiffness, about.damping) == ("rz", 3.0, 5.0, 0.0)
-    assert [value for value, _ in about.loads] == [4.0]
-    points = np.array([[1.0, 2.0], [4.0, 2.0], [1.0, 3.0]])
-    np.testing.assert_array_equal(about.moved(points), [[0, 0], [0, 3], [-1, 0]])
-    np.testing.assert_array_equal(along.moved(points), [[0, 1]] * 3)
-
-
-def test_rotations_in_space_are_cross_products():
-    axes = ("rx", "ry", "rz")
-    body = fs.RigidBody(1.0, free=axes, centre=(1.0, 2.0, 3.0), inertia=(1.0, 2.0, 3.0))
-    model = held("H8", body=body)
-    points = np.random.default_rng(0).normal(size=(4, 3))
-    for axis, freedom in zip(np.eye(3), rigid_freedoms(model), strict=True):
-        np.testing.assert_allclose(freedom.moved(points), np.cross(axis, points - [1.0, 2.0, 3.0]), atol=1e-15)
-    assert [freedom.mass for freedom in rigid_freedoms(model)] == [1.0, 2.0, 3.0]
+    mesh = box("Q4" if dim == 2 else "H8", *[np.linspace(0.0, 1.0, 2)] * dim)
+    shape = {"formulation": "plane_strain" if dim == 2 else "solid", "supports": {"bottom": ("x", "y", "z")[:dim]}}
+    history = fs.simulate(apart(body, mesh=mesh, **shape, time=fs.QuasiStatic(step, end=1.0)))
+    expected = load / spring * (1.0 - (damper / (damper + spring * step)) ** np.arange(11))
+    np.testing.assert_allclose(history.rigid_body_displacement.values[:, 0, 1], expected, rtol=1e-9)
+    np.testing.assert_allclose(history.rigid_body_rotation.values[:, 0], np.tile(expected[:, None], (1, 2 * dim - 3)))
+    assert not history.rigid_body_displacement.values[:, 0, [0, *range(2, dim)]].any()
 
 
 def test_material_damping_leaves_rigid_bodies_alone():
@@ -141,12 +130,10 @@ def test_a_pressed_body_is_free_along_the_surface():
     contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), rigid_body="table")
     model = push_and_slide(contacts=(contact,), bodies={"table": body}, programme=())
     assert model.end == pytest.approx(0.2)
-    motion = contact_motion(model, 0)
-    np.testing.assert_allclose(motion.positions[-1], [0.0, 0.4e-3])
     history = fs.simulate(model)
     assert history.phase_kind.values.tolist() == ["press", "hold"]
     moved = history.rigid_body_displacement.values[:, 0]
-    np.testing.assert_allclose(moved[:, 1], motion.displacement(history.time.values)[:, 1], atol=1e-15)
+    np.testing.assert_allclose(moved[:, 1], np.interp(history.time, [0.0, 0.1], [0.0, 0.4e-3]), atol=1e-15)
     np.testing.assert_array_equal(moved, history.counterface_displacement.values[:, 0])
     np.testing.assert_allclose(history.rigid_body_velocity.values[10, 0, 1], 4e-3)
     assert np.abs(moved[:, 0]).max() < 1e-12, "the pad is symmetric"
@@ -295,3 +282,124 @@ def test_friction_utilisation_is_one_when_the_object_slides():
     assert history.friction_utilisation.values[-1] == pytest.approx([1.0, 1.0])
     normal = np.abs(history.counterface_force.values[-1, :, 0])
     np.testing.assert_allclose(np.abs(history.counterface_force.values[-1, :, 1]), MU * normal, rtol=1e-9)
+
+
+# What histories say of them.
+
+
+@pytest.fixture(scope="module", params=["Q4", "H8"])
+def history(request):
+    """Return an object, heavier on one side, that turns between the fingers until friction holds it."""
+    dim = 2 if request.param == "Q4" else 3
+    about = "rz" if dim == 2 else "ry"
+    body = fs.RigidBody(
+        0.02,
+        free=("y" if dim == 2 else "z", about),
+        centre=(0.0,) * dim,
+        inertia=(1e-6,) * (1 if dim == 2 else 3),
+        loads=(fs.BodyLoad(**{about: 2e-4}, ramp=fs.Ramp((0.05, 0.1), (0.0, 1.0))),),
+    )
+    model = held(request.param, body=body, gravity=None, time=fs.TimeStepping(1e-3, alpha=0.0, end=0.15))
+    return fs.simulate(model)
+
+
+def test_labels_say_which_body_and_which_axis(history):
+    dim = history.sizes["component"]
+    assert history.rigid_body.values.tolist() == ["jug"]
+    assert history.rotation_axis.values.tolist() == (["z"] if dim == 2 else ["x", "y", "z"])
+    np.testing.assert_array_equal(history.rigid_body_centre.values, np.zeros((1, dim)))
+
+
+def test_the_moment_of_contact_turns_the_body(history):
+    """I times the angular acceleration is the applied moment and that of contact about the moved centre."""
+    axis = 0 if history.sizes["component"] == 2 else 1
+    applied = np.interp(history.time.values, [0.05, 0.1], [0.0, 2e-4])
+    inertia = 1e-6 * history.rigid_body_angular_acceleration.values[1:, 0, axis]
+    contact = history.rigid_body_moment.values[1:, 0, axis]
+    np.testing.assert_allclose(inertia, applied[1:] + contact, atol=1e-9 * 2e-4)
+    assert contact[-20:].mean() == pytest.approx(-2e-4, rel=0.2)
+    angle = history.rigid_body_rotation.values[:, 0, axis]
+    assert 1e-4 < np.abs(angle).max() < 0.1
+    rate = np.gradient(angle, history.time.values)
+    np.testing.assert_allclose(
+        history.rigid_body_angular_velocity.values[2:-2, 0, axis], rate[2:-2], atol=0.1 * np.abs(rate).max()
+    )
+
+
+def test_moments_of_the_body_are_the_opposite_of_those_of_its_faces(history):
+    of_faces = history.counterface_moment.values.sum(axis=1)
+    np.testing.assert_allclose(history.rigid_body_moment.values[:, 0], -of_faces, atol=1e-15)
+
+
+def test_tractions_of_a_turning_face_are_in_its_frame(history):
+    """The normal of a flat face turns with the body: friction has no part along it."""
+    start = history.counterface_normal.values[history.contact_counterface.values]
+    dim = start.shape[1]
+    angles = np.zeros((history.sizes["time"], 3))
+    angles[:, 2 if dim == 2 else slice(None)] = history.rigid_body_rotation.values[:, 0].squeeze()
+    turned = Rotation.from_rotvec(angles).as_matrix()[:, :dim, :dim]
+    along = np.einsum("tcd,tde,ce->tc", history.tangential_traction.values, turned, start)
+    assert np.abs(along).max() < 1e-9 * history.normal_traction.values.max()
+
+
+def test_a_round_object_without_friction_turns_as_if_nothing_touched_it():
+    """Its surface moves along itself, so that neither gaps nor forces change, up to the square of the angle."""
+
+    def pressed(free, moment=0.0):
+        body = fs.RigidBody(
+            1e-3,
+            free=free,
+            centre=(0.0, -20e-3),
+            inertia=(1e-6,),
+            programme=(fs.Press(0.2e-3, 4e-3), fs.Hold(0.05)),
+            loads=(fs.BodyLoad(rz=moment),),
+        )
+        contact = fs.Contact("bottom", fs.Cylinder(20e-3, centre=(0.0, -20e-3)), fs.Coulomb(0.0), rigid_body="disc")
+        time = fs.TimeStepping(1e-3, alpha=0.0)
+        return fs.simulate(push_and_slide(contacts=(contact,), bodies={"disc": body}, programme=(), time=time))
+
+    turned, still = pressed(("rz",), 1e-5), pressed(())
+    angle = turned.rigid_body_rotation.values[:, 0, 0]
+    np.testing.assert_allclose(angle, 0.5 * 1e-5 / 1e-6 * turned.time.values**2, rtol=1e-2)
+    force = still.counterface_force.values[:, 0, 1]
+    np.testing.assert_allclose(turned.counterface_force.values[:, 0, 1], force, atol=5e-3 * force.max())
+
+
+# Rotations: any about one axis, small ones about several; larger ones are refused.
+
+
+def turning(moment, *, free=("ry", "rz")):
+    """Return a body by itself that turns by twice the static angle at most."""
+    body = fs.RigidBody(
+        mass=1.0,
+        free=free,
+        centre=(0.0, 2.0, 0.0),
+        inertia=(1e-3,) * 3,
+        springs=fs.Springs(**dict.fromkeys(free, 10.0)),
+        loads=(fs.BodyLoad(rz=moment),),
+    )
+    return apart(
+        body,
+        mesh=box("H8", *(np.linspace(0.0, 1.0, 2),) * 3),
+        formulation="solid",
+        supports={"bottom": ("x", "y", "z")},
+    )
+
+
+@pytest.mark.parametrize(("moment", "warned"), [(0.45, False), (0.9, True)])
+def test_rotations_that_are_not_very_small_are_warned_of(moment, warned, caplog):
+    with caplog.at_level(logging.WARNING):
+        history = fs.simulate(turning(moment))
+    assert float(history.rigid_body_rotation.max()) == pytest.approx(2 * moment / 10.0, rel=1e-2)
+    text = f"bodies.block.free.rz: the body turned by up to {float(history.rigid_body_rotation.max()):.3g} rad"
+    assert (text in caplog.text) == warned
+
+
+def test_large_rotations_are_refused():
+    with pytest.raises(InputError, match=r"bodies.block.free.rz: the body has turned by 0.20\d rad at t = 0.024 s"):
+        fs.simulate(turning(1.2))
+
+
+def test_a_body_turns_by_any_angle_about_one_axis():
+    history = fs.simulate(turning(10.0, free=("rz",)))
+    assert float(history.rigid_body_rotation.max()) == pytest.approx(2.0, rel=1e-2)
