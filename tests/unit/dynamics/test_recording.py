@@ -1,4 +1,4 @@
-"""What a history holds: labels, units, and values that follow from each other."""
+"""What a history holds: labels, units, snapshots, and values that follow from each other."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ import dataclasses
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.dynamics.recording.steps import snapshot_steps
+from fingerslip.dynamics.recording import steps
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
 
+RELAXING = fs.Elastic(50e3, 0.45, 1000.0, prony=(fs.PronyTerm(0.3, 0.1),))
 SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
 
 
@@ -28,6 +31,42 @@ def test_every_variable_has_its_dimensions_units_and_name(history):
     for name, known in (COORDINATES | VARIABLES).items():
         assert history[name].dims == known.dims
         assert history[name].attrs == {"units": known.units, "long_name": known.long_name}
+
+
+def test_labels_tell_what_was_recorded(history):
+    assert history.site.values.tolist() == ["deep", "low"]
+    assert history.site_kind.values.tolist() == ["FA-II", "SA-I"]
+    assert history.site_region.values.tolist() == ["", "bulk"]
+    assert history.phase_kind.values.tolist() == ["press", "hold", "slide"]
+    np.testing.assert_allclose(history.phase_end.values, [0.1, 0.12, 0.22])
+    assert history.counterface.values.tolist() == ["bottom"]
+    np.testing.assert_array_equal(history.counterface_normal.values, [[0.0, 1.0]])
+    assert history.counterface_friction_coefficient.values.tolist() == [0.4]
+
+
+def test_candidates_know_how_far_they_are_from_the_free_ends_of_their_boundary(history):
+    """A boundary that ends at held sides has none."""
+    positions, ends = history.contact_position.values, np.array([[-4e-3, 1e-3], [4e-3, 1e-3]])
+    distances = np.linalg.norm(positions[:, None] - ends, axis=2).min(axis=1)
+    np.testing.assert_allclose(history.contact_edge_distance.values, distances, rtol=1e-12)
+    held = dict.fromkeys(("top", "left", "right"), ("x", "y"))
+    assert np.isinf(fs.simulate(push_and_slide(supports=held)).contact_edge_distance.values).all()
+
+
+def test_sites_move_and_strain_as_the_mesh_does():
+    """At a node, and on small triangles whose strain is that of the cells around it."""
+    model = push_and_slide("T3", record=fs.Recording(SITES, snapshots_every=0.01))
+    history = fs.simulate(model)
+    nodes = [int(np.argmin(np.linalg.norm(model.mesh.p.T - site.position, axis=1))) for site in SITES]
+    at = history.sel(time=history.snapshot_time, method="nearest")
+    np.testing.assert_array_equal(at.displacement.values, history.snapshot_displacement.values[:, nodes])
+    np.testing.assert_array_equal(at.velocity.values, history.snapshot_velocity.values[:, nodes])
+    for number, node in enumerate(nodes):
+        around = np.flatnonzero((model.mesh.t == node).any(axis=0))
+        stress = history.snapshot_stress.values[-1, around]
+        scale = np.abs(stress).max()
+        assert (stress.min(axis=0) - 0.05 * scale <= history.stress.values[-1, number]).all()
+        assert (history.stress.values[-1, number] <= stress.max(axis=0) + 0.05 * scale).all()
 
 
 def test_nothing_is_infinite_or_missing(history):
@@ -211,24 +250,59 @@ def test_cells_that_are_inside_out_at_a_snapshot_alone_are_named_once(caplog):
     assert caplog.text.count("cells inside out") == 1
 
 
-@pytest.mark.parametrize(
-    ("interval", "steps"),
-    [
-        (0.0, []),
-        (0.3, [0, 3, 6, 9, 10]),
-        (0.26, [0, 3, 5, 8, 10]),
-        (0.05, list(range(11))),
-        (7.0, [0, 10]),
-        (1.0, [0, 10]),
-    ],
-)
-def test_snapshots_are_at_the_nearest_steps_with_both_ends(interval, steps):
-    assert snapshot_steps(0.1 * np.arange(11), interval) == steps
+def pulled(step, count, every):
+    """Return the history of one cell with snapshots."""
+    mesh = box("Q4", [0.0, 1.0], [0.0, 1.0])
+    time, record = fs.QuasiStatic(step, end=step * count), fs.Recording(snapshots_every=every)
+    elastic = {"materials": {"bulk": fs.Elastic(2.0, 0.0, 3.0)}, "formulation": "plane_stress"}
+    return fs.simulate(fs.Model(mesh=mesh, supports={"bottom": ("x", "y")}, time=time, record=record, **elastic))
 
 
-def test_without_snapshots_there_are_no_such_variables():
-    plain = fs.simulate(push_and_slide(programme=(fs.Press(0.1e-3, 4e-3),)))
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 40), st.sampled_from([1e-3, 5e-3, 0.1]), st.floats(0.3, 50.0))
+def test_snapshots_are_at_the_steps_nearest_to_multiples_of_the_interval_with_both_ends(count, step, ratio):
+    """What compares every time with every multiple."""
+    history = pulled(step, count, ratio * step)
+    times = history.time.values
+    multiples = np.append(np.arange(0.0, times[-1], ratio * step), times[-1])
+    nearest = np.unique(np.abs(times[:, None] - multiples).argmin(axis=0))
+    np.testing.assert_array_equal(history.snapshot_time.values, times[nearest])
+
+
+def test_tiny_intervals_keep_every_step_and_none_keeps_no_snapshots():
+    every = pulled(0.3, 10, 1e-12)
+    np.testing.assert_array_equal(every.snapshot_time, every.time)
+    plain = pulled(0.3, 10, 0.0)
     assert not [name for name in plain.data_vars if name.startswith("snapshot")]
+
+
+@pytest.mark.parametrize("material", [fs.Elastic(50e3, 0.45, 1000.0), RELAXING], ids=["elastic", "relaxing"])
+def test_snapshots_so_far_are_those_of_the_whole_run(material):
+    model = push_and_slide(materials={"bulk": material}, record=fs.Recording(snapshots_every=0.02))
+    whole = fs.simulate(model)
+    assert whole.sizes["snapshot_time"] > 5
+    with fs.Simulation(model) as sim:
+        for taken in range(1, whole.sizes["time"]):
+            sim.step()
+            if taken % 9 == 0:
+                so_far = sim.history()
+                count = so_far.sizes["snapshot_time"]
+                assert count == (whole.snapshot_time <= whole.time[taken]).sum()
+                for name in filter(lambda name: "snapshot_time" in whole[name].dims, whole.data_vars):
+                    np.testing.assert_array_equal(so_far[name], whole[name][:count], err_msg=name)
+
+
+@pytest.mark.parametrize("every", [0.0, 0.02, 1e-4])
+@pytest.mark.parametrize("element", ["Q4", "T6"])
+def test_records_are_refused_by_what_they_take_before_there_are_any(every, element, monkeypatch):
+    """The estimate is at most a third more than what the history takes."""
+    model = push_and_slide(element, record=fs.Recording(SITES, snapshots_every=every))
+    taken = sum(variable.nbytes for variable in fs.simulate(model).data_vars.values())
+    monkeypatch.setattr(steps, "available_memory", lambda: taken - 1)
+    with pytest.raises(fs.InputError, match=r"GB for their records, .* GB are available; .*or take fewer snapshots"):
+        fs.simulate(model)
+    monkeypatch.setattr(steps, "available_memory", lambda: int(1.3 * taken))
+    fs.simulate(model)
 
 
 def test_a_sticking_node_gathers_no_slip_at_all(history):
