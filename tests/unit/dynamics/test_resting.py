@@ -27,8 +27,7 @@ def resting(dim=2, *, pull=0.0, gap=0.0, poisson_ratio=0.0, step=0.1, end=0.3, *
     return fs.Model(**(values | changes))
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("gap", [0.0, 0.1e-3, 3e-3])
+@pytest.mark.parametrize(("dim", "gap"), [(2, 0.0), (2, 0.1e-3), (2, 3e-3), (3, 0.1e-3)])
 def test_a_block_rests_on_the_springs_of_its_contact(dim, gap):
     """Without Poisson's effect, the pressure is uniform, and the plate gives way by pressure over penalty."""
     history = fs.simulate(resting(dim, gap=gap))
@@ -105,7 +104,7 @@ def test_bodies_with_inertia_may_fly():
     assert fs.simulate(free)["kinetic_energy"].values[-1] > 0.0
 
 
-@pytest.mark.parametrize("mass", [1e-3, 1e-9, 1e-18])
+@pytest.mark.parametrize("mass", [1e-3, 1e-18])
 def test_the_mass_of_a_body_does_not_matter_without_inertia(mass):
     """A plate that presses a pad with 0.1 N, pad and plate of any mass."""
     pad, plate = (fs.simulate(_pressed(of_pad=own, of_plate=other)) for own, other in ((mass, 1.0), (1.0, mass)))
