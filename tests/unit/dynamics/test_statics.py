@@ -1,4 +1,4 @@
-"""A condensed body moves as the same body does step by step."""
+"""A condensed body without inertia: what it answers to contact forces, and that it moves as step by step."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import static_body
 from fingerslip.dynamics.statics.march import march_static
+from fingerslip.dynamics.statics.touchable import depth_in_hull
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.slip import contact_area, stick_ratio
 from problems.domes import pressed_dome
@@ -24,6 +25,42 @@ def searched(model, reach):
 
 def marched(model, body):
     return march_static(body, model.contacts[0], model.programme, model.time.step)
+
+
+WIDE = {"reach": 1e-3, "hidden": 1e-3}
+
+
+def test_the_compliance_is_symmetric_and_of_the_nodes_within_reach_and_a_site_there_moves_as_its_node():
+    body = static_body(pressed_dome(), **WIDE)
+    assert np.array_equal(body.compliance, body.compliance.T)
+    assert body.positions[:, 1].max() <= 1e-3
+    assert (np.linalg.eigvalsh(body.compliance)[6:] > -1e-15).all()
+    crown = int(np.argmin(np.linalg.norm(body.positions, axis=1)))
+    assert body.at_sites == pytest.approx(body.compliance[3 * crown : 3 * crown + 3], rel=1e-9, abs=1e-12)
+
+
+def test_a_convex_body_hides_nothing():
+    angle = np.linspace(-1.2, 1.2, 41)
+    arc = np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
+    assert depth_in_hull(arc, np.array([0.0, 1.0])) == pytest.approx(np.zeros(41), abs=1e-12)
+
+
+BALL = dataclasses.replace(pressed_dome().contacts[0], counterface=fs.Sphere(5e-3, (0.0, 1.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "message"),
+    [
+        ({"time": fs.TimeStepping(1e-3)}, {}, "time: has inertia"),
+        ({"gravity": (0.0, -9.81, 0.0)}, {}, "loads: act beside"),
+        ({"kinematics": "finite", "materials": {"bulk": fs.NeoHookean(1e5, 0.45, 1e3)}}, {}, "kinematics: is finite"),
+        ({"contacts": (BALL,)}, {}, "is curved"),
+        ({}, {"reach": -1.0}, "reach: got -1"),
+    ],
+)
+def test_models_that_cannot_be_condensed_are_refused(changes, options, message):
+    with pytest.raises(InputError, match=message):
+        static_body(pressed_dome(**changes), **(WIDE | options))
 
 
 @pytest.fixture(scope="module")
@@ -62,35 +99,28 @@ def test_what_is_watched_must_not_touch():
         marched(pressed_dome(), hidden)
 
 
-def test_penalties_have_to_be_given(body):
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"normal_penalty": None}, r"contact\.normal_penalty: is missing"),
+        ({"counterface": fs.Plane((0.0, 1.0, 0.0), offset=-1e-2)}, "needs a press that touches"),
+        ({"counterface": BALL.counterface}, r"contact\.counterface: is curved"),
+    ],
+)
+def test_contacts_that_do_not_fit_are_refused(body, changes, message):
     model = pressed_dome()
-    contact = dataclasses.replace(model.contacts[0], normal_penalty=None)
-    with pytest.raises(InputError, match=r"contact\.normal_penalty: is missing"):
-        march_static(body, contact, model.programme, 0.1)
-
-
-def test_a_plate_that_touches_nothing_is_refused(body):
-    model = pressed_dome()
-    far = dataclasses.replace(model.contacts[0], counterface=fs.Plane((0.0, 1.0, 0.0), offset=-1e-2))
-    with pytest.raises(InputError, match="needs a press that touches"):
-        march_static(body, far, model.programme, 0.1)
-
-
-def test_a_curved_counterface_is_refused(body):
-    model = pressed_dome()
-    round_one = dataclasses.replace(model.contacts[0], counterface=fs.Sphere(4e-3, (0.0, 1.0, 0.0)))
-    with pytest.raises(InputError, match=r"contact\.counterface: is curved"):
-        march_static(body, round_one, model.programme, 0.1)
+    with pytest.raises(InputError, match=message):
+        march_static(body, dataclasses.replace(model.contacts[0], **changes), model.programme, 0.1)
 
 
 def hanging_plate(**changes):
     """Return a plate that is pressed against the dome, and then hangs on it while its load grows."""
     plate = fs.RigidBody(
         mass=0.1,
-        free=("x",),
-        loads=(fs.BodyLoad(x=0.3, ramp=fs.Ramp((0.6, 3.0), (0.0, 1.0))),),
-        dampers=fs.Dampers(x=5.0),
-        springs=fs.Springs(x=2.0),
+        free=("x", "z"),
+        loads=(fs.BodyLoad(x=0.3, z=0.05, ramp=fs.Ramp((0.6, 3.0), (0.0, 1.0))),),
+        dampers=fs.Dampers(x=5.0, z=1.0),
+        springs=fs.Springs(x=2.0, z=3.0),
         programme=(fs.Press(0.4e-3, 1e-3), fs.Hold(2.6)),
     )
     return dataclasses.replace(plate, **changes)
@@ -104,7 +134,7 @@ def test_a_plate_that_hangs_on_the_body_falls_as_it_does_on_the_mesh(body):
     )
     found = march_static(body, model.contacts[0], plate.programme, model.time.step, plate=plate)
     fallen = history["counterface_displacement"].values[:, 0]
-    assert fallen[-1, 0] > 1e-3
+    assert (fallen[-1, [0, 2]] > 1e-3).all()
     assert found.counterface == pytest.approx(fallen, abs=1e-9 * fallen.max())
     assert found.displacement == pytest.approx(history["displacement"].values, abs=1e-9 * fallen.max())
     assert found.force == pytest.approx(history["counterface_force"].values[:, 0], abs=1e-9)
@@ -135,7 +165,7 @@ def test_the_motion_ends_where_the_plate_has_fallen_far_enough(body):
     ],
 )
 def test_a_plate_that_moves_otherwise_is_refused(body, changes, words):
-    none = {"loads": (), "dampers": None, "springs": None}
+    none = {"free": ("x",), "loads": (), "dampers": None, "springs": None}
     plate, model = hanging_plate(**{**none, **changes}), pressed_dome()
     with pytest.raises(InputError, match=words):
         march_static(body, model.contacts[0], plate.programme, 0.1, plate=plate)
