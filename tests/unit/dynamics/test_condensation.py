@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.linear.solvers.superlu import SuperLU
 from problems.blocks import ELEMENTS
 from problems.matrices import EXACT, needs_mkl
-from problems.pushed import push_and_slide
+from problems.pushed import pad, push_and_slide
 from problems.verification.reference import full_motions, full_system
 from unit.dynamics.models import error_of
 
@@ -45,6 +47,37 @@ def test_condensed_solution_is_the_full_solution(element, solver):
     states = history.contact_state.values
     assert {OPEN, STICK, SLIP} <= set(states.ravel().tolist()), "the run must see open, sticking and slipping nodes"
     assert (states[-1] != STICK).all(), "and end with overall slip"
+
+
+TABLE = fs.RigidBody(1e-3, free=("y", "rz"), centre=(0.0, -2e-3), inertia=(1e-8,), springs=fs.Springs(y=5.0, rz=1e-3))
+CURVED = fs.Contact("bottom", fs.Cylinder(20e-3, centre=(0.0, -20e-3)), fs.Coulomb(0.4))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"mesh": pad("Q4", columns=16)},
+        {
+            "contacts": (dataclasses.replace(CURVED, drive=fs.Drive(1e-3, 2e-4)),),
+            "time": fs.TimeStepping(1e-3, end=0.1),
+        },
+        {
+            "contacts": (dataclasses.replace(CURVED, rigid_body="table"),),
+            "bodies": {"table": dataclasses.replace(TABLE, loads=(fs.BodyLoad(y=0.01, rz=2e-5),))},
+            "time": fs.TimeStepping(1e-3, end=0.1),
+        },
+    ],
+    ids=["nodes that leave", "drive", "turning body"],
+)
+def test_large_models_are_condensed_otherwise_and_move_in_the_same_way(changes, request):
+    model = push_and_slide(**({"programme": ()} | changes if "contacts" in changes else changes))
+    columns = fs.simulate(model, solver=SuperLU())
+    request.getfixturevalue("by_schur")
+    schur = fs.simulate(model, solver=SuperLU())
+    assert schur.attrs["condensation"] != columns.attrs["condensation"]
+    assert columns.contact_state.values.any()
+    for name in ("contact_displacement", "contact_acceleration", "normal_traction", "tangential_traction"):
+        assert error_of(schur, columns, name) <= 1e-8, name
 
 
 @needs_mkl

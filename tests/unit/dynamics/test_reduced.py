@@ -286,6 +286,7 @@ ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05
     ("model", "patches", "reason"),
     [
         (with_basis(1e-14), {}, "and the tolerances are 1e-14 and 0.5"),
+        (with_basis(1e-14), {"_FEWEST": 4}, "and the tolerances are 1e-14 and 0.5"),
         (
             with_basis(supports={"top": ("x",)}, programme=(fs.Press(0.1e-3, 4e-3),)),
             {},
@@ -295,7 +296,7 @@ ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05
         (push_and_slide(basis=REDUCED, **ALONE), {}, "0 of 72 unknowns are those of contact"),
         (with_basis(), {"available_memory": lambda: 1000}, "and 1e-06 GB are available"),
     ],
-    ids=["tolerance", "free", "held by contact", "no interface", "memory"],
+    ids=["tolerance", "more and more", "free", "held by contact", "no interface", "memory"],
 )
 def test_where_a_basis_does_not_do_the_motion_is_that_on_the_mesh(model, patches, reason, caplog, monkeypatch):
     for name, value in patches.items():

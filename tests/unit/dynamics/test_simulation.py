@@ -253,6 +253,11 @@ def test_where_a_node_outside_touches_the_simulation_starts_again_with_all(press
     assert_same_history(again[["counterface_force"]], pressed[["counterface_force"]], 1e-9)
 
 
+def test_what_is_wrong_is_said_by_the_checks_and_not_by_the_short_search():
+    with pytest.raises(fs.InputError, match=r"programme.1.slide.direction: got .*, needs a direction along"):
+        fs.simulate(pressed_pad(programme=(fs.Press(DEPTH, 10e-3), fs.Slide(1e-3, 5e-3, (0.0, 0.0, 1.0)))))
+
+
 def test_a_counterface_that_never_comes_near_is_no_error_of_the_short_search():
     """Its first stage finds no candidate, 1.3 times the approach away."""
     plane = fs.Plane((0.0, 0.0, 1.0), offset=-1.3 * DEPTH)
