@@ -1,4 +1,4 @@
-"""The tutorial from a lab's videos to a detector, as it is printed."""
+"""The commands of the detectors, as pages print them."""
 
 from __future__ import annotations
 
@@ -16,6 +16,22 @@ from fingerslip.detect.trial_set import open_trials
 from places import DOCS
 
 pytestmark = pytest.mark.slow
+
+
+def test_the_small_data_set_is_simulated_learned_and_evaluated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    commands = (
+        "examples bulens2023_dataset_small",
+        "detect simulate bulens2023_dataset_small.yaml",
+        "detect train trials",
+        "detect evaluate trials",
+        "detect inquire trials",
+        "detect run trials/trial-0000/tracks.nc",
+    )
+    for command in commands:
+        run(command)
+    assert (tmp_path / "evaluation" / "1-accuracy-on-frames.csv").is_file()
+
 
 PAGE = (DOCS / "tutorial-detector.md").read_text(encoding="utf-8")
 # A command goes on in the next line after a backslash.
