@@ -1,10 +1,11 @@
-"""Files and folders that are there whole or not at all."""
+"""Files and folders that are there whole or not at all, and hashes that differ where their inputs do."""
 
 from __future__ import annotations
 
 import contextlib
 import csv
 import errno
+import hashlib
 import io
 import os
 import shutil
@@ -15,8 +16,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from subprocess import PIPE, Popen
 
+import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.storage.files import (
@@ -25,6 +29,8 @@ from fingerslip.storage.files import (
     check_replaceable,
     clean_stale,
     csv_text,
+    digest,
+    file_digest,
     frame_csv,
     new_folder,
     plain_cell,
@@ -301,3 +307,27 @@ def test_a_device_is_never_replaced_by_a_file() -> None:
     with pytest.raises(ResultError, match="/dev/full: is a device; needs the name of a file"):
         write_text(Path("/dev/full"), "x")
     assert Path("/dev/full").is_char_device()
+
+
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    max_leaves=8,
+)
+
+
+@given(PLAIN, PLAIN)
+def test_equal_data_and_only_equal_data_have_equal_hashes(one: object, other: object) -> None:
+    same = repr(one) == repr(other)
+    assert (digest(one) == digest(other)) == same or one == other
+
+
+def test_arrays_are_hashed_by_their_values_in_rows() -> None:
+    values = np.arange(6.0).reshape(2, 3)
+    assert digest(values) == digest(np.asfortranarray(values)) == hashlib.sha256(values.tobytes()).hexdigest()
+    assert digest(values) != digest(values + 1e-15)
+
+
+def test_files_are_hashed_by_their_content(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"some")
+    assert file_digest(tmp_path / "a") == digest(b"some") == hashlib.sha256(b"some").hexdigest()
