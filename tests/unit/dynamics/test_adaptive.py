@@ -64,12 +64,23 @@ def test_records_in_holds_are_logarithmic_where_that_is_asked_for():
     assert (lengths[late] <= times[:-1][late] * (10**0.1 - 1) * (1 + 1e-9)).all()
 
 
-def test_a_hold_in_which_a_load_changes_is_even_and_after_the_programme_nothing_moves():
-    ramp = fs.Ramp((0.1, 5.1), (0.0, 1.0))
-    loaded = {"tractions": {"right": fs.Traction((1.0, 0.0), ramp)}, "settings": {"end": 100.0}}
-    evenly = [is_even(records(*span, **loaded)) for span in ((0.0, 0.1), (0.1, 5.1), (5.1, 10.1), (10.1, 10.235))]
+GROWS = fs.Ramp((0.1, 5.1), (0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"tractions": {"right": fs.Traction((1.0, 0.0), GROWS)}},
+        {"contacts": (fs.Contact("bottom"), fs.Contact("left", drive=fs.Drive(1.0, 1.0, GROWS)))},
+        {"bodies": {"block": fs.RigidBody(1.0, free=("x",), loads=(fs.BodyLoad(x=1.0, ramp=GROWS),))}},
+        {"support_motions": {"top": fs.SupportMotion((0.0, 1e-6), GROWS)}},
+    ],
+)
+def test_a_hold_in_which_a_load_changes_is_even_and_after_the_programme_nothing_moves(changes):
+    changes = {**changes, "settings": {"end": 100.0}}
+    evenly = [is_even(records(*span, **changes)) for span in ((0.0, 0.1), (0.1, 5.1), (5.1, 10.1), (10.1, 10.235))]
     assert evenly == [True, True, False, True]
-    assert not is_even(records(10.235, 100.0, **loaded))
+    assert not is_even(records(10.235, 100.0, **changes))
 
 
 def test_records_end_at_a_given_end_and_too_many_are_refused_before_there_are_any():

@@ -6,7 +6,7 @@ import io
 import json
 import zipfile
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -187,10 +187,17 @@ def test_commands_that_cannot_be_followed_are_refused(
     assert str(caught.value).startswith(message)
 
 
-def test_a_body_may_be_moved_along_what_it_is_not_free_in() -> None:
-    with fs.Simulation(a_model(**SLIDER)) as sim:
-        sim.step(fs.Command("block", velocity=(0.0, 2e-3)))
-        assert sim.step()["counterface_displacement"][0, 1] == pytest.approx(2e-5)
+@pytest.mark.parametrize("of", ["clamp", "bottom"])
+def test_all_faces_of_a_body_move_along_what_it_is_not_free_in(of: str) -> None:
+    """Whether the body is named or one of its faces."""
+    faces = tuple(
+        fs.Contact(side, fs.Plane(normal), fs.Coulomb(0.4), rigid_body="clamp")
+        for side, normal in (("bottom", (0.0, 1.0)), ("right", (-1.0, 0.0)))
+    )
+    changes = {"contacts": faces, "bodies": {"clamp": fs.RigidBody(mass=1.0, free=("x",))}, "programme": ()}
+    with fs.Simulation(a_model(**changes, time=fs.TimeStepping(5e-3, end=0.1))) as sim:
+        sim.step(fs.Command(of, velocity=(0.0, 2e-3)))
+        np.testing.assert_allclose(sim.step()["counterface_displacement"][:, 1], 2e-5)
 
 
 @pytest.mark.parametrize(
@@ -263,6 +270,17 @@ def test_other_files_are_refused(saved_file: Path, tmp_path: Path, content: Call
         fs.Simulation.restore(tmp_path / "file", a_model())
 
 
+@dataclass(frozen=True)
+class Foreign:
+    """Not of the package."""
+
+    def __post_init__(self) -> None:
+        MADE.append(self)
+
+
+MADE: list[Foreign] = []
+
+
 def as_npy(shape: tuple[int, ...], data: bytes) -> bytes:
     memory = io.BytesIO()
     np.lib.format.write_array_header_1_0(memory, {"descr": "<f8", "fortran_order": False, "shape": shape})
@@ -278,7 +296,7 @@ def as_npy(shape: tuple[int, ...], data: bytes) -> bytes:
         (b'{"array": "0.npy"}', as_npy((10**6,), b"\0" * 8 * 10**6)),
         (b'{"csr": [{"value": 1}, {"value": 1}]}', b""),
         (b'{"list": 3}', b""),
-        (b'{"of": "os:system", "fields": {}}', b""),
+        (f'{{"of": "{__name__}:Foreign", "fields": {{}}}}'.encode(), b""),
         (b'{"of": "fingerslip.units:millimetres", "fields": {}}', b""),
         (b'{"of": "fingerslip.nothing:None", "fields": {}}', b""),
     ],
@@ -290,6 +308,7 @@ def test_what_is_deep_huge_or_of_another_kind_is_refused(tmp_path: Path, tree: b
     write_parts(tmp_path / "made", {"tree.json": tree} | ({"0.npy": array} if array else {}), compression)
     with pytest.raises(DamagedError, match="holds no saved simulation, or is damaged; save the simulation again"):
         fs.Simulation.restore(tmp_path / "made", a_model())
+    assert not MADE
 
 
 @pytest.mark.parametrize(
