@@ -27,7 +27,7 @@ def resting(dim=2, *, pull=0.0, gap=0.0, poisson_ratio=0.0, step=0.1, end=0.3, *
     return fs.Model(**(values | changes))
 
 
-@pytest.mark.parametrize(("dim", "gap"), [(2, 0.0), (2, 0.1e-3), (2, 3e-3), (3, 0.1e-3)])
+@pytest.mark.parametrize(("dim", "gap"), [(2, 0.0), (2, 3e-3), (3, 0.1e-3)])
 def test_a_block_rests_on_the_springs_of_its_contact(dim, gap):
     """Without Poisson's effect, the pressure is uniform, and the plate gives way by pressure over penalty."""
     history = fs.simulate(resting(dim, gap=gap))
@@ -39,8 +39,7 @@ def test_a_block_rests_on_the_springs_of_its_contact(dim, gap):
     assert np.abs(history["counterface_force"].values[:, 0, :-1]).max() < 1e-9 * pressure * area
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("poisson_ratio", [0.0, 0.45])
+@pytest.mark.parametrize(("dim", "poisson_ratio"), [(2, 0.0), (3, 0.45)])
 def test_friction_carries_a_pull_below_its_limit(dim, poisson_ratio):
     history = fs.simulate(resting(dim, pull=40.0, poisson_ratio=poisson_ratio))
     side = HEIGHT * (1.0 if dim == 2 else SIDE)

@@ -125,6 +125,7 @@ def test_progress_counts_the_longest_motion():
         ({"contacts": ()}, "contacts"),
         ({"contacts": contact(normal_penalty=1e7)}, "contacts.0"),
         ({"contacts": contact(counterface=fs.Cylinder(0.01))}, "contacts.0"),
+        ({"bodies": {"jug": fs.RigidBody(1.0)}}, "bodies"),
         ({"mesh": push_and_slide().mesh.translated((1e-6, 0.0))}, "mesh"),
     ],
 )
