@@ -8,7 +8,6 @@ small runs of a study are. Seconds are those of the clock and of the CPU; ratios
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import dataclasses
 import sys
@@ -17,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from rows import options_of
 
 import fingerslip as fs
 from fingerslip.study.running.plan import plan_study
@@ -108,7 +108,7 @@ def run(case: str, basis: fs.ReducedBasis) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__)
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
     parser.add_argument("--tolerance", type=float, default=fs.ReducedBasis().tolerance)
     parser.add_argument("--acceleration-tolerance", type=float, default=fs.ReducedBasis().acceleration_tolerance)

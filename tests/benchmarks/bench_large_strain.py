@@ -11,13 +11,13 @@ Beside each number stands that of ``results/reference/benchmark_large_strain.jso
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
-import json
 import resource
 import sys
 import time
 from pathlib import Path
+
+from rows import options_of, reference, write
 
 import fingerslip as fs
 from fingerslip.study.definition.spec import read_study
@@ -25,7 +25,6 @@ from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model
 
 ROOT = Path(__file__).parents[2]
-REFERENCE = ROOT / "results" / "reference" / "benchmark_large_strain.json"
 PARTS = ("assembly", "bulk", "tangent", "factorisation", "substitution", "contact", "recording", "stepping")
 COUNTS = ("newton_iterations", "factorisations", "halved_steps")
 
@@ -70,27 +69,19 @@ def line(name: str, now: float, before: float | None) -> str:
 
 def main() -> None:
     """Print times, ratio, iterations and split."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__, writes=True)
     parser.add_argument("--study", default="finite_strain")
     parser.add_argument("--end", type=float)
     parser.add_argument("--repeat", type=int, default=2)
     parser.add_argument("--threads", type=int)
     parser.add_argument("--alone", action="store_true", help="large strain without small strain beside it")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
     given = parser.parse_args()
     case = given.study if given.end is None else f"{given.study} to {given.end:g} s"
-    reference = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"] if REFERENCE.exists() else {}
-    found, known = (
-        measure(given.study, given.end, given.repeat, given.threads, alone=given.alone),
-        reference.get(case, {}),
-    )
+    known = reference("benchmark_large_strain").get(case, {})
+    found = measure(given.study, given.end, given.repeat, given.threads, alone=given.alone)
     sys.stdout.write(f"{case:26}{'now':>12}{'before':>12}{'ratio':>8}\n")
     sys.stdout.write("".join(line(name, value, known.get(name)) for name, value in found.items()))
-    if given.write:
-        kept = json.loads(given.write.read_text(encoding="utf-8")) if given.write.exists() else {"cases": {}}
-        kept["cases"][case] = {name: round(value, 3) for name, value in found.items()}
-        kept = {"state": "which version", "machine": "which machine"} | kept
-        given.write.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    write(given.write, {case: {name: round(value, 3) for name, value in found.items()}})
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ and of the CPU, the least of all repeats; imports have a row of their own, or ar
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import resource
@@ -19,7 +18,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from rows import line
+from rows import line, options_of
 
 OPEN = """
 import json, sys, time
@@ -87,7 +86,7 @@ def reported(folder: Path, repeat: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__)
     parser.add_argument("--runs", type=int, default=1000)
     parser.add_argument("--report", type=Path, metavar="RESULTS")
     parser.add_argument("--repeat", type=int, default=3)

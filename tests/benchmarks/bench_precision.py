@@ -8,13 +8,12 @@ then the largest differences of what was recorded, as shares of the largest valu
 
 from __future__ import annotations
 
-import argparse
 import sys
 from dataclasses import dataclass
 
 import numpy as np
 from bench_solid import SIZES
-from rows import line
+from rows import line, options_of
 from solids import finger_mesh, model, pad_mesh
 
 import fingerslip as fs
@@ -33,7 +32,7 @@ class Exact(Pardiso):
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__)
     parser.add_argument("--steps", type=int, default=300, help="steps of 5 ms; the first 100 press")
     parser.add_argument("--coarse", action="store_true", help="the mesh of studies/directions_3d.yaml")
     options = parser.parse_args()

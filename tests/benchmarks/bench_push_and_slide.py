@@ -8,20 +8,18 @@ tell more than those of the clock. What is neither substitution nor contact nor 
 
 from __future__ import annotations
 
-import argparse
-import json
 import multiprocessing
 import resource
 import sys
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
+
+from rows import options_of, reference, write
 
 SOLVERS = ("MKL PARDISO", "SuperLU")
 # Press by 1.5 mm at 1.5 mm/s, slide by 6 mm at 3 mm/s: 3 s, so 600 steps of 5 ms and 3000 of 1 ms.
 STEPS = (5e-3, 1e-3)
 PARTS = ("substitution", "contact", "recording")
-REFERENCE = Path(__file__).parents[2] / "results" / "reference" / "benchmark.json"
 
 
 @dataclass(frozen=True)
@@ -118,10 +116,9 @@ def beside(now: float, before: float | None) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__, writes=True)
     parser.add_argument("--contact-size", type=float, default=0.15, help="element size on the skin [mm]")
     parser.add_argument("--skip", choices=SOLVERS, action="append", default=[], help="leave a solver out")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
     options = parser.parse_args()
     cases = [
         Case(solver, step, 1e-3 * options.contact_size)
@@ -129,18 +126,13 @@ def main() -> None:
         if solver not in options.skip
         for step in STEPS
     ]
-    reference = json.loads(REFERENCE.read_text(encoding="utf-8")) if REFERENCE.exists() else {"cases": {}}
-    if reference["cases"]:
-        sys.stdout.write(f"before: {reference['state']}; {reference['machine']}\n")
-    found = {}
+    before, timings = reference("benchmark"), {}
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for case, timing in zip(cases, pool.imap(measure, cases), strict=True):
-            found[case.name] = asdict(timing)
-            sys.stdout.write(report(case, timing, reference["cases"].get(case.name)))
+            timings[case.name] = asdict(timing)
+            sys.stdout.write(report(case, timing, before.get(case.name)))
             sys.stdout.flush()
-    if options.write:
-        kept = {"state": "which version", "machine": "which machine", "cases": found}
-        options.write.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    write(options.write, timings)
 
 
 if __name__ == "__main__":

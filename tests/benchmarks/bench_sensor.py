@@ -9,7 +9,6 @@ sizes have a common factor, with the surface in patches of one size; memory is t
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import resource
 import sys
@@ -19,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rows import line
+from rows import line, options_of, table
 
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody, static_body
@@ -59,8 +58,7 @@ def section() -> None:
     model = build_model(run, mesh)
     model = dataclasses.replace(model, record=dataclasses.replace(model.record, snapshots_every=0.0))
     history, stepping = timed(lambda: fs.simulate(model, threads=1))
-    line("nodes", "steps", "simulated [s]", "mesh [CPU s]", "stepping [CPU s]")
-    line(*["---"] * 5)
+    table("nodes", "steps", "simulated [s]", "mesh [CPU s]", "stepping [CPU s]")
     line(mesh.p.shape[1], history.sizes["time"] - 1, float(history["time"][-1]), meshing, stepping)
 
 
@@ -111,8 +109,7 @@ def _when(times: np.ndarray, values: np.ndarray, limit: float) -> float:
 def meshes(names: list[str], depths: list[float], deepest: float) -> None:
     """Print the slides on all meshes, and what these cost."""
     run, rows = run_of("tactip_directions_3d.yaml"), []
-    line("mesh", "nodes", "patches", "mesh [CPU s]", "body [CPU s]", "memory [GB]")
-    line(*["---"] * 6)
+    table("mesh", "nodes", "patches", "mesh [CPU s]", "body [CPU s]", "memory [GB]")
     for name in names:
         body, cost = body_of(run, SIZES[name], 1e-3 * deepest)
         line(name, *cost)
@@ -120,15 +117,14 @@ def meshes(names: list[str], depths: list[float], deepest: float) -> None:
     markers = [f"{which} at {1e3 * travel:g} mm [mm]" for travel in TRAVELS for which in ("centre", "outermost")]
     forces = ["pressed by [N]", "largest friction force [N]", "area that touches [mm²]"]
     sys.stdout.write("\n")
-    line("mesh", "depth [mm]", *forces, *markers, "ring 1 slips [s]", "centre slips [s]", "slide [CPU s]")
-    line(*["---"] * 14)
+    table("mesh", "depth [mm]", *forces, *markers, "ring 1 slips [s]", "centre slips [s]", "slide [CPU s]")
     for row in sorted(rows, key=lambda row: row[1]):
         line(*row)
 
 
 def main() -> None:
     """Print the tables that are asked for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__)
     parser.add_argument("--cases", nargs="+", default=["section"], choices=["section", "meshes"])
     parser.add_argument("--sizes", nargs="+", default=list(SIZES), choices=list(SIZES))
     parser.add_argument("--depths", nargs="+", type=float, default=[2.0, 3.0])

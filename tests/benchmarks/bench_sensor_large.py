@@ -11,7 +11,6 @@ of the whole sensor; the error stream has them for each step.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import signal
 import sys
@@ -23,7 +22,7 @@ import xarray as xr
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from rows import line
+from rows import line, options_of, table
 
 import fingerslip as fs
 from fingerslip.errors import FingerslipError
@@ -87,7 +86,7 @@ def _is_told(length: float) -> bool:
 
 def main() -> None:
     """Print the table of each skin."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__)
     parser.add_argument("--skins", nargs="+", default=["smooth", "ridged"], choices=["smooth", "ridged"])
     parser.add_argument("--sizes", nargs=3, type=float, default=[1.5, 4.0, 0.5])
     parser.add_argument("--depth", type=float, default=3.0)
@@ -98,8 +97,7 @@ def main() -> None:
     depth, travel, part = (1e-3 * value for value in (given.depth, given.travel, given.part))
     forces = ("normal force [N]", "friction force [N]")
     markers = ("centre x [mm]", "centre up [mm]", "outermost x [mm]", "outermost up [mm]")
-    line("skin", "strain", "depth [mm]", "travel [mm]", *forces, *markers)
-    line(*["---"] * 10)
+    table("skin", "strain", "depth [mm]", "travel [mm]", *forces, *markers)
     for skin in given.skins:
         model = model_of(skin, tuple(1e-3 * size for size in given.sizes), depth, travel, part)
         for strain in given.strains:

@@ -9,7 +9,6 @@ largest displacement of a marker and the largest force; memory is the largest so
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import resource
 import sys
@@ -18,7 +17,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from rows import line
+from rows import line, options_of, table
 
 import fingerslip as fs
 from fingerslip.linear.threads import limited_threads
@@ -29,7 +28,7 @@ from problems.whole_sensors import half_of, slid_beside_half
 
 def main() -> None:
     """Print a row for each skin and direction."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__)
     parser.add_argument("--skins", nargs="+", default=["ridged", "smooth"], choices=["ridged", "smooth"])
     parser.add_argument("--sizes", nargs=3, type=float, default=[1.5, 4.0, 0.5])
     parser.add_argument("--depth", type=float, default=2.0)
@@ -38,8 +37,7 @@ def main() -> None:
     given = parser.parse_args()
     contact, bulk, rods = (1e-3 * size for size in given.sizes)
     depth, travel, part = (1e-3 * value for value in (given.depth, given.travel, given.part))
-    line("skin", "direction", "error of markers", "error of force", "friction, normal, transverse force [N]")
-    line(*["---"] * 5)
+    table("skin", "direction", "error of markers", "error of force", "friction, normal, transverse force [N]")
     for skin in given.skins:
         sensor = dataclasses.replace(PRESETS.changed({"preset": f"tactip-{skin}-3d"}), part="whole")
         start = time.process_time()

@@ -7,20 +7,21 @@ that of studies/directions_3d.yaml. The others run on a stand-in of any number o
 its own, after a short run for the compiled code, so that its peak memory is its own. Below the seconds by the clock
 stand those of the processor, of all threads, which say more where other programs run beside; then both as they were
 before, where ``results/reference/benchmark_solid.json`` has the case. ``--write FILE`` writes such a file.
+``--scale [NODES ...] --figure FILE`` tells instead how the cost of each part grows with the nodes of the stand-in.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import multiprocessing
 import resource
 import sys
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from rows import options_of, reference, write
 
 # Size along the skin that can touch, size of the bulk and height up to which the skin is fine [m].
 SIZES = {
@@ -31,7 +32,7 @@ SIZES = {
 }
 CASES = (*SIZES, "one", "directions", "frictions", "fallback")
 TOGETHER = 8
-REFERENCE = Path(__file__).parents[2] / "results" / "reference" / "benchmark_solid.json"
+NODES = (2_000, 5_000, 12_000, 34_000, 75_000, 150_000)
 
 
 @dataclass(frozen=True)
@@ -78,14 +79,13 @@ def split(seconds: dict[str, float]) -> str:
     return " ".join(f"{seconds[name]:>7.2f}" for name in (*PARTS, "all"))
 
 
-def before(name: str) -> str:
+def rows_before(case: dict[str, Any] | None) -> str:
     """Return the rows of a case in the reference, empty without."""
-    known = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"] if REFERENCE.exists() else {}
-    if name not in known:
+    if case is None:
         return ""
     width = len(HEADER.partition(" assem.")[0])
-    seconds, processor = (split(known[name][kind]) for kind in ("seconds", "processor"))
-    return f"{'before':>{width}} {seconds} {known[name]['peak']:>6.2f}\n{'processor':>{width}} {processor}\n"
+    seconds, processor = (split(case[kind]) for kind in ("seconds", "processor"))
+    return f"{'before':>{width}} {seconds} {case['peak']:>6.2f}\n{'processor':>{width}} {processor}\n"
 
 
 PARTS = ("assembly", "factorisation", "stepping", "substitution", "contact", "recording")
@@ -138,23 +138,68 @@ def measure(case: Case) -> Timing:
     )
 
 
+LABELS = {
+    "assembly": "assembly",
+    "factorisation": "factorisation and condensation",
+    "substitution": "substitutions",
+    "contact": "contact",
+    "recording": "energies and recording",
+}
+
+
+def exponent(nodes: np.ndarray, seconds: np.ndarray) -> float:
+    """Return the slope in the log-log plot."""
+    return float(np.polyfit(np.log(nodes), np.log(seconds), 1)[0])
+
+
+def draw(nodes: np.ndarray, costs: dict[str, np.ndarray], steps: int, file: Path) -> None:
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6.3, 4.2), layout="constrained")
+    for (name, values), marker in zip(costs.items(), "osD^vP", strict=False):
+        label = f"{LABELS.get(name, name)}: {exponent(nodes, values):.2f}"
+        axes.loglog(nodes, values, marker=marker, markersize=4, linewidth=1.2, label=label)
+    axes.set(xlabel="nodes", ylabel=f"seconds ({steps} steps) or GB")
+    axes.grid(which="both", linewidth=0.3)
+    axes.legend(title="part: exponent", fontsize=8)
+    figure.savefig(file, dpi=150)
+
+
+def grow(timings: list[Timing], steps: int, figure: Path | None) -> None:
+    """Print how the cost of each part grows with the nodes, and draw it where a file is given."""
+    nodes = np.array([timing.nodes for timing in timings], dtype=float)
+    costs = {name: np.array([timing.seconds[name] for timing in timings]) for name in PARTS if name != "stepping"}
+    costs["peak memory [GB]"] = np.array([timing.peak for timing in timings])
+    for name, values in costs.items():
+        sys.stdout.write(f"{LABELS.get(name, name):<32} grows like nodes^{exponent(nodes, values):.2f}\n")
+    if figure:
+        draw(nodes, costs, steps, figure)
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__, writes=True)
     parser.add_argument("--nodes", type=int, default=34_000, help="of the stand-in; 0 for the shipped mesh")
     parser.add_argument("--steps", type=int, default=300, help="steps of 5 ms; the first 100 press")
     parser.add_argument("--cases", choices=CASES, nargs="+", default=list(SIZES))
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
+    parser.add_argument("--scale", type=int, nargs="*", metavar="NODES", help="how costs grow with nodes instead")
+    parser.add_argument("--figure", type=Path, help="of the costs over the nodes")
     options = parser.parse_args()
+    names = [("one", nodes) for nodes in options.scale or NODES] if options.scale is not None else None
+    cases = [Case(*case, options.steps) for case in names or [(name, options.nodes) for name in options.cases]]
+    before, timings = reference("benchmark_solid"), []
     sys.stdout.write(HEADER + "\n")
-    found = {}
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
-        for timing in pool.imap(measure, [Case(name, options.nodes, options.steps) for name in options.cases]):
-            found[timing.name] = asdict(timing)
-            sys.stdout.write(timing.row + "\n" + before(timing.name))
+        for timing in pool.imap(measure, cases):
+            timings.append(timing)
+            sys.stdout.write(timing.row + "\n" + ("" if names else rows_before(before.get(timing.name))))
             sys.stdout.flush()
-    if options.write:
-        kept = {"state": "which version", "machine": "which machine", "cases": found}
-        options.write.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    if names:
+        grow(timings, options.steps, options.figure)
+    else:
+        write(options.write, {timing.name: asdict(timing) for timing in timings})
 
 
 if __name__ == "__main__":

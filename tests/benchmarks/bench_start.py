@@ -17,13 +17,14 @@ Behind them the seconds of the clock, start to end, and how many modules are loa
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+from rows import options_of
 
 # Counted in the process itself: threads that libraries start are part of it, what it starts is not.
 START = """
@@ -134,7 +135,7 @@ def table(repeat: int, only: str | None) -> None:
 
 def main() -> None:
     """Run the small study, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__)
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--only", metavar="VERB")
     options = parser.parse_args()

@@ -3,13 +3,13 @@
 Run it as it is: ``python tests/benchmarks/bench_sweep.py [--bases automatic full] [--workers 2]``. One run and the
 sweep are each computed in a process of their own, from an empty folder, without figures. It tells how many times one
 run of the same `basis` the sweep takes, by the clock and by the CPU of all processes, imports included. Beside each
-number stands that of ``results/reference/benchmark_sweep.json``; ``--write FILE`` writes such a file.
+number stands that of ``results/reference/benchmark_sweep.json``; ``--write FILE`` writes such a file. ``--hundred``
+times instead a sweep of 100 runs, friction by depth by direction, beside some of its runs as studies of their own on
+one worker, whose mean time is multiplied by 100.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import multiprocessing
 import resource
 import sys
@@ -20,11 +20,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from rows import options_of, reference, write
 
 BASES = ("automatic", "full")
 FRICTIONS = [round(float(friction), 2) for friction in np.linspace(0.2, 0.95, 16)]
 DEPTHS = [f"{depth} mm" for depth in (1.2, 1.3, 1.4, 1.5)]
-REFERENCE = Path(__file__).parents[2] / "results" / "reference" / "benchmark_sweep.json"
 STUDY = """
 fingertip: {{preset: wang2014-2d, phalanx: {{variant: original}}}}
 mesh: {{contact_size: 0.15 mm}}
@@ -47,8 +47,9 @@ class Timing:
     cpu: float
 
 
-def sweep() -> str:
-    return f"sweep:\n  contact.friction_coefficient: {FRICTIONS}\n  programme.0.press.depth: [{', '.join(DEPTHS)}]\n"
+def sweep(frictions: list[float] = FRICTIONS, depths: list[str] = DEPTHS, directions: str = "") -> str:
+    text = f"sweep:\n  contact.friction_coefficient: {frictions}\n  programme.0.press.depth: [{', '.join(depths)}]\n"
+    return text + (f"  programme.1.slide.direction: {directions}\n" if directions else "")
 
 
 def measure(study: str, workers: int) -> Timing:
@@ -102,24 +103,42 @@ def line(name: str, numbers: tuple[float, float], before: tuple[float, float] | 
     return f"  {name:<14}{numbers[0]:9.1f}{texts[0]}{numbers[1]:9.1f}{texts[1]}"
 
 
+def hundred(base: str, count: int, workers: int) -> None:
+    """Print what 100 runs take, as one sweep and as studies of their own."""
+    frictions = [round(float(friction), 2) for friction in np.linspace(0.3, 0.9, 10)]
+    depths = [f"{depth} mm" for depth in (1.1, 1.2, 1.3, 1.4, 1.5)]
+    apart(base, 1)  # the first time, code is compiled
+    single = [
+        apart(base + sweep([friction], [depths[number % len(depths)]], "[[-1, 0]]"), 1)
+        for number, friction in enumerate(frictions[:: len(frictions) // count][:count])
+    ]
+    together = apart(base + sweep(frictions, depths, "[[-1, 0], [1, 0]]"), workers)
+    clock, cpu = (100 * float(np.mean([getattr(run, name) for run in single])) for name in ("clock", "cpu"))
+    sys.stdout.write(
+        f"{'':<28}{'clock':>9}{'CPU':>9}\n"
+        f"{'100 separate runs [s]':<28}{clock:9.1f}{cpu:9.1f}\n"
+        f"{f'a sweep of {together.runs} runs [s]':<28}{together.clock:9.1f}{together.cpu:9.1f}\n"
+        f"{'gain':<28}{clock / together.clock:9.1f}{cpu / together.cpu:9.1f}\n"
+    )
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = options_of(__doc__, writes=True)
     parser.add_argument("--bases", nargs="+", choices=BASES, default=list(BASES))
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
+    parser.add_argument("--hundred", type=int, metavar="APART", help="100 runs beside so many separate ones instead")
     options = parser.parse_args()
-    reference = json.loads(REFERENCE.read_text(encoding="utf-8")) if REFERENCE.exists() else {"cases": {}}
-    if reference["cases"]:
-        sys.stdout.write(f"before: {reference['state']}; {reference['machine']}\n")
-    kept = {}
+    if options.hundred:
+        for basis in options.bases:
+            hundred(STUDY.format(basis=basis), options.hundred, options.workers)
+        return
+    before, timings = reference("benchmark_sweep"), {}
     for basis in options.bases:
         found = times(basis, options.workers)
-        kept[basis] = {name: asdict(one) for name, one in found.items()}
-        sys.stdout.write(report(basis, found, reference["cases"].get(basis)))
+        timings[basis] = {name: asdict(one) for name, one in found.items()}
+        sys.stdout.write(report(basis, found, before.get(basis)))
         sys.stdout.flush()
-    if options.write:
-        content = {"state": "which version", "machine": "which machine", "cases": kept}
-        options.write.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write(options.write, timings)
 
 
 if __name__ == "__main__":

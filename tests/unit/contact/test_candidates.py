@@ -34,48 +34,45 @@ def find(plane=None, *, search_distance=0.2, nodes=range(5), areas=AREAS, counte
     )
 
 
-def test_a_plane_without_offset_touches_and_reaches_the_near_nodes():
-    found = find()
-    np.testing.assert_array_equal(found.nodes, [1, 2, 3])
-    np.testing.assert_array_equal(found.positions, POSITIONS[1:4])
-    np.testing.assert_allclose(found.normal_stiffness, [100.0] * 3)
-    np.testing.assert_allclose(found.tangential_stiffness, [40.0] * 3)
-    assert len(find(search_distance=1.0).nodes) == 5
+@pytest.mark.parametrize(
+    ("search", "nodes"),
+    [
+        ({}, [1, 2, 3]),
+        ({"search_distance": 1.0}, [0, 1, 2, 3, 4]),
+        ({"plane": Plane(offset=-0.1)}, [1, 2, 3]),
+        ({"plane": Plane(offset=-0.15)}, [2]),
+        ({"areas": np.array([0.5, 1.0, 0.0, 1.0, 0.5, 0.0])}, [1, 3]),
+    ],
+)
+def test_nodes_with_an_area_within_the_search_distance_are_candidates(search, nodes):
+    candidates = find(**search)
+    assert candidates.nodes.tolist() == nodes
+    np.testing.assert_array_equal(candidates.positions, POSITIONS[nodes])
+    np.testing.assert_allclose(candidates.normal_stiffness, 100.0 * AREAS[nodes])
+    np.testing.assert_allclose(candidates.tangential_stiffness, 40.0 * AREAS[nodes])
 
 
-def test_a_given_offset_is_a_gap_from_the_start():
-    np.testing.assert_array_equal(find(Plane(offset=-0.1)).nodes, [1, 2, 3])
-    np.testing.assert_array_equal(find(Plane(offset=-0.15)).nodes, [2])
-
-
-def test_nodes_without_area_are_no_candidates():
-    areas = AREAS.copy()
-    areas[2] = 0.0
-    np.testing.assert_array_equal(find(areas=areas).nodes, [1, 3])
-
-
-def test_a_plate_inside_the_body_is_refused():
-    message = r"contacts.0.offset: the counterface starts 50 mm inside the body, needs an offset <= 0 mm"
+@pytest.mark.parametrize(
+    ("plane", "message"),
+    [
+        (
+            Plane(offset=0.05),
+            "contacts.0.offset: the counterface starts 50 mm inside the body, needs an offset <= 0 mm",
+        ),
+        (
+            Cylinder(1.0, centre=(0.0, -0.75)),
+            "contacts.0.centre: the counterface starts 250 mm inside the body, needs a centre at least 250 mm further",
+        ),
+        (Plane(offset=-1.0), "contacts.0: no node of the boundary is within 200 mm of the counterface"),
+    ],
+)
+def test_counterfaces_inside_the_body_or_out_of_reach_are_refused(plane, message):
     with pytest.raises(InputError, match=message):
-        find(Plane(offset=0.05))
-
-
-def test_a_cylinder_inside_the_body_is_refused():
-    message = (
-        r"contacts.0.centre: the counterface starts 250 mm inside the body, needs a centre at least 250 mm further"
-    )
-    with pytest.raises(InputError, match=message):
-        find(Cylinder(1.0, centre=(0.0, -0.75)))
-
-
-def test_a_plate_out_of_reach_is_refused():
-    with pytest.raises(InputError, match=r"contacts.0: no node of the boundary is within 200 mm of the counterface"):
-        find(Plane(offset=-1.0))
+        find(plane)
 
 
 def test_surfaces_give_gaps_frames_and_coefficients_body_by_body():
-    counterfaces = (Plane(normal=(-3.0, 4.0), offset=0.1), Plane(offset=-0.5))
-    surfaces = Counterfaces(counterfaces, (Coulomb(0.3), Coulomb(0.7)))
+    surfaces = Counterfaces((Plane(normal=(-3.0, 4.0), offset=0.1), Plane(offset=-0.5)), (Coulomb(0.3), Coulomb(0.7)))
     points, counterface = np.array([[0.0, 1.0], [2.0, 1.0]]), np.array([0, 1])
     at_rest = Conditions(np.ones(2), np.zeros(2), np.zeros(2), 0.0)
     assert surfaces.are_flat
@@ -85,16 +82,16 @@ def test_surfaces_give_gaps_frames_and_coefficients_body_by_body():
     np.testing.assert_allclose(surfaces.coefficients(at_rest, counterface), [0.3, 0.7])
 
 
-def test_anisotropic_friction_stretches_the_second_tangent():
-    surfaces = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),))
-    frame = surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0]
-    np.testing.assert_allclose(frame, [[0, 0, 1], [0, 1, 0], [-2, 0, 0]], atol=1e-15)
-
-
-def test_a_law_that_asks_for_no_direction_takes_that_of_the_counterface():
-    surfaces = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (Coulomb(0.4),))
-    frame = surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0]
-    np.testing.assert_allclose(frame, [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-15)
+@pytest.mark.parametrize(
+    ("law", "frame"),
+    [
+        (Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)), [[0, 0, 1], [0, 1, 0], [-2, 0, 0]]),
+        (Coulomb(0.4), [[0, 0, 1], [1, 0, 0], [0, 1, 0]]),
+    ],
+)
+def test_anisotropic_friction_stretches_the_second_tangent_and_other_laws_take_the_counterfaces(law, frame):
+    surfaces = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (law,))
+    np.testing.assert_allclose(surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0], frame, atol=1e-15)
 
 
 def test_the_node_operator_picks_displacements():
@@ -104,13 +101,11 @@ def test_the_node_operator_picks_displacements():
 
 
 def test_joining_keeps_order_and_bodies():
-    joined = join_candidates(
-        [find(counterface=0), find(Plane(normal=(0.0, -1.0)), nodes=[5], areas=np.ones(6), counterface=1)], 2
-    )
+    above = find(Plane(normal=(0.0, -1.0)), nodes=[5], areas=np.ones(6), counterface=1)
+    joined = join_candidates([find(), above], 2)
     np.testing.assert_array_equal(joined.nodes, [1, 2, 3, 5])
     np.testing.assert_array_equal(joined.counterface, [0, 0, 0, 1])
-    none = join_candidates([], 2)
-    assert node_operator(none.nodes, 2, 12).shape == (0, 12)
+    assert node_operator(join_candidates([], 2).nodes, 2, 12).shape == (0, 12)
 
 
 def test_outsiders_that_touch_are_refused_with_their_position_and_a_remedy():

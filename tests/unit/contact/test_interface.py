@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fingerslip import history
 from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.interface import conditions, contact_problem, rest_state, settle
 from fingerslip.contact.solve.newton import solve_friction
@@ -29,29 +30,34 @@ def candidates(count=1):
     )
 
 
-def move(known, before, relative, mu=MU):
+def move(nodes, before, relative, mu=MU):
     """Take a rigid skin to given gaps and tangential positions: only the penalties give way."""
     relative = np.atleast_2d(np.asarray(relative, dtype=float))
-    free = contact_problem(known, before, relative)
-    penalties = np.column_stack([known.normal_stiffness, known.tangential_stiffness]).ravel()
-    coefficients = np.full(len(known.nodes), mu)
+    free = contact_problem(nodes, before, relative)
+    penalties = np.column_stack([nodes.normal_stiffness, nodes.tangential_stiffness]).ravel()
+    coefficients = np.full(len(nodes.nodes), mu)
     solution = solve_friction(np.diag(1.0 / penalties), free, coefficients, before.forces, 1e-13)
     assert solution.residual <= 1e-13
     work = -0.5 * float(np.sum((before.forces + solution.forces) * (relative - before.relative)))
-    stretch = np.ones((len(known.nodes), 1))
+    stretch = np.ones((len(nodes.nodes), 1))
     return settle(
-        known, before, solution.forces, relative, friction_coefficient=coefficients, stretch=stretch, work=work
+        nodes, before, solution.forces, relative, friction_coefficient=coefficients, stretch=stretch, work=work
     )
 
 
 def follow(path, mu=MU, gap=0.0):
     """Return the outcomes of a path of (gap, tangential position)."""
-    known = candidates()
-    state, outcomes = rest_state(known, np.array([gap])), []
+    nodes = candidates()
+    state, outcomes = rest_state(nodes, np.array([gap])), []
     for relative in path:
-        outcomes.append(move(known, state, relative, mu))
+        outcomes.append(move(nodes, state, relative, mu))
         state = outcomes[-1].state
     return outcomes
+
+
+def test_histories_store_the_states_as_these_numbers():
+    assert (OPEN, STICK, SLIP) == (history.OPEN, history.STICK, history.SLIP) == (0, 1, 2)
+    assert history.VARIABLES["contact_state"].long_name == "0 open, 1 stick, 2 slip"
 
 
 def test_rest_is_open_at_the_initial_gap():
@@ -107,16 +113,12 @@ def test_slip_since_contact_is_kept_where_the_node_sticks_and_starts_again_where
 
 
 def test_laws_see_pressure_and_slip_of_the_last_step_and_the_time_of_the_next():
-    known = replace(candidates(), area=np.array([2.0]))
+    nodes = replace(candidates(), area=np.array([2.0]))
     before = follow([(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.06)])[-1].state
-    seen = conditions(known, before, step=0.25, time=3.0)
+    seen = conditions(nodes, before, step=0.25, time=3.0)
     assert (seen.pressure[0], seen.time) == (2.0, 3.0)
     np.testing.assert_allclose([seen.slip_rate[0], seen.slip_since_contact[0]], [0.04, 0.04], rtol=1e-12)
-
-
-def test_before_the_first_step_nothing_slips_at_any_rate():
-    before = follow([(-0.01, 0.0)])[-1].state
-    assert conditions(candidates(), before, step=0.0, time=0.1).slip_rate.tolist() == [0.0]
+    assert conditions(nodes, before, step=0.0, time=0.1).slip_rate.tolist() == [0.0], "before the first step"
 
 
 def test_one_step_or_many_give_the_same_slip_along_a_straight_path():
@@ -136,16 +138,13 @@ def test_unloading_the_normal_force_makes_a_stuck_node_slip():
 
 
 def test_a_node_that_leaves_and_lands_elsewhere_starts_afresh():
+    """What it moved by in the air is no slip, be it before the first contact or after another one."""
     left, landed = follow([(-0.01, 0.05), (0.01, 0.5), (-0.01, 0.5)])[1:]
     assert not left.state.forces.any()
     np.testing.assert_allclose(landed.state.forces[0], [4.0, 0.0], atol=1e-12)
     assert landed.state.slip_distance[0] == left.state.slip_distance[0]
-
-
-def test_free_motion_before_landing_is_no_slip():
-    outcome = follow([(0.01, 0.0), (-0.01, 5.0)], gap=0.01)[-1]
-    assert outcome.state.forces[0, 0] == pytest.approx(4.0)
-    assert outcome.state.slip_distance[0] == 0.0
+    first = follow([(0.01, 0.0), (-0.01, 5.0)], gap=0.01)[-1].state
+    assert (first.forces[0, 0], first.slip_distance[0]) == (pytest.approx(4.0), 0.0)
 
 
 def test_without_friction_there_is_no_traction_and_no_loss():
@@ -160,11 +159,11 @@ def test_without_friction_there_is_no_traction_and_no_loss():
     st.floats(0.0, 2.0),
 )
 def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
-    known = candidates()
-    before = rest_state(known, np.zeros(1))
+    nodes = candidates()
+    before = rest_state(nodes, np.zeros(1))
     stored = 0.0
     for relative in path:
-        outcome = move(known, before, relative, mu)
+        outcome = move(nodes, before, relative, mu)
         after = outcome.state
         assert outcome.friction >= -1e-14
         mean = 0.5 * (before.forces + after.forces)
@@ -178,8 +177,8 @@ def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
 
 
 def test_the_state_before_is_left_as_it_was():
-    known, before = candidates(), rest_state(candidates(), np.zeros(1))
+    nodes, before = candidates(), rest_state(candidates(), np.zeros(1))
     copies = {name: value.copy() for name, value in vars(before).items()}
-    move(known, before, (-0.01, 0.05))
+    move(nodes, before, (-0.01, 0.05))
     for name, value in copies.items():
         np.testing.assert_array_equal(getattr(before, name), value)

@@ -1,1 +1,0 @@
-"""Studies whose runs are simulated, part by part."""

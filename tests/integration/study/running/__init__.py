@@ -1,1 +1,0 @@
-"""Runs that are simulated: together, side by side, and from a script."""

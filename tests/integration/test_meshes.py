@@ -1,0 +1,142 @@
+"""Meshes of every builder lie flat, and have what their specimens say of themselves."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import skfem
+
+from fingerslip.errors import MeshError
+from fingerslip.fe.space import build_space
+from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.quality import check_folds, turned_cells
+from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
+from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.specimens.fingertip import preset
+from fingerslip.specimens.fingertip.meshing.section.source import build_section
+from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
+from fingerslip.specimens.fingertip.sites import receptor_sites
+from fingerslip.specimens.protocol import Specimen
+from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
+from fingerslip.specimens.tactip.sites import GROUPS as MARKER_GROUPS
+from fingerslip.specimens.tactip.tactip import PRESETS as TACTIPS
+from places import ROOT
+from unit.ellipsoids import ellipsoid
+from unit.fingers import SECTIONS, change, coarse_solid
+
+
+def section(element: str) -> Any:
+    return build_section(preset("wang2014-2d"), bulk_size=0.8e-3, element=element)
+
+
+def scan() -> Any:
+    sizes = LayerSizes(1.2e-3, contact_size=4e-3, bulk_size=6e-3, contact_reach=3e-3, tolerance=0.3e-3, cut=14e-3)
+    return build_from_surfaces(ellipsoid(points=400), ellipsoid((7e-3, 3e-3, 3e-3), points=200), sizes)
+
+
+def sensor_section(element: str) -> Any:
+    return SensorSectionSizes(element=element).build(TACTIPS.read("tactip-ridged-2d"))
+
+
+def sensor(element: str, part: str) -> Any:
+    changes = {"markers": {"rings": [1, 4]}, "dome": {"radius": "10 mm", "height": "8 mm"}, "part": part}
+    small = TACTIPS.changed({"preset": "tactip-smooth-3d", **changes})
+    return SensorSolidSizes(1e-3, 2e-3, element=element).build(small)
+
+
+BUILDERS: dict[str, Callable[[], Any]] = {
+    **{f"section {element}": functools.partial(section, element) for element in ("Q4", "T3", "T6")},
+    "solid T4": coarse_solid,
+    "solid T10": lambda: build_solid(preset("wang2014-3d"), contact_size=0.8e-3, bulk_size=1.6e-3),
+    "scan": scan,
+    **{f"sensor section {element}": functools.partial(sensor_section, element) for element in ("Q4", "T3", "T6")},
+    "half of a sensor": functools.partial(sensor, "T4", "half"),
+    "whole sensor": functools.partial(sensor, "T10", "whole"),
+    "file": lambda: read_mesh(ROOT / "meshes" / "finger_coarse.msh"),
+}
+
+
+# Seconds each; what is in them is in lighter meshes, too.
+LONG = ("solid T10", "scan", "half of a sensor", "whole sensor", "sensor section T3", "sensor section Q4", "section T3")
+
+
+def folded(mesh: Any) -> Any:
+    """Return a mesh with straight cells, one inner vertex of which is where a neighbour's neighbour is."""
+    points = mesh.p[:, : mesh.nvertices].copy()
+    inner = np.setdiff1d(np.arange(mesh.nvertices), mesh.facets[:, mesh.boundary_facets()])[0]
+    around = np.unique(mesh.t[:, (mesh.t == inner).any(axis=0)])
+    farthest = around[np.linalg.norm(points[:, around] - points[:, [inner]], axis=0).argmax()]
+    points[:, inner] += 1.7 * (points[:, farthest] - points[:, inner])
+    kind = {3: skfem.MeshTri1, 4: skfem.MeshTet1}[len(mesh.t)]
+    return type(mesh).from_mesh(kind(points, mesh.t)) if type(mesh) is not kind else kind(points, mesh.t)
+
+
+@pytest.mark.parametrize("name", [pytest.param(one, marks=[pytest.mark.slow] * (one in LONG)) for one in BUILDERS])
+def test_meshes_of_builders_lie_flat_and_folded_ones_are_refused(name: str) -> None:
+    mesh = BUILDERS[name]()
+    check_folds(mesh, turned_cells(mesh))
+    build_space(mesh)
+    turned = turned_cells(mesh)
+    turned[0] = not turned[0]
+    with pytest.raises(MeshError, match="fold over each other: 0 and "):
+        check_folds(mesh, turned)
+    if not isinstance(mesh, skfem.MeshQuad1):  # quadrilaterals keep the order of their corners, and are inverted
+        with pytest.raises(MeshError, match="fold over each other"):
+            build_space(folded(mesh))
+
+
+# All elements and both sections are in the fast cases.
+FAST = (("sagittal", "T3"), ("sagittal", "T6"), ("transverse", "Q4"))
+
+
+@pytest.mark.parametrize(
+    ("section", "element"),
+    [
+        pytest.param(section, element, marks=[pytest.mark.slow] * ((section, element) not in FAST))
+        for section in SECTIONS
+        for element in ("Q4", "T3", "T6")
+    ],
+)
+def test_nodes_are_near_their_sites_and_in_their_region(element, section):
+    fingertip = change(section=section)
+    mesh, sites = build_section(fingertip, element=element), receptor_sites(fingertip)
+    nodes = site_nodes(mesh, sites)
+    distance = np.linalg.norm(mesh.p[:, nodes].T - [site.position for site in sites], axis=1)
+    assert distance.max() < 0.25e-3
+    for node, site in zip(nodes, sites, strict=True):
+        assert node in mesh.t[:, mesh.subdomains[site.region]]
+
+
+def test_ridge_tip_receptors_are_exactly_on_nodes():
+    fingertip = preset("wang2014-2d")
+    mesh = build_section(fingertip)
+    tips = [s for s in receptor_sites(fingertip) if s.kind in {"FA-I", "SA-I"} and -4e-3 < s.position[0] < 2e-3]
+    nodes = site_nodes(mesh, tips)
+    expected = np.array([site.position for site in tips])
+    assert np.abs(mesh.p[:, nodes].T - expected).max() < 1e-8
+
+
+# The groups of sites that specimens of each kind have in every dimension.
+GROUPS = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(MARKER_GROUPS)}
+SLOW = ("tactip-ridged-3d", "tactip-smooth-3d", "wang2014-3d")
+PRESETS = [
+    pytest.param(kind, name, id=name, marks=[pytest.mark.slow] if name in SLOW else [])
+    for kind, presets in SPECIMENS.items()
+    for name in presets.names
+]
+
+
+@pytest.mark.parametrize(("kind", "name"), PRESETS)
+def test_supports_materials_and_sites_are_in_its_default_mesh(kind, name):
+    specimen: Specimen = SPECIMENS[kind].read(name)
+    mesh = specimen.default_mesh.build(specimen)
+    assert set(specimen.supports(mesh.dim())) <= set(mesh.boundaries) | set(mesh.subdomains)
+    assert set(mesh.subdomains) == set(specimen.materials)
+    sites = specimen.sites(GROUPS[kind], mesh.dim())
+    assert len(site_nodes(mesh, sites)) == len(sites) > 0

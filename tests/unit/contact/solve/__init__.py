@@ -1,1 +1,0 @@
-"""Tests of fingerslip.contact.solve, module by module."""

@@ -1,0 +1,133 @@
+"""Friction laws: coefficients in closed form, the frames in which they hold, and values that they refuse."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fingerslip.contact.friction import (
+    Anisotropic,
+    Conditions,
+    Coulomb,
+    PressureDependent,
+    SlipWeakening,
+    StaticKinetic,
+    TangentFrame,
+    TimeDependent,
+    weakens,
+)
+from fingerslip.contact.states import SLIP
+from fingerslip.errors import InputError
+from fingerslip.parameters import from_mapping
+from fingerslip.verification.blocks import drag_block
+
+LAWS = {
+    "coulomb": Coulomb(0.4),
+    "static-kinetic": StaticKinetic(0.8, 0.3, 2e-3),
+    "pressure": PressureDependent(0.5, 1e4, -1 / 3),
+    "weakening": SlipWeakening(0.8, 0.3, 2e-5),
+    "time": TimeDependent((1.0, 2.0), (0.6, 0.3)),
+    "anisotropic": Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),
+}
+
+
+def conditions(count=1, time=1.0, **values):
+    """Return conditions at nodes in which everything that is not given is one."""
+    names = ("pressure", "slip_rate", "slip_since_contact")
+    return Conditions(*(np.array(values.get(name, np.ones(count))) for name in names), time=time)
+
+
+@pytest.mark.parametrize(
+    ("law", "at", "expected"),
+    [
+        ("coulomb", {"count": 2}, [0.4, 0.4]),
+        ("static-kinetic", {"slip_rate": [0.0, 2e-3, 1.0]}, [0.8, 0.3 + 0.5 / np.e, 0.3]),
+        ("pressure", {"pressure": [8e4, 1e4, 0.0]}, [0.25, 0.5, 0.5 * 100 ** (1 / 3)]),
+        ("weakening", {"slip_since_contact": [0.0, 0.5e-5, 2e-5, 1.0]}, [0.8, 0.675, 0.3, 0.3]),
+        ("time", {"time": 0.0}, [0.6]),
+        ("time", {"time": 1.5, "count": 2}, [0.45, 0.45]),
+        ("time", {"time": 9.0}, [0.3]),
+        ("anisotropic", {"count": 2}, [0.4, 0.4]),
+    ],
+)
+def test_coefficients_are_those_of_the_formula(law, at, expected):
+    np.testing.assert_allclose(LAWS[law].coefficients(conditions(**at)), expected, rtol=1e-12)
+
+
+def test_the_coefficient_of_a_law_is_that_before_anything_changes_it():
+    assert [law.coefficient for law in LAWS.values()] == [0.4, 0.8, 0.5, 0.8, 0.6, 0.4]
+
+
+def test_isotropic_laws_hold_in_2d_and_3d_along_any_tangent_and_anisotropic_ones_in_3d_in_their_own_frame():
+    for name, law in LAWS.items():
+        own = name == "anisotropic"
+        assert law.dims == ((3,) if own else (2, 3))
+        assert law.frame == (TangentFrame((0.0, 1.0, 0.0), 2.0) if own else TangentFrame(direction=None, stretch=1.0))
+
+
+def test_conditions_at_some_nodes_keep_the_time():
+    every = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_since_contact=[7.0, 8.0, 9.0])
+    some = every.at(np.array([True, False, True]))
+    values = [array.tolist() for array in (some.pressure, some.slip_rate, some.slip_since_contact)]
+    assert values == [[1, 3], [4, 6], [7, 9]]
+    assert some.time == every.time
+
+
+def test_friction_weakens_where_it_falls_with_slip_or_its_rate():
+    never = StaticKinetic(0.6, 0.6, 1e-3), StaticKinetic(0.5, 0.6, 1e-3), SlipWeakening(0.6, 0.6, 1e-5)
+    others = (law for name, law in LAWS.items() if name not in {"static-kinetic", "weakening"})
+    assert weakens(LAWS["static-kinetic"])
+    assert weakens(LAWS["weakening"])
+    assert not any(map(weakens, (*never, *others)))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Coulomb(-0.2), r"Coulomb.coefficient: got -0.2, needs a number >= 0"),
+        (lambda: Coulomb(float("nan")), r"Coulomb.coefficient"),
+        (lambda: Coulomb(float("inf")), r"Coulomb.coefficient"),
+        (lambda: Coulomb("much"), r"Coulomb.coefficient"),
+        (lambda: SlipWeakening(0.8, 0.3, 0.0), r"SlipWeakening.distance: got 0"),
+        (lambda: Anisotropic(0.4, 0.8, (0.0, 0.0, 0.0)), "direction"),
+        (lambda: TimeDependent((), ()), r"TimeDependent.times: got \[\], needs ascending times"),
+        (lambda: TimeDependent((1.0, 1.0), (0.5, 0.5)), r"TimeDependent.times: got \[1.0, 1.0\], needs ascending"),
+        (lambda: TimeDependent((0.0, 1.0), (0.5,)), r"TimeDependent.values: got 1 for 2 times"),
+        (lambda: TimeDependent((0.0,), (-0.5,)), r"TimeDependent.values.*-0.5"),
+    ],
+)
+def test_values_that_make_no_law_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "law"),
+    [
+        (Coulomb, {"coefficient": 0.6}, Coulomb(0.6)),
+        (SlipWeakening, {"static": 0.8, "kinetic": 0.3, "distance": "20 um"}, SlipWeakening(0.8, 0.3, 2e-5)),
+        (TimeDependent, {"times": ["0 s", "500 ms"], "values": [0.6, 0.3]}, TimeDependent((0.0, 0.5), (0.6, 0.3))),
+    ],
+)
+def test_a_file_gives_lengths_and_times_with_units_and_coefficients_without(kind, values, law):
+    assert from_mapping(kind, values, "f") == law
+
+
+def test_contact_without_friction_is_allowed_and_a_law_is_frozen():
+    law = Coulomb(0.0)
+    assert law.coefficient == 0.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        law.coefficient = 1.0
+
+
+def test_a_sliding_block_follows_the_coefficient():
+    """Pressed and dragged steadily, friction over normal force is the coefficient at the end of every step."""
+    law = TimeDependent((0.0, 0.5, 1.0), (0.5, 0.5, 0.2))
+    history = drag_block("Q4", law, speed=1e-3, travel=1e-3)
+    sliding = (history["contact_state"].values == SLIP).all(axis=1)
+    assert sliding.sum() > 20
+    force = history["counterface_force"].values[sliding, 0]
+    expected = np.interp(history["time"].values[sliding], law.times, law.values)
+    np.testing.assert_allclose(np.abs(force[:, 0] / force[:, 1]), expected, rtol=1e-9)

@@ -1,1 +1,0 @@
-"""Tests of fingerslip.dynamics.finite, module by module."""

@@ -1,0 +1,159 @@
+"""The energy balance: what time integration takes out, contact forces that a step must not count, and energy made."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import fingerslip as fs
+from fingerslip.dynamics.step.energy import made_energy
+from fingerslip.dynamics.system.scheme import hht
+from fingerslip.verification.meshes import box
+from problems.pushed import push_and_slide
+from unit.dynamics.models import STATIC, oscillator
+
+STORED = ("kinetic_energy", "strain_energy", "contact_energy")
+
+
+def stored_energy(history: xr.Dataset) -> np.ndarray:
+    return sum(history[name].values for name in STORED)
+
+
+@pytest.mark.parametrize("step", [0.1, 10.0])
+def test_energy_is_kept_at_alpha_zero(step):
+    history = fs.simulate(oscillator(step, 0.0, 100 * step))
+    scale = history.strain_energy.values.max()
+    assert np.abs(stored_energy(history) - history.external_work.values).max() <= 1e-11 * scale
+    assert np.abs(history.numerical_dissipation.values).max() <= 1e-11 * scale
+
+
+@pytest.mark.parametrize("alpha", [-0.05, -1 / 3])
+def test_energy_is_lost_below_alpha_zero_and_the_balance_knows_how_much(alpha):
+    history = fs.simulate(oscillator(0.5, alpha, 100.0))
+    scale = history.strain_energy.values.max()
+    assert (stored_energy(history) - history.external_work.values)[-1] < -0.02 * scale
+    assert np.abs(history.energy_imbalance.values).max() <= 1e-12 * scale
+    swing = np.abs(history.displacement.values[:, 0, 0] - STATIC)
+    assert swing[-40:].max() < 0.98 * swing[:40].max()
+
+
+@pytest.mark.parametrize("time", [fs.TimeStepping(5e-3), fs.QuasiStatic(5e-3)])
+def test_the_imbalance_is_work_and_initial_energy_less_everything_they_went_into(time):
+    """All terms of the history, of a run in which each of them acts."""
+    law = fs.Elastic(34e3, 0.4, 1000.0, prony=(fs.PronyTerm(0.3, 0.05),))
+    flying = {} if isinstance(time, fs.QuasiStatic) else {"initial_velocity": (0.0, -1e-3)}
+    damping = fs.RayleighDamping(1.0, 1e-4)
+    history = fs.simulate(push_and_slide(materials={"bulk": law}, damping=damping, time=time, **flying))
+    lost = ("friction", "damping", "viscous", "numerical")
+    dissipated = sum(history[f"{name}_dissipation"].values for name in lost)
+    initial = stored_energy(history)[0]
+    assert bool(initial) == bool(flying)
+    imbalance = history.external_work.values + initial - stored_energy(history) - dissipated
+    work = float(history.external_work.max())
+    np.testing.assert_allclose(history.energy_imbalance.values, imbalance, atol=1e-14 * work)
+    assert np.abs(imbalance).max() <= 1e-11 * work
+    assert (np.abs(dissipated[-1]) > 0.0).all()
+
+
+# Contact forces at the start of a step, at nodes that have left or turned at its end.
+
+
+def thrown(dim, alpha, ratio, friction):
+    """Return the history of a soft block that is thrown obliquely at a rough plate, in steps of half a wave's time."""
+    size, modulus, density = 1e-3, 1e6, 1000.0
+    up, speed = (0.0,) * (dim - 1) + (1.0,), (0.5,) + (0.0,) * (dim - 2) + (-1.0,)
+    penalties = dict.fromkeys(("normal_penalty", "tangential_penalty"), ratio * modulus / size)
+    contact = fs.Contact("bottom", fs.Plane(up, -2e-4), fs.Coulomb(friction), search_distance=1.0, **penalties)
+    step = 0.5 * size * (density / modulus) ** 0.5
+    return fs.simulate(
+        fs.Model(
+            mesh=box("Q4" if dim == 2 else "H8", *[np.linspace(0.0, 4 * size, 5)] * dim),
+            materials={"bulk": fs.Elastic(modulus, 0.3, density)},
+            formulation="plane_strain" if dim == 2 else "solid",
+            contacts=(contact,),
+            initial_velocity=speed,
+            time=fs.TimeStepping(step, alpha, 100 * step),
+        )
+    )
+
+
+# In 3D with one penalty and the larger friction; the others are in the slow tier.
+@pytest.mark.parametrize(
+    ("alpha", "ratio", "friction", "dim"),
+    [
+        pytest.param(*case, marks=[pytest.mark.slow] * (case[3] == 3 and case[1:3] != (100.0, 1.0)))
+        for case in itertools.product([0.0, -0.05, -0.41421], [1.0, 100.0, 1e4], [0.3, 1.0], [2, 3])
+    ],
+)
+def test_rough_impacts_make_no_energy(alpha, ratio, friction, dim):
+    """Without dropping, that of 10 by 10 cells grew eightfold (alpha = 0), twofold (-0.05) and by 1 % (-0.41421)."""
+    history = thrown(dim, alpha, ratio, friction)
+    energy = stored_energy(history)
+    assert energy.max() <= (1.0 + 1e-6) * energy[0]
+    assert np.abs(history.energy_imbalance.values).max() <= 1e-11 * energy[0]
+    assert energy[-1] > 0.5 * energy[0]
+
+
+# Steps that make energy are warned of, and refused where that is more than was put in.
+
+
+def rod(alpha, ratio, scheme=fs.TimeStepping):
+    """Return the history of a rod that is thrown at a wall, with the stiffness of contact over E / h."""
+    modulus, density, length, count = 1e6, 1000.0, 0.1, 20
+    size = length / count
+    step = 0.5 * size * (density / modulus) ** 0.5
+    contact = fs.Contact("bottom", fs.Plane((0.0, 1.0), -1e-3), fs.Coulomb(0.0), normal_penalty=ratio * modulus / size)
+    return fs.simulate(
+        fs.Model(
+            mesh=box("Q4", np.linspace(0.0, size, 2), np.linspace(0.0, length, count + 1)),
+            materials={"bulk": fs.Elastic(modulus, 0.0, density)},
+            formulation="plane_strain",
+            supports={"left": ("x",), "right": ("x",)},
+            contacts=(contact,),
+            initial_velocity=(0.0, -1.0),
+            time=scheme(step, alpha, 200 * step),
+        )
+    )
+
+
+class Careless:
+    """HHT-alpha of a user who takes the acceleration at the end of a step for its mean."""
+
+    def __init__(self, step, alpha, end):
+        self.scheme, self.end, self.end_share = hht(step, alpha), end, 1.0
+
+    def __getattr__(self, name):
+        return getattr(self.scheme, name)
+
+
+def test_steps_that_make_energy_are_warned_of_and_more_than_was_put_in_is_refused(caplog):
+    with pytest.raises(fs.ConvergenceError, match=r"more than the 0\.25 J put in.* take a smaller step"):
+        rod(0.0, 100.0, Careless)
+    energy = stored_energy(rod(0.0, 60.0, Careless))
+    assert energy.max() - energy[0] > 0.1 * energy[0]
+    assert "time steps have made" in caplog.text
+    assert "softer contact penalties or the scheme TimeStepping" in caplog.text
+
+
+def test_energy_is_made_by_friction_and_time_steps_together_or_by_damping(caplog):
+    """Of a history in which they accumulate, and then fall; steps without inertia are not looked at."""
+    history = rod(-0.05, 1.0)
+    largest, rise = float(history.kinetic_energy.max()), np.linspace(0.0, 1e-3, history.time.size)
+    for name in ("friction_dissipation", "numerical_dissipation", "damping_dissipation"):
+        fallen = history[name].values + rise
+        fallen[-1] -= 5e-3
+        made, share = made_energy(history.assign({name: ("time", fallen)}))
+        assert made == pytest.approx(5e-3, rel=0.01)
+        assert share == pytest.approx(5e-3 / largest, rel=0.01)
+    fs.simulate(push_and_slide(time=fs.QuasiStatic(0.05)))
+    assert "have made" not in caplog.text
+
+
+@pytest.mark.parametrize(("alpha", "ratio"), [(-0.3, 1e4), (0.0, 1.0), (0.0, 100.0), (-0.05, 1e4)])
+def test_steps_that_lose_energy_are_not_warned_of(alpha, ratio, caplog):
+    energy = stored_energy(rod(alpha, ratio))
+    assert energy.max() <= (1.0 + 1e-12) * energy[0]
+    assert "have made" not in caplog.text

@@ -1,0 +1,196 @@
+"""Motions at large strain: equilibrium whatever the factors, halves of steps that are not solved, and contact."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import fingerslip as fs
+from fingerslip.dynamics.finite import course
+from fingerslip.errors import FingerslipError
+from fingerslip.linear.solvers.superlu import SuperLU
+from fingerslip.verification.meshes import box
+from unit.dynamics.models import assert_same_history, block, error_of
+
+RELAXING = {
+    "materials": {"bulk": fs.NeoHookean(1e4, 0.4, 1000.0, prony=(fs.PronyTerm(0.5, 0.6), fs.PronyTerm(0.2, 2.0)))}
+}
+
+
+def forces(history):
+    return history["support_force"].values
+
+
+def test_small_loads_give_small_strain():
+    """Forces of large and small strain differ by the strain, 1e-5."""
+    model = block(1e-5)
+    small = fs.simulate(dataclasses.replace(model, kinematics="small"))
+    assert error_of(fs.simulate(model), small, "support_force") < 1e-4
+
+
+@pytest.mark.parametrize("changes", [{}, RELAXING], ids=["elastic", "relaxing"])
+def test_every_step_ends_in_equilibrium_and_its_work_is_stored_or_dissipated(changes):
+    """Nothing but the two supports acts on the block; energy, force and tangent belong together."""
+    history = fs.simulate(block(0.3, steps=60, **changes))
+    total = forces(history).sum(axis=1)
+    assert np.abs(total).max() < 1e-5 * np.abs(forces(history)).max()
+    assert np.abs(history.energy_imbalance.values).max() < 2e-3 * float(history.external_work[-1])
+    assert (float(history.viscous_dissipation[-1]) > 0.0) == bool(changes)
+    assert 60 <= history.attrs["newton_iterations"] < 60 * 8
+
+
+def test_a_body_that_nothing_moves_stays_at_rest():
+    history = fs.simulate(block(support_motions={}, time=fs.TimeStepping(0.1, end=1.0)))
+    np.testing.assert_allclose(forces(history), 0.0, atol=1e-9)
+
+
+def test_a_motion_computed_twice_is_the_same_to_the_last_bit_and_says_what_it_cost():
+    model = block(0.3, time=fs.TimeStepping(0.05, end=1.0))
+    history, again = fs.simulate(model), fs.simulate(model)
+    assert_same_history(again, history, 0.0)
+    attributes = history.attrs
+    assert attributes["kinematics"] == "finite"
+    assert attributes["newton_iterations"] >= 20
+    assert 1 <= attributes["factorisations"] < 5, "factors serve many steps"
+    assert attributes["halved_steps"] == 0
+    assert {"seconds_bulk", "seconds_tangent", "seconds_factorisation", "cpu_seconds_bulk"} <= attributes.keys()
+
+
+def test_a_slender_beam_bends_far_in_one_step():
+    """Its first iterate is stretched a thousand times as much as it bends."""
+    length, modulus = 60.0, 1e6
+    model = fs.Model(
+        mesh=box("T6", np.linspace(0.0, length, 31), np.array([0.0, 1.0])),
+        materials={"bulk": fs.NeoHookean(modulus, 0.0, 1.0)},
+        formulation="plane_stress",
+        supports={"left": ("x", "y")},
+        tractions={"right": fs.Traction((0.0, -modulus / 12 / length**2), fs.Ramp((0.0, 1.0), (0.0, 1.0)))},
+        kinematics="finite",
+        time=fs.QuasiStatic(1.0, end=1.0),
+        record=fs.Recording(sites=(fs.Site("tip", "", (length, 0.0)),)),
+    )
+    history = fs.simulate(model)
+    assert history.attrs["halved_steps"] == 0
+    assert history["displacement"].values[-1, 0, 1] / length == pytest.approx(-0.3017, abs=2e-3)
+
+
+# Factors only guide the iteration: they are kept while they serve, rough ones too, and exist for any tangent.
+
+
+class Rough:
+    """A solver whose rough factors are those of a matrix in which each unknown is wrong by up to a factor."""
+
+    name = "rough"
+
+    def __init__(self, wrong):
+        self.exact, self.wrong, self.made = SuperLU(), wrong, 0
+
+    def series(self):
+        return self.exact
+
+    def rough(self):
+        return self
+
+    def factorise(self, matrix):
+        self.made += 1
+        if self.wrong is None:
+            raise FingerslipError("the matrix is not positive definite")
+        wrong = sparse.diags(self.wrong ** np.random.default_rng(0).uniform(-1.0, 1.0, matrix.shape[0]))
+        return self.exact.factorise(sparse.csr_matrix(wrong @ matrix @ wrong))
+
+
+@pytest.mark.parametrize(("wrong", "exact_too"), [(1.0, False), (1.01, False), (5.0, True), (None, True)])
+def test_rough_factors_are_replaced_where_they_do_not_solve_a_step_or_cannot_be_made(wrong, exact_too):
+    solver = Rough(wrong)
+    history, expected = fs.simulate(block(), solver=solver), fs.simulate(block(), solver=SuperLU())
+    assert_same_history(history, expected, 1e-5, ("support_force", "strain_energy"))
+    assert solver.made >= 1
+    assert (history.attrs["factorisations"] > solver.made or wrong is None) == exact_too
+
+
+def test_old_factors_give_the_same_steps_as_new_ones():
+    """A dynamic run whose factors serve on, and one in halves of its steps, which need others."""
+    one, other = (fs.simulate(block(0.4, steps=count)) for count in (8, 64))
+    assert one.attrs["factorisations"] < 8
+    np.testing.assert_allclose(forces(one)[1:], forces(other)[8::8], atol=1e-4 * np.abs(forces(other)).max())
+
+
+@pytest.mark.parametrize("element", ["Q4", "T6"])
+def test_an_indefinite_tangent_is_no_obstacle(element):
+    """Under half of its height the block would rather buckle; forces are those of many steps all the same."""
+    one, other = (fs.simulate(block(0.6, steps=count, element=element)) for count in (5, 40))
+    np.testing.assert_allclose(forces(one)[-1], forces(other)[-1], atol=1e-3 * np.abs(forces(other)).max())
+
+
+# Steps that are not solved are halved, and the grid is met.
+
+
+@pytest.mark.parametrize("changes", [{}, RELAXING], ids=["elastic", "relaxing"])
+def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, monkeypatch):
+    """What a body remembers goes back with the step, even where this was computed before it was given up."""
+    advance = course.advance_finite
+
+    def too_long(factors, before, time, *others, **named):
+        after = advance(factors, before, time, *others, **named)
+        if time - before.time > 0.3:
+            raise fs.ConvergenceError(time, 0, 1.0, 1e-6, "take less")
+        return after
+
+    monkeypatch.setattr(course, "advance_finite", too_long)
+    halved, fine = fs.simulate(block(0.3, steps=1, **changes)), fs.simulate(block(0.3, steps=4, **changes))
+    assert halved["time"].values.tolist() == [0.0, 1.0]
+    assert (halved.attrs["halved_steps"], fine.attrs["halved_steps"]) == (3, 0)
+    scale = np.abs(forces(fine)).max()
+    np.testing.assert_allclose(forces(halved)[-1], forces(fine)[-1], atol=1e-5 * scale)
+    for name in ("viscous_dissipation", "external_work"):
+        assert float(halved[name][-1]) == pytest.approx(float(fine[name][-1]), rel=1e-4), name
+
+
+def test_a_step_that_newton_does_not_solve_is_halved():
+    history, fine = fs.simulate(block(0.45, steps=1)), fs.simulate(block(0.45, steps=32))
+    assert history.attrs["halved_steps"] > 0 == fine.attrs["halved_steps"]
+    np.testing.assert_allclose(forces(history)[-1], forces(fine)[-1], atol=1e-4 * np.abs(forces(fine)).max())
+
+
+def test_what_is_never_solved_is_an_error_that_says_when_where_and_what_to_try():
+    """A body that is pressed through itself: its halves are halved six times."""
+    with pytest.raises(fs.ConvergenceError, match=r"mm is turned inside out.*smaller time step") as caught:
+        fs.simulate(block(2.0, steps=1))
+    assert 0.3 < caught.value.time < 0.7
+    assert caught.value.time * 64 == pytest.approx(round(caught.value.time * 64))
+
+
+# Contact.
+
+
+def dragged(friction=0.4, **changes):
+    """Return the history of a block that is pressed on a plate and dragged."""
+    model = block(
+        supports={"top": ("x", "y")},
+        support_motions={},
+        contacts=(fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(friction)),),
+        programme=(fs.Press(0.1, 0.1), fs.Slide(0.3, 0.1)),
+        time=fs.QuasiStatic(0.1),
+    )
+    return fs.simulate(dataclasses.replace(model, **changes))
+
+
+def test_contact_obeys_its_law_at_the_end_of_every_step():
+    """A block pressed on a plate and dragged keeps Coulomb's law, though iterations begin roughly."""
+    history = dragged()
+    assert history["contact_residual"].values.max() <= 1e-8
+    normal, tangential = history["normal_traction"].values, history["tangential_traction"].values
+    assert (normal >= 0.0).all()
+    assert (np.linalg.norm(tangential, axis=-1) <= 0.4 * normal * (1 + 1e-9) + 1e-12).all()
+    force = history["counterface_force"].values[-1, 0]
+    assert abs(force[0]) == pytest.approx(0.4 * abs(force[1]), rel=1e-6)
+    assert np.abs(history["energy_imbalance"].values).max() < 1e-5 * history["external_work"].values[-1]
+
+
+def test_a_reduced_basis_is_not_for_large_strain(caplog):
+    caplog.set_level("INFO")
+    assert dragged(basis=fs.ReducedBasis()).attrs["basis"] == "full"
+    assert "large strain is computed on the mesh" in caplog.text

@@ -1,0 +1,246 @@
+"""What acts on a body: tractions, gravity, drives, the programme of a counterface, and the penalties of contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.verification.meshes import box
+from problems.pushed import pad, push_and_slide
+from unit.dynamics.models import assert_same_history
+
+# A body by itself, for some steps.
+ALONE = {"contacts": (), "programme": (), "time": fs.QuasiStatic(5e-3, end=0.02)}
+
+
+def contact(**changes):
+    return (fs.Contact(**({"boundary": "bottom", "friction": fs.Coulomb(0.4)} | changes)),)
+
+
+# Loads.
+
+
+def test_a_ramped_traction_grows_and_stays():
+    ramp = fs.Ramp((0.0, 0.01), (0.0, 1.0))
+    history = fs.simulate(push_and_slide(**ALONE, tractions={"left": fs.Traction((7.0, 0.0), ramp)}))
+    borne = -history.support_force.values[:, 0, 0] / (7.0 * 1e-3 * 3e-3)
+    np.testing.assert_allclose(borne, [0.0, 0.5, 1.0, 1.0, 1.0], rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("element", ["Q4", "T6"])
+def test_gravity_weighs_the_whole_body(element):
+    """Of a pad with a bulge: 8 mm by 4 mm, less a parabola of 8 mm by 1 mm."""
+    history = fs.simulate(push_and_slide(element, **ALONE, gravity=(0.0, -9.81)))
+    area = 8e-3 * 4e-3 - 8e-3 * 1e-3 / 3.0
+    assert history.support_force.values[-1, 0, 1] == pytest.approx(9.81 * 1000.0 * 1e-3 * area, rel=1e-2)
+
+
+@pytest.mark.parametrize("load", [{"initial_velocity": (0.3, -0.1)}, {"gravity": (30.0, -10.0)}])
+def test_a_free_body_flies_on_and_falls(load):
+    """As u = v t and u = g t^2 / 2, which the scheme has exactly."""
+    free = {"contacts": (), "programme": (), "supports": {}, "time": fs.TimeStepping(1e-3, end=0.02)}
+    history = fs.simulate(push_and_slide(**free, **load, sites=(fs.Site("a", "", (0.0, 2e-3)),)))
+    ((name, values),) = load.items()
+    way = 0.02 if name == "initial_velocity" else 0.5 * 0.02**2
+    np.testing.assert_allclose(history.displacement.values[-1, 0], np.array(values) * way, rtol=1e-9)
+    assert np.abs(history.energy_imbalance.values).max() <= 1e-10 * history.kinetic_energy.values.max()
+
+
+def test_a_driven_plate_rests_with_its_force_on_the_body():
+    driven = contact(drive=fs.Drive(1e-4, 1e-3))
+    damping = fs.RayleighDamping(30.0, 5e-3)
+    model = push_and_slide(contacts=driven, programme=(), damping=damping, time=fs.TimeStepping(4e-3, end=1.2))
+    history = fs.simulate(model)
+    assert history.counterface_force.values[-1, 0, 1] == pytest.approx(1e-3, rel=1e-3)
+    assert history.counterface_displacement.values[-1, 0, 1] > 0.0
+    scale = np.abs(history.external_work.values).max()
+    assert np.abs(history.energy_imbalance.values).max() <= 1e-9 * scale
+
+
+def test_a_quasi_static_press_and_slide_ends_as_the_slow_dynamic_one():
+    static = fs.simulate(push_and_slide(time=fs.QuasiStatic(5e-3)))
+    dynamic = fs.simulate(push_and_slide(alpha=-1 / 3))
+    np.testing.assert_allclose(static.counterface_force.values[-1], dynamic.counterface_force.values[-1], rtol=1e-3)
+    assert not static.kinetic_energy.values.any()
+    work = static.external_work.values[-1]
+    assert np.abs(static.energy_imbalance.values).max() <= 1e-12 * work
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"gravity": (9.81,)}, "gravity: got 1 components, needs 2"),
+        ({"initial_velocity": (1.0,)}, "initial_velocity: got 1 components, needs 2"),
+        (
+            {"initial_velocity": (1.0, 0.0), "time": fs.QuasiStatic(5e-3)},
+            "initial_velocity: is given for a model without inertia",
+        ),
+        (
+            {"contacts": contact(drive=fs.Drive(1.0, 1.0)), "time": fs.QuasiStatic(5e-3)},
+            "contacts.0.drive: got a force that drives a counterface in a model without inertia",
+        ),
+        (
+            {"programme": (fs.Slide(1e-3, 1e-3, direction=(1.0, 0.0, 0.0)),)},
+            "programme.0.slide.direction: got 3 components, needs 2",
+        ),
+        *(
+            (
+                {"programme": (fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3, direction=direction))},
+                "needs a direction along the counterface",
+            )
+            for direction in ((0.0, 1.0), (0.0, 0.0), (1e-9, 1.0))
+        ),
+    ],
+)
+def test_loads_and_motions_that_do_not_fit_are_refused(changes, message):
+    with pytest.raises(fs.InputError) as caught:
+        fs.simulate(push_and_slide(**changes))
+    assert message in str(caught.value)
+
+
+def test_ramps_need_ascending_times():
+    with pytest.raises(fs.InputError, match="needs ascending times, a factor for each"):
+        fs.Ramp((0.0, 0.0), (1.0, 2.0))
+
+
+# The programme as motion of the counterface, which is a millimetre away from the body.
+
+
+def moved(programme, *, normal=(0.0, 1.0), step=0.25, end=None):
+    """Return times, displacements [mm] and velocities [mm/s] of a counterface."""
+    axes = [np.linspace(0.0, 1.0, 2)] * len(normal)
+    history = fs.simulate(
+        fs.Model(
+            mesh=box("Q4" if len(normal) == 2 else "H8", *axes),
+            materials={"bulk": fs.Elastic(1e5, 0.3, 1.0)},
+            formulation="plane_strain" if len(normal) == 2 else "solid",
+            supports={"top": ("x", "y", "z")[: len(normal)]},
+            contacts=(fs.Contact("bottom", fs.Plane(normal, offset=-10e-3), search_distance=2.0),),
+            gravity=(1e-6,) * len(normal),  # under loads it may slide before it touches
+            programme=programme,
+            time=fs.QuasiStatic(step, end=end),
+        )
+    )
+    motion = history.counterface_displacement.values[:, 0], history.counterface_velocity.values[:, 0]
+    return history.time.values, *(1e3 * values for values in motion)
+
+
+PROGRAMME = (fs.Press(1.5e-3, 1.5e-3), fs.Hold(0.5), fs.Slide(6e-3, 3e-3), fs.Lift(1e-3, 2e-3))
+KNOTS = [0.0, 1.0, 1.5, 3.5, 4.0, 4.5]
+
+
+def test_a_plate_below_presses_up_and_slides_along_x():
+    """The velocity is the slope, and at a knot that of the phase before."""
+    times, places, speeds = moved(PROGRAMME, end=4.5)
+    expected = [[0, 0], [0, 1.5], [0, 1.5], [6, 1.5], [6, 0.5], [6, 0.5]]
+    np.testing.assert_allclose(places, np.transpose([np.interp(times, KNOTS, row) for row in np.transpose(expected)]))
+    phase = np.clip(np.searchsorted(KNOTS, times, side="left") - 1, 0, None)
+    slopes = np.array([[0.0, 1.5], [0.0, 0.0], [3.0, 0.0], [0.0, -2.0], [0.0, 0.0]])
+    np.testing.assert_allclose(speeds, slopes[phase], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("normal", "programme", "end"),
+    [
+        ((3.0, 4.0), (fs.Press(1e-3, 1e-3), fs.Slide(2e-3, 1e-3)), (0.6 + 1.6, 0.8 - 1.2)),
+        ((0.0, 1.0), (fs.Slide(1e-3, 1e-3, direction=(-2.0, 0.0)),), (-1.0, 0.0)),
+        ((0.0, 1.0), (fs.Slide(1e-3, 1e-3, direction=(3.0, 4.0)),), (1.0, 0.0)),
+        ((0.0, 1.0), (fs.Slide(1e-3, 1e-3, direction=(-1e-3, 5e-3)),), (-1.0, 0.0)),
+        ((0.0, 1.0), (fs.Press(1e-3, 1e-3), fs.Slide(2e-3, 1e-3, press=0.5e-3)), (2.0, 1.5)),
+        ((0.0, 1.0), (fs.Slide(2e-3, 1e-3, press=0.5e-3), fs.Slide(2e-3, 1e-3, press=-1e-3)), (4.0, -0.5)),
+        ((3.0, 4.0), (fs.Slide(2e-3, 1e-3, press=0.5e-3),), (2 * 0.8 + 0.5 * 0.6, -2 * 0.6 + 0.5 * 0.8)),
+        *(
+            ((0.0, 0.0, 1.0), (fs.Slide(1e-3, 1e-3, (size, 0.5 * size, 0.0)),), (2 / 5**0.5, 1 / 5**0.5, 0.0))
+            for size in (1e-300, 1.0, 1e300)
+        ),
+    ],
+)
+def test_a_slide_goes_its_whole_way_along_the_counterface_and_may_press(normal, programme, end):
+    np.testing.assert_allclose(moved(programme, normal=normal)[1][-1], end, rtol=1e-9, atol=1e-12)
+
+
+def test_without_a_programme_a_counterface_stands_still():
+    _, places, speeds = moved((), end=0.5)
+    assert not places.any()
+    assert not speeds.any()
+
+
+@pytest.mark.parametrize("speed", np.linspace(1e-3, 9e-3, 7))
+def test_rounding_of_the_steps_does_not_move_a_knot(speed):
+    programme = (fs.Press(1.5e-3, speed), fs.Hold(1.5e-3 / speed))
+    *_, speeds = moved(programme, step=1.5e-3 / speed / 30.0)
+    np.testing.assert_allclose(speeds[1:, 1], [1e3 * speed] * 30 + [0.0] * 30, atol=1e-9)
+
+
+# Who may touch, and the springs of contact: as given, or ten times the stiffness of the outermost row of cells.
+
+
+@pytest.mark.parametrize(
+    ("changes", "reach"),
+    [
+        ({}, 1.5 * 0.4e-3),
+        ({"tractions": {"left": (10.0, 0.0)}}, 1.0),
+        ({"contacts": contact(search_distance=1.0)}, 1.0),
+    ],
+)
+def test_nodes_within_one_and_a_half_times_the_approach_are_candidates_and_under_loads_all(changes, reach):
+    history, heights = fs.simulate(push_and_slide(**changes)), np.linspace(-4.0, 4.0, 9) ** 2 / 16.0 * 1e-3
+    np.testing.assert_allclose(np.sort(history.contact_position.values[:, 1]), np.sort(heights[heights <= reach]))
+
+
+def test_tributary_areas_are_those_of_the_boundary():
+    history = fs.simulate(push_and_slide(contacts=contact(search_distance=1.0)))
+    mesh = pad("Q4")
+    ends = mesh.p[:, mesh.facets[:, mesh.boundaries["bottom"]]]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum()
+    assert float(history.contact_area.sum()) == pytest.approx(1e-3 * length, rel=1e-12)
+
+
+def test_corners_of_quadratic_tetrahedra_may_follow_their_neighbours_into_the_plate():
+    """They have no tributary area, so that no penalty holds them back: they are neither candidates nor outsiders."""
+    plate = fs.Contact("bottom", fs.Plane((0.0, 0.0, 1.0)), fs.Coulomb(0.5), search_distance=1.0)
+    history = fs.simulate(
+        fs.Model(
+            mesh=box("T10", *[np.linspace(0.0, 1.0, 2)] * 3),
+            materials={"bulk": fs.Elastic(1e5, 0.3, 1000.0)},
+            formulation="solid",
+            supports={"top": ("x", "y", "z")},
+            contacts=(plate,),
+            programme=(fs.Press(0.01, 0.01),),
+            time=fs.QuasiStatic(0.5),
+        )
+    )
+    assert history.sizes["contact_node"] == 5, "the mid-side nodes of two triangles"
+    assert history["counterface_force"].values[-1, 0, 2] > 0.0
+
+
+GRID, UNEVEN = np.linspace(0.0, 1e-3, 5), [0.0, 1e-3, 1.5e-3, 2e-3, 2.5e-3, 4.5e-3]
+
+
+@pytest.mark.parametrize("element", ["Q4", "T6"])
+@pytest.mark.parametrize(
+    ("axes", "layers", "moduli", "penalty"),
+    [
+        ((GRID, GRID), lambda c: c[1] < 0.5e-3, (2e5, 1e6), 10 * 2e5 / 0.25e-3),
+        ((UNEVEN, GRID[::2]), lambda c: c[0] < 1.5e-3, (1e5, 3e5), 10 * 3e5 / 0.5e-3),
+    ],
+    ids=["one under the other", "side by side, of facets of three sizes"],
+)
+def test_automatic_penalties_are_those_of_the_stiffest_layer_and_of_a_middling_facet(
+    element, axes, layers, moduli, penalty
+):
+    mesh = box(element, *axes, regions={"first": layers, "second": lambda c: ~layers(c)})
+    first, second = (fs.Elastic(modulus, 0.4, 1000.0) for modulus in moduli)
+    attrs = fs.simulate(push_and_slide(mesh=mesh, materials={"first": first, "second": second})).attrs
+    np.testing.assert_allclose([attrs["normal_penalty"], attrs["tangential_penalty"]], penalty, rtol=1e-12)
+
+
+def test_groups_of_cells_without_a_material_change_nothing():
+    plain = push_and_slide(record=fs.Recording(snapshots_every=0.1))
+    probe = plain.mesh.elements_satisfying(lambda x: x[1] < 1.5e-3)
+    assert len(probe), "they lie at the contact"
+    grouped = plain.mesh.with_subdomains({**plain.mesh.subdomains, "probe": probe})
+    assert_same_history(fs.simulate(replace(plain, mesh=grouped)), fs.simulate(plain), 0.0)

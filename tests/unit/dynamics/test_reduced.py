@@ -1,0 +1,335 @@
+"""A reduced basis moves as the mesh does, with as many vibrations as the tolerance needs, or leaves it to the mesh."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import logging
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.reduced import march
+from fingerslip.history import VARIABLES
+from problems.pushed import push_and_slide
+from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, random_model
+from unit.dynamics.models import ROUNDING, assert_same_history, error_of
+
+# What shows the acceleration that few vibrations give.
+COARSE = {"velocity", "acceleration", "contact_velocity", "contact_acceleration", "snapshot_velocity"}
+COARSE |= {"kinetic_energy", "numerical_dissipation"}
+LOOSE = fs.ReducedBasis(0.5, 0.99)
+
+
+def both(model, basis=REDUCED):
+    """Return the history on the mesh and that in a reduced basis."""
+    reduced = fs.simulate(dataclasses.replace(model, basis=basis))
+    assert reduced.attrs["basis"] == "reduced"
+    return fs.simulate(model), reduced
+
+
+def with_basis(tolerance=1e-3, **changes):
+    return deep_push_and_slide(basis=fs.ReducedBasis(tolerance, 0.5), **changes)
+
+
+# The motion is that of the mesh.
+
+
+def test_everything_recorded_is_that_of_the_mesh():
+    full, reduced = both(deep_push_and_slide(damping=fs.RayleighDamping(mass=2.0, stiffness=1e-4)))
+    compared = 0
+    for name in sorted(set(VARIABLES) - ROUNDING - {"contact_state"}):
+        if full[name].size and np.abs(full[name].values).max():
+            assert difference(reduced, full, name) < (5e-2 if name in COARSE else 1e-3), name
+            compared += 1
+    assert compared > 25
+    np.testing.assert_array_equal(reduced.contact_state, full.contact_state)
+    assert set(np.unique(full.contact_state)) == {0, 1, 2}
+    assert np.abs(reduced.energy_imbalance.values).max() < 1e-10 * np.abs(reduced.external_work.values).max()
+
+
+def test_quasi_static_motions_are_exact():
+    model = deep_push_and_slide(
+        time=fs.QuasiStatic(5e-3),
+        gravity=(0.5, -2.0),
+        tractions={"left": fs.Traction((0.0, 30.0), fs.Ramp((0.0, 0.1), (0.0, 1.0)))},
+    )
+    full, reduced = both(model)
+    for name in set(VARIABLES) - ROUNDING:
+        if full[name].size and np.abs(full[name].values.astype(float)).max() > 1e-14:
+            assert difference(reduced, full, name) < 1e-7, name
+    assert reduced.attrs["basis_error"] < 1e-9
+    assert reduced.attrs["basis_acceleration_error"] == 0.0
+
+
+DRIVEN = fs.Contact("bottom", friction=fs.Coulomb(0.4), drive=fs.Drive(mass=1e-3, force=2e-4))
+ROUND = fs.Contact("bottom", fs.Cylinder(radius=20e-3, centre=(0.0, -20e-3)), fs.Coulomb(0.4))
+
+
+@pytest.mark.parametrize(
+    ("changes", "names", "tolerance"),
+    [
+        ({"gravity": (0.0, -5.0), "initial_velocity": (0.0, -0.01)}, ("displacement", "normal_traction"), 1e-3),
+        (
+            {"contacts": (DRIVEN,), "programme": (fs.Hold(0.05), fs.Slide(0.2e-3, 4e-3))},
+            ("counterface_displacement", "counterface_velocity", "counterface_force"),
+            1e-2,
+        ),
+        ({"contacts": (ROUND,)}, ("tangential_traction",), 1e-3),
+        ({"record": fs.Recording()}, ("contact_displacement",), 1e-3),
+    ],
+    ids=["loads", "drive", "frames that turn", "no sites"],
+)
+def test_loads_drives_and_curved_counterfaces_act_as_on_the_mesh(changes, names, tolerance):
+    full, reduced = both(deep_push_and_slide(**changes))
+    for name in names:
+        assert np.abs(full[name].values[-1]).max() > 1e-9
+        assert difference(reduced, full, name) < tolerance, name
+
+
+def test_the_start_is_that_of_the_mesh():
+    """To the rounding of what damping leaves of accelerations at the start, which no basis has exactly."""
+    damping = fs.RayleighDamping(mass=2.0, stiffness=1e-3)
+    model = deep_push_and_slide(gravity=(3.0, -9.81), initial_velocity=(0.01, -0.02), damping=damping)
+    full, reduced = (history.isel(time=0) for history in both(model, LOOSE))
+    for name in ("contact_acceleration", "acceleration", "contact_velocity", "velocity"):
+        assert error_of(reduced, full, name) < 1e-6, name
+
+
+@pytest.mark.parametrize("alpha", [-0.41421, -0.05])
+def test_a_weight_that_starts_at_once_leaves_the_contact_its_acceleration(alpha):
+    full, reduced = both(deep_push_and_slide(gravity=(0.0, -9.81), alpha=alpha), fs.ReducedBasis())
+    error = np.linalg.norm((reduced - full).contact_acceleration) / np.linalg.norm(full.contact_acceleration)
+    assert error < 5e-3
+
+
+def test_motions_together_are_those_alone_and_are_judged_by_the_worst():
+    """Each with its own friction, programme, counterface and sites."""
+    first = deep_push_and_slide(friction=0.3, basis=LOOSE)
+    slow = dataclasses.replace(first, programme=(fs.Press(0.2e-3, 4e-3), fs.Hold(0.1)))
+    rough = dataclasses.replace(
+        first, contacts=(fs.Contact("bottom", friction=fs.Coulomb(0.6)),), record=fs.Recording(SITES[:1])
+    )
+    models = [first, slow, rough]
+    alone, together = [fs.simulate(model) for model in models], fs.simulate_together(models)
+    for single, beside in zip(alone, together, strict=True):
+        for name in ("displacement", "contact_acceleration", "counterface_force"):
+            assert difference(beside, single, name) < 1e-3, name
+    worst = max(single.attrs["basis_acceleration_error"] for single in alone)
+    for beside in together:
+        assert beside.attrs["basis_acceleration_error"] == pytest.approx(worst, rel=1e-2)
+
+
+# What the residual of the full equations excites says how far the motion is from that on the mesh.
+
+
+def errors(reduced, full):
+    """Return the largest error of displacements, and the error of accelerations, at contact or sites."""
+    names = "contact_displacement", "displacement"
+    largest = max(np.abs(full[name].values).max() for name in names)
+    moved = max(np.abs((reduced[name] - full[name]).values).max() for name in names)
+    accelerations = ("contact_acceleration", "acceleration")
+    norms = (np.linalg.norm(reduced[name] - full[name]) / np.linalg.norm(full[name]) for name in accelerations)
+    return moved / largest, max(norms)
+
+
+def compared(model, caplog):
+    """Return errors and estimates, of displacements and accelerations; None where the mesh had to do it."""
+    caplog.set_level(logging.WARNING, "fingerslip")
+    reduced, full = fs.simulate(dataclasses.replace(model, basis=fs.ReducedBasis())), fs.simulate(model)
+    if reduced.attrs["basis"] == "full":
+        assert any("the motion is computed on the mesh" in record.message for record in caplog.records)
+        return None
+    estimates = (reduced.attrs["basis_error"], reduced.attrs["basis_acceleration_error"])
+    return np.array([errors(reduced, full), estimates])
+
+
+def check_estimates(models, caplog):
+    """No error beyond its tolerance or three times its estimate, and few estimates above three times their errors."""
+    pairs = [pair for model in models if (pair := compared(model, caplog)) is not None]
+    error, estimate = np.stack(pairs, axis=1)
+    basis = fs.ReducedBasis()
+    assert (error <= (basis.tolerance, basis.acceleration_tolerance)).all()
+    assert (error <= 3.0 * estimate + 1e-9).all()
+    # Too large an estimate only costs time. Of 60 there are 5 on one processor and 6 on another: which ones are above
+    # depends on how the vectors of a basis are rounded.
+    assert (estimate > 3.0 * error + 1e-9).mean() < 0.2
+    return len(pairs)
+
+
+def test_estimates_are_within_a_factor_of_three(caplog):
+    assert check_estimates(map(random_model, range(8)), caplog) > 1
+
+
+@pytest.mark.slow
+def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
+    assert check_estimates(map(random_model, range(6, 60)), caplog) > 20
+
+
+# As many vibrations as the tolerances need.
+
+
+def test_a_history_says_which_basis_it_has():
+    attrs = fs.simulate(with_basis()).attrs
+    assert (attrs["basis"], attrs["basis_vibrations"]) == ("reduced", 40)
+    assert attrs["basis_static_responses"] == 2 * attrs["n_contact_candidates"]
+    assert 0.0 < attrs["basis_error"] < 1e-3
+    assert attrs["basis_highest_frequency"] > 100.0
+    assert attrs["condensation"].startswith("reduced basis")
+    assert fs.simulate(deep_push_and_slide()).attrs["basis"] == "full"
+
+
+@pytest.fixture
+def few_vibrations(monkeypatch):
+    """Have the first basis be small, so that it has to grow."""
+    monkeypatch.setattr(march, "_FEWEST", 4)
+
+
+@pytest.mark.usefixtures("few_vibrations")
+@pytest.mark.parametrize("kind", ["basis_error", "basis_acceleration_error"])
+def test_vibrations_are_added_until_they_suffice_for_displacements_and_accelerations(kind):
+    loose = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=LOOSE)).attrs
+    limits = (0.3 * loose[kind], 0.99) if kind == "basis_error" else (0.5, 0.3 * loose[kind])
+    tight = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=fs.ReducedBasis(*limits))).attrs
+    assert loose["basis_vibrations"] == 4 < tight["basis_vibrations"] <= 64
+    assert tight[kind] <= 0.3 * loose[kind]
+
+
+def test_the_more_vibrations_the_nearer(monkeypatch):
+    full, moved = fs.simulate(deep_push_and_slide()), []
+    for count in (5, 40, 160):
+        monkeypatch.setattr(march, "_FEWEST", count)
+        reduced = fs.simulate(deep_push_and_slide(basis=LOOSE))
+        assert reduced.attrs["basis_vibrations"] == count
+        moved.append(difference(reduced, full, "displacement"))
+    assert moved[0] > 2.0 * moved[1] > 2.0 * moved[2]
+    assert moved[2] < 1e-5
+    assert difference(reduced, full, "contact_acceleration") < 1e-3
+
+
+# Bases are kept from run to run.
+
+
+class Memory:
+    """A store that counts what it is asked."""
+
+    def __init__(self):
+        self.arrays, self.loads, self.saves = {}, 0, 0
+
+    def load(self, key):
+        self.loads += 1
+        return self.arrays.get(key)
+
+    def save(self, key, arrays):
+        self.saves += 1
+        self.arrays[key] = dict(arrays)
+
+    def alone(self, key):  # noqa: ARG002
+        return contextlib.nullcontext()
+
+
+def test_a_kept_basis_is_used_again():
+    store, model = Memory(), with_basis()
+    first = fs.simulate(model, bases=store)
+    again = fs.simulate(dataclasses.replace(model, time=fs.TimeStepping(2.5e-3, -0.3)), bases=store)
+    assert (store.loads, store.saves) == (2, 1)
+    assert again.attrs["basis"] == "reduced"
+    assert_same_history(fs.simulate(model, bases=store), first, 0.0)
+
+
+@pytest.mark.usefixtures("few_vibrations")
+def test_the_first_of_several_motions_tries_a_basis_out_for_all(monkeypatch):
+    """Progress goes back to the start with every attempt; a basis that is kept suffices at once."""
+    loose = fs.simulate(with_basis(0.5)).attrs["basis_error"]
+    model, store = with_basis(0.3 * loose), Memory()
+    attempts = []
+    for _ in range(2):
+        told = []
+        fs.simulate_together([model, model], bases=store, progress=told.append)
+        attempts.append(told.count(1.0))
+    assert attempts[0] > 2
+    assert attempts[1] == 1
+    assert store.saves == 1
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"materials": {"bulk": fs.Elastic(35e3, 0.4, 1000.0)}},
+        {"materials": {"bulk": fs.Elastic(34e3, 0.4, 1001.0)}},
+        {"supports": {"top": ("x", "y"), "left": ("x",)}},
+        {"record": fs.Recording()},
+        {"gravity": (0.0, -1.0)},
+    ],
+)
+def test_another_body_needs_another_basis(change):
+    store = Memory()
+    for changes in ({}, change):
+        fs.simulate(with_basis(**changes, time=fs.TimeStepping(5e-3, end=0.05)), bases=store)
+    assert store.saves == 2
+
+
+# Where a basis is not the way, the motion is that on the mesh, bit by bit, with a reason in the log.
+
+PLATE = fs.RigidBody(1.0, free=("y",), loads=(fs.BodyLoad(y=1e-3),))
+HANGING = {
+    "contacts": (fs.Contact("bottom", friction=fs.Coulomb(0.4), rigid_body="plate"),),
+    "bodies": {"plate": PLATE},
+    "programme": (),
+    "time": fs.QuasiStatic(0.1, end=0.2),
+}
+ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05)}
+
+
+@pytest.mark.parametrize(
+    ("model", "patches", "reason"),
+    [
+        (with_basis(1e-14), {}, "and the tolerances are 1e-14 and 0.5"),
+        (with_basis(1e-14), {"_FEWEST": 4}, "and the tolerances are 1e-14 and 0.5"),
+        (
+            with_basis(supports={"top": ("x",)}, programme=(fs.Press(0.1e-3, 4e-3),)),
+            {},
+            "supports leave rigid motions free",
+        ),
+        (with_basis(**HANGING), {}, "contact alone holds the rigid body 'plate' (y)"),
+        (push_and_slide(basis=REDUCED, **ALONE), {}, "0 of 72 unknowns are those of contact"),
+        (with_basis(), {"available_memory": lambda: 1000}, "and 1e-06 GB are available"),
+    ],
+    ids=["tolerance", "more and more", "free", "held by contact", "no interface", "memory"],
+)
+def test_where_a_basis_does_not_do_the_motion_is_that_on_the_mesh(model, patches, reason, caplog, monkeypatch):
+    for name, value in patches.items():
+        monkeypatch.setattr(march, name, value)
+    caplog.set_level(logging.WARNING, "fingerslip")
+    store = Memory()
+    found, plain = fs.simulate(model, bases=store), fs.simulate(dataclasses.replace(model, basis=None))
+    assert found.attrs["basis"] == "full"
+    assert_same_history(found, plain, 0.0)
+    assert any(text.startswith("no reduced basis: ") and reason in text for text in caplog.messages), caplog.messages
+    assert not store.saves, "a basis that does not suffice is not kept"
+
+
+class Unsolved(fs.Coulomb):
+    """A friction law that fails a few times."""
+
+    def __init__(self, failures):
+        super().__init__(0.4)
+        object.__setattr__(self, "left", [fs.ConvergenceError(0.1, 3, 1.0, 1e-10, "try again")] * failures)
+
+    def coefficients(self, conditions):
+        if self.left:
+            raise self.left.pop()
+        return super().coefficients(conditions)
+
+
+def test_contact_that_is_not_solved_in_the_basis_is_solved_on_the_mesh(caplog):
+    history = fs.simulate(with_basis(contacts=(fs.Contact("bottom", friction=Unsolved(1)),)))
+    assert history.attrs["basis"] == "full"
+    assert "no reduced basis: contact at t = 0.1 s, node 3" in caplog.text
+
+
+def test_models_of_other_bases_are_not_computed_together():
+    model = with_basis()
+    with pytest.raises(fs.InputError, match=r"models.1.basis: differs"):
+        fs.simulate_together([model, dataclasses.replace(model, basis=None)])

@@ -1,0 +1,171 @@
+"""A condensed body without inertia: what it answers to contact forces, and that it moves as step by step."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.statics.body import static_body
+from fingerslip.dynamics.statics.march import march_static
+from fingerslip.dynamics.statics.touchable import depth_in_hull
+from fingerslip.errors import InputError, SlipOutsideContactError
+from fingerslip.slip import contact_area, stick_ratio
+from problems.domes import pressed_dome
+
+REACH = 1.2e-3
+
+
+def searched(model, reach):
+    contacts = tuple(dataclasses.replace(contact, search_distance=reach) for contact in model.contacts)
+    return dataclasses.replace(model, contacts=contacts)
+
+
+def marched(model, body):
+    return march_static(body, model.contacts[0], model.programme, model.time.step)
+
+
+WIDE = {"reach": 1e-3, "hidden": 1e-3}
+
+
+def test_the_compliance_is_symmetric_and_of_the_nodes_within_reach_and_a_site_there_moves_as_its_node():
+    body = static_body(pressed_dome(), **WIDE)
+    assert np.array_equal(body.compliance, body.compliance.T)
+    assert body.positions[:, 1].max() <= 1e-3
+    assert (np.linalg.eigvalsh(body.compliance)[6:] > -1e-15).all()
+    crown = int(np.argmin(np.linalg.norm(body.positions, axis=1)))
+    assert body.at_sites == pytest.approx(body.compliance[3 * crown : 3 * crown + 3], rel=1e-9, abs=1e-12)
+
+
+def test_a_convex_body_hides_nothing():
+    angle = np.linspace(-1.2, 1.2, 41)
+    arc = np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
+    assert depth_in_hull(arc, np.array([0.0, 1.0])) == pytest.approx(np.zeros(41), abs=1e-12)
+
+
+BALL = dataclasses.replace(pressed_dome().contacts[0], counterface=fs.Sphere(5e-3, (0.0, 1.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "message"),
+    [
+        ({"time": fs.TimeStepping(1e-3)}, {}, "time: has inertia"),
+        ({"gravity": (0.0, -9.81, 0.0)}, {}, "loads: act beside"),
+        ({"kinematics": "finite", "materials": {"bulk": fs.NeoHookean(1e5, 0.45, 1e3)}}, {}, "kinematics: is finite"),
+        ({"contacts": (BALL,)}, {}, "is curved"),
+        ({}, {"reach": -1.0}, "reach: got -1"),
+    ],
+)
+def test_models_that_cannot_be_condensed_are_refused(changes, options, message):
+    with pytest.raises(InputError, match=message):
+        static_body(pressed_dome(**changes), **(WIDE | options))
+
+
+@pytest.fixture(scope="module")
+def body():
+    return static_body(searched(pressed_dome(), REACH), reach=REACH, hidden=REACH)
+
+
+@pytest.mark.parametrize("normal", [(0.0, 1.0, 0.0), (0.05, 1.0, 0.0)])
+def test_with_a_node_a_patch_the_motion_is_that_of_the_mesh(body, normal):
+    model = pressed_dome(normal)
+    found, history = marched(model, body), fs.simulate(model)
+    size = np.abs(history["displacement"].values).max()
+    assert found.displacement == pytest.approx(history["displacement"].values, abs=1e-9 * size)
+    assert found.force == pytest.approx(history["counterface_force"].values[:, 0], abs=1e-9)
+    assert found.stick_ratio[1:] == pytest.approx(stick_ratio(history).values[1:], abs=1e-9)
+    assert found.contact_area == pytest.approx(contact_area(history).values, rel=1e-9)
+    assert np.isnan(found.stick_ratio[0])
+
+
+def test_patches_change_the_contact_alone(body):
+    coarse = static_body(searched(pressed_dome(), REACH), reach=REACH, hidden=REACH, patch=1.5e-3)
+    assert len(coarse.nodes) < len(body.nodes)
+    assert coarse.area.sum() == pytest.approx(body.area.sum())
+    model = pressed_dome()
+    forces = [marched(model, one).force[:, 1].max() for one in (body, coarse)]
+    assert forces[1] == pytest.approx(forces[0], rel=0.2)
+
+
+def test_what_is_watched_must_not_touch():
+    body = static_body(searched(pressed_dome(), REACH), reach=REACH, hidden=REACH)
+    # A node that no force moves lies where the plate comes to.
+    hidden = dataclasses.replace(
+        body, watched=np.array([[0.0, 0.2e-3, 0.0]]), at_watched=np.zeros((3, len(body.compliance)))
+    )
+    with pytest.raises(SlipOutsideContactError, match="is no contact candidate"):
+        marched(pressed_dome(), hidden)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"normal_penalty": None}, r"contact\.normal_penalty: is missing"),
+        ({"counterface": fs.Plane((0.0, 1.0, 0.0), offset=-1e-2)}, "needs a press that touches"),
+        ({"counterface": BALL.counterface}, r"contact\.counterface: is curved"),
+    ],
+)
+def test_contacts_that_do_not_fit_are_refused(body, changes, message):
+    model = pressed_dome()
+    with pytest.raises(InputError, match=message):
+        march_static(body, dataclasses.replace(model.contacts[0], **changes), model.programme, 0.1)
+
+
+def hanging_plate(**changes):
+    """Return a plate that is pressed against the dome, and then hangs on it while its load grows."""
+    plate = fs.RigidBody(
+        mass=0.1,
+        free=("x", "z"),
+        loads=(fs.BodyLoad(x=0.3, z=0.05, ramp=fs.Ramp((0.6, 3.0), (0.0, 1.0))),),
+        dampers=fs.Dampers(x=5.0, z=1.0),
+        springs=fs.Springs(x=2.0, z=3.0),
+        programme=(fs.Press(0.4e-3, 1e-3), fs.Hold(2.6)),
+    )
+    return dataclasses.replace(plate, **changes)
+
+
+def test_a_plate_that_hangs_on_the_body_falls_as_it_does_on_the_mesh(body):
+    plate, model = hanging_plate(), pressed_dome()
+    contact = dataclasses.replace(model.contacts[0], rigid_body="plate")
+    history = fs.simulate(
+        dataclasses.replace(model, contacts=(contact,), bodies={"plate": plate}, programme=plate.programme)
+    )
+    found = march_static(body, model.contacts[0], plate.programme, model.time.step, plate=plate)
+    fallen = history["counterface_displacement"].values[:, 0]
+    assert (fallen[-1, [0, 2]] > 1e-3).all()
+    assert found.counterface == pytest.approx(fallen, abs=1e-9 * fallen.max())
+    assert found.displacement == pytest.approx(history["displacement"].values, abs=1e-9 * fallen.max())
+    assert found.force == pytest.approx(history["counterface_force"].values[:, 0], abs=1e-9)
+    assert {0.0, 1.0} <= set(found.stick_ratio[1:].round(12))
+
+
+def test_the_motion_ends_where_the_plate_has_fallen_far_enough(body):
+    plate, model = hanging_plate(), pressed_dome()
+    whole, part = (
+        march_static(body, model.contacts[0], plate.programme, model.time.step, plate=plate, farthest=farthest)
+        for farthest in (np.inf, 1e-3)
+    )
+    count = part.time.size
+    assert part.counterface[-2, 0] <= 1e-3 < part.counterface[-1, 0]
+    assert count < whole.time.size
+    largest = np.abs(whole.displacement).max()
+    np.testing.assert_allclose(part.displacement, whole.displacement[:count], rtol=0.0, atol=1e-12 * largest)
+    np.testing.assert_array_equal(part.state, whole.state[:count])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"free": ("ry",), "centre": (0.0, 0.0, 0.0), "inertia": (1.0, 1.0, 1.0)}, "is ry, needs x, y or z"),
+        ({"free": ("y",)}, "is y, along which the programme moves the plate"),
+        ({}, "is x, along which contact alone holds the plate"),
+        ({"dampers": fs.Dampers(x=1.0), "initial_velocity": fs.BodyVelocity(x=1.0)}, "with a velocity at the start"),
+    ],
+)
+def test_a_plate_that_moves_otherwise_is_refused(body, changes, words):
+    none = {"free": ("x",), "loads": (), "dampers": None, "springs": None}
+    plate, model = hanging_plate(**{**none, **changes}), pressed_dome()
+    with pytest.raises(InputError, match=words):
+        march_static(body, model.contacts[0], plate.programme, 0.1, plate=plate)

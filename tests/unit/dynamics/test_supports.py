@@ -1,0 +1,219 @@
+"""Forces of supports, and supports that move: statics, momentum, energy and closed forms."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import mass_matrix
+from fingerslip.fe.space import build_space
+from fingerslip.verification.meshes import box
+from problems.pushed import push_and_slide
+
+DOWN_AND_ASIDE = fs.SupportMotion((-0.8e-3, -0.4e-3), fs.Ramp((0.0, 0.1, 0.2), (0.0, 0.5, 1.0)))
+HOLDS_STILL = {"programme": (), "contacts": (fs.Contact("bottom", friction=fs.Coulomb(0.4)),)}
+
+
+def block(dim=2, **changes):
+    sides = [np.linspace(0.0, 10e-3, 4)] * (dim - 1) + [np.linspace(0.0, 5e-3, 4)]
+    values = {
+        "mesh": box("Q4" if dim == 2 else "H8", *sides),
+        "materials": {"bulk": fs.Elastic(1e5, 0.3, 1000.0)},
+        "formulation": "plane_strain" if dim == 2 else "solid",
+        "time": fs.QuasiStatic(0.1, end=0.2),
+        "supports": {"top": ("x", "y", "z")[:dim]},
+    }
+    return fs.Model(**(values | changes))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_support_carries_weight_and_loads(dim):
+    gravity = (*(0.0,) * (dim - 1), -9.81)
+    traction = (*(0.0,) * (dim - 1), -50.0)
+    history = fs.simulate(block(dim, gravity=gravity, tractions={"bottom": traction}))
+    area = 10e-3 if dim == 2 else 10e-3**2
+    expected = 1000.0 * 9.81 * area * 5e-3 + 50.0 * area
+    assert history.support.values.tolist() == ["top"]
+    np.testing.assert_allclose(history.support_force.values[-1, 0, -1], expected, rtol=1e-10)
+    np.testing.assert_allclose(history.support_force.values[-1, 0, :-1], 0.0, atol=1e-10 * expected)
+
+
+def test_supports_share_what_they_carry():
+    """The sides carry half of the pull each, and what both hold counts for the first of them."""
+    held = {"left": ("x", "y"), "right": ("x", "y"), "bottom": ("x",)}
+    history = fs.simulate(block(supports=held, tractions={"top": (0.0, 100.0)}))
+    forces = history.support_force.values[-1]
+    np.testing.assert_allclose(forces[:, 1], [-0.5, -0.5, 0.0], atol=1e-12)
+    np.testing.assert_allclose(forces[:, 0].sum(), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("basis", [None, fs.ReducedBasis()])
+def test_supports_and_plate_are_in_balance_in_quasi_static_steps(basis):
+    history = fs.simulate(push_and_slide(time=fs.QuasiStatic(5e-3), basis=basis))
+    total = history.support_force.values[:, 0] + history.counterface_force.values[:, 0]
+    assert np.abs(total).max() <= 1e-9 * np.abs(history.counterface_force.values).max()
+    assert history.attrs["basis"].startswith("full" if basis is None else "reduced")
+
+
+def steps_before_a_release(history):
+    """Return how many steps there are before a node leaves, or friction turns: then forces at the start are dropped."""
+    touches, friction = history.contact_state.values > 0, history.tangential_traction.values[..., 0]
+    changes = (touches[:-1] & ~touches[1:]) | (friction[:-1] * friction[1:] < 0.0)
+    return int(np.argmax([*changes.any(axis=1), True]))
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.05, -0.41421])
+@pytest.mark.parametrize("motions", [{}, {"top": DOWN_AND_ASIDE}])
+def test_momentum_is_balanced_by_the_weights_of_the_scheme(alpha, motions):
+    """Summed up over the whole mesh: (M a)_1 = (1 + alpha) P_1 - alpha P_0 with all forces P from outside."""
+    changes = {"support_motions": motions, "gravity": (1.0, -2.0), "damping": fs.RayleighDamping(stiffness=1e-4)}
+    if motions:
+        changes |= HOLDS_STILL | {"time": fs.TimeStepping(5e-3, alpha, end=0.3)}
+    model = push_and_slide(alpha=alpha, **changes)
+    space = build_space(model.mesh)
+    matrix = mass_matrix(space, cell_materials(space, model.materials, model.formulation), model.depth)
+    masses = np.asarray(matrix.sum(axis=0)).reshape(-1, 2)
+    nodes = tuple(fs.Site(str(number), "", tuple(point)) for number, point in enumerate(space.positions))
+    history = fs.simulate(dataclasses.replace(model, record=fs.Recording(nodes)))
+    rate = (history.acceleration.values * masses).sum(axis=1)
+    outside = history.support_force.values[:, 0] + history.counterface_force.values[:, 0]
+    outside += masses.sum() / 2 * np.array(model.gravity)
+    expected = (1.0 + alpha) * outside[1:] - alpha * outside[:-1]
+    count = steps_before_a_release(history)
+    assert count > 10
+    np.testing.assert_allclose(rate[1:count], expected[: count - 1], atol=1e-9 * np.abs(outside).max())
+
+
+def test_moving_the_support_is_moving_the_plate_the_other_way():
+    """Statics does not know which of the two moves."""
+    contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), search_distance=1.0)
+    programme = (fs.Press(0.4e-3, 4e-3), fs.Slide(0.4e-3, 4e-3))
+    plate = push_and_slide(time=fs.QuasiStatic(5e-3), programme=programme, contacts=(contact,))
+    path = fs.SupportMotion((0.0, -0.4e-3), fs.Ramp((0.0, 0.1), (0.0, 1.0)))
+    moved = dataclasses.replace(plate, programme=(), time=fs.QuasiStatic(5e-3, end=0.1), support_motions={"top": path})
+    one, other = fs.simulate(plate).isel(time=slice(0, 21)), fs.simulate(moved)
+    for name in ("normal_traction", "tangential_traction", "gap", "slip_distance", "strain_energy", "external_work"):
+        scale = np.abs(one[name].values).max()
+        np.testing.assert_allclose(other[name].values, one[name].values, atol=1e-10 * scale, err_msg=name)
+    shift = one.contact_displacement.values - other.contact_displacement.values
+    np.testing.assert_allclose(shift[-1], [[0.0, 0.4e-3]] * shift.shape[1], atol=1e-15)
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.05, -0.41421])
+@pytest.mark.parametrize("damping", [fs.RayleighDamping(), fs.RayleighDamping(2.0, 1e-4)])
+def test_energy_is_balanced_where_a_support_drags_the_body_over_a_plate(alpha, damping):
+    model = push_and_slide(
+        **HOLDS_STILL,
+        damping=damping,
+        time=fs.TimeStepping(5e-3, alpha, end=0.3),
+        support_motions={"top": DOWN_AND_ASIDE},
+    )
+    history = fs.simulate(model)
+    work = float(history.external_work.values.max())
+    assert np.abs(history.energy_imbalance.values).max() <= 1e-11 * work
+    assert float(history.friction_dissipation[-1]) > 0.1 * work
+    assert (history.contact_state.values[-1] == 2).sum() + (history.contact_state.values[-1] == 1).sum() > 3
+
+
+def test_a_base_that_sets_off_makes_a_bar_swing():
+    """One cell of a bar with consistent mass: x = v t - 1.5 v/omega sin(omega t), omega^2 = 3 E/(rho L^2).
+
+    The base starts at once with v; the free end's mass is rho A L/3, and rho A L/6 couples it to the base. 400 steps a
+    period see the start at a step's length: 1 %.
+    """
+    length, modulus, density, speed = 1.0, 1e6, 1000.0, 0.1
+    rotation = (3.0 * modulus / density) ** 0.5 / length
+    period = 2.0 * np.pi / rotation
+    end = 400 * 2 * (period / 400)
+    model = fs.Model(
+        mesh=box("Q4", np.array([0.0, length]), np.array([0.0, 0.1])),
+        materials={"bulk": fs.Elastic(modulus, 0.0, density)},
+        formulation="plane_stress",
+        supports={"left": ("x",), "bulk": ("y",)},
+        support_motions={"left": fs.SupportMotion((speed * end, 0.0), fs.Ramp((0.0, end), (0.0, 1.0)))},
+        time=fs.TimeStepping(period / 400, 0.0, end=end),
+        record=fs.Recording(sites=(fs.Site("end", "", (length, 0.0)),)),
+    )
+    history = fs.simulate(model)
+    time = history.time.values
+    exact = speed * time - 1.5 * speed / rotation * np.sin(rotation * time)
+    error = np.abs(history.displacement.values[:, 0, 0] - exact).max()
+    assert error <= 0.01 * 1.5 * speed / rotation
+    energy = (history.kinetic_energy + history.strain_energy - history.external_work).values
+    assert np.abs(energy).max() <= 1e-11 * np.abs(history.external_work.values).max()
+
+
+def test_the_whole_mesh_is_shown_where_it_has_moved_to():
+    model = push_and_slide(
+        **HOLDS_STILL,
+        time=fs.QuasiStatic(5e-3, end=0.2),
+        support_motions={"top": DOWN_AND_ASIDE},
+        record=fs.Recording(sites=(fs.Site("held", "", (0.0, 4e-3)),), snapshots_every=0.1),
+    )
+    history = fs.simulate(model)
+    np.testing.assert_allclose(history.displacement.values[-1, 0], [-0.8e-3, -0.4e-3], rtol=1e-12)
+    top = history.node_position.values[:, 1] > 4e-3 - 1e-9
+    np.testing.assert_allclose(history.snapshot_displacement.values[-1, top], [[-0.8e-3, -0.4e-3]] * top.sum())
+
+
+def test_a_reduced_basis_is_not_for_moving_supports(caplog):
+    model = push_and_slide(
+        **HOLDS_STILL,
+        time=fs.QuasiStatic(5e-3, end=0.1),
+        support_motions={"top": DOWN_AND_ASIDE},
+        basis=fs.ReducedBasis(),
+    )
+    assert fs.simulate(model).attrs["basis"] == "full"
+    assert "no reduced basis: supports move" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("held", "motions", "match"),
+    [
+        (("x", "y"), {"lid": DOWN_AND_ASIDE}, r"support_motions.lid: moves what is no support, the supports are: top"),
+        (
+            ("x", "y"),
+            {"top": fs.SupportMotion((1e-3,), DOWN_AND_ASIDE.ramp)},
+            r"top.displacement: got 1 components, needs 2",
+        ),
+        (
+            ("y",),
+            {"top": fs.SupportMotion((1e-3, 0.0), DOWN_AND_ASIDE.ramp)},
+            r"top.displacement: moves along x, the support holds y; hold x as well, or write 0 there",
+        ),
+    ],
+)
+def test_motion_that_no_support_has_is_refused(held, motions, match):
+    with pytest.raises(fs.InputError, match=match):
+        fs.simulate(block(supports={"top": held, "left": ("x",)}, support_motions=motions))
+
+
+def test_a_motion_starts_at_rest():
+    with pytest.raises(fs.InputError, match=r"ramp: starts from a factor of 1, needs 0 at the start"):
+        fs.SupportMotion((0.0, 1e-3), fs.Ramp((0.0, 1.0), (1.0, 1.0)))
+
+
+def test_what_two_supports_hold_moves_with_the_first():
+    """The corner belongs to the left side, which rests; the rest of the top moves down."""
+    down = fs.SupportMotion((0.0, -1e-3), fs.Ramp((0.0, 0.2), (0.0, 1.0)))
+    model = block(supports={"left": ("y",), "top": ("x", "y")}, support_motions={"top": down})
+    history = fs.simulate(dataclasses.replace(model, record=fs.Recording(snapshots_every=0.2)))
+    x, y = history.node_position.values.T
+    moved = history.snapshot_displacement.values[-1, y > 5e-3 - 1e-9, 1]
+    np.testing.assert_allclose(moved, np.where(x[y > 5e-3 - 1e-9] < 1e-9, 0.0, -1e-3), atol=1e-15)
+
+
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_forces_so_far_are_those_of_the_whole_run(kinematics):
+    model = push_and_slide(kinematics=kinematics, materials={"bulk": fs.NeoHookean(50e3, 0.45, 1000.0)})
+    whole = fs.simulate(model).support_force.values
+    assert np.abs(whole).max() > 0.0
+    with fs.Simulation(model) as sim:
+        for taken in range(1, 30):
+            sim.step()
+            if taken % 7 == 0:
+                np.testing.assert_array_equal(sim.history().support_force.values, whole[: taken + 1])

@@ -1,0 +1,198 @@
+"""Motions that are computed together are those alone; what is still the same is computed once."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+from collections import Counter
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.step import sharing
+from fingerslip.dynamics.step.sharing import groups_to_share
+from fingerslip.linear import threads
+from problems.matrices import EXACT, needs_mkl
+from problems.pushed import push_and_slide
+from unit.dynamics.models import assert_same_history
+
+PRESS = fs.Press(2e-4, 4e-3)
+CONTACT = fs.Contact("bottom", friction=fs.Coulomb(0.4))
+
+
+def models():
+    """Return models that slide to either side, with other friction, deeper, for longer, and under gravity."""
+    first = push_and_slide(programme=(PRESS, fs.Slide(4e-4, 4e-3)))
+    back = dataclasses.replace(first, programme=(PRESS, fs.Slide(4e-4, 4e-3, (-1.0, 0.0))))
+    rough = dataclasses.replace(first, contacts=(dataclasses.replace(first.contacts[0], friction=fs.Coulomb(0.9)),))
+    deep = dataclasses.replace(first, programme=(fs.Press(4e-4, 4e-3), fs.Slide(6e-4, 4e-3)))
+    heavy = dataclasses.replace(first, gravity=(0.0, -5.0))
+    return [first, back, rough, deep, heavy]
+
+
+def contact(**changes):
+    return (dataclasses.replace(CONTACT, **changes),)
+
+
+@pytest.mark.usefixtures("condensed")
+def test_histories_are_those_of_single_simulations():
+    together = fs.simulate_together(models(), solver=EXACT)
+    for model, history in zip(models(), together, strict=True):
+        assert history.attrs["n_simulated_together"] == 5
+        assert_same_history(history, fs.simulate(model, solver=EXACT))
+
+
+@needs_mkl
+@pytest.mark.usefixtures("by_schur")
+def test_factors_of_single_precision_of_other_candidates_round_otherwise():
+    """Alone a motion has its own candidates, and so factors of its own."""
+    for model, history in zip(models(), fs.simulate_together(models()), strict=True):
+        assert history.attrs["condensation"].endswith("single precision")
+        assert_same_history(history, fs.simulate(model), 1e-4)
+
+
+@pytest.mark.slow
+def test_several_threads_find_the_same_contact_forces(monkeypatch):
+    """The contact problems of different motions are solved side by side, by factors that they share at first."""
+    monkeypatch.setattr("fingerslip.contact.solve.forces._FEW", 0)
+    one_thread = fs.simulate_together(models())
+    monkeypatch.setattr(threads, "usable_cores", lambda: 8)
+    for alone, beside in zip(one_thread, fs.simulate_together(models(), threads=4), strict=True):
+        assert_same_history(beside, alone)
+
+
+@pytest.mark.parametrize(("wanted", "at_once"), [(1, 0), (4, 4), (8, 5)])
+def test_threads_serve_a_whole_simulation_and_end_with_it(wanted, at_once, monkeypatch):
+    """As many as there are motions at most; there may be fewer cores."""
+    monkeypatch.setattr(threads, "usable_cores", lambda: 8)
+    before, counts = threading.active_count(), []
+    fs.simulate_together(models(), threads=wanted, progress=lambda _: counts.append(threading.active_count()))
+    assert max(counts) - before == at_once
+    assert threading.active_count() == before
+
+
+class Counted(fs.Coulomb):
+    """A friction law that counts how often it is asked at each time."""
+
+    def __init__(self):
+        super().__init__(0.4)
+        object.__setattr__(self, "asked", Counter())
+
+    def coefficients(self, conditions):
+        self.asked[round(conditions.time, 6)] += 1
+        return super().coefficients(conditions)
+
+
+def test_motions_are_computed_once_until_they_part():
+    """Three directions press alike for 0.05 s, ten steps; then there are three motions, two of them twins."""
+
+    def run(*numbers):
+        law = Counted()
+        group = [dataclasses.replace(models()[number], contacts=contact(friction=law)) for number in numbers]
+        return fs.simulate_together(group), law.asked
+
+    histories, asked = run(0, 1, 0)
+    _, alone = run(0)
+    assert len(alone) > 12
+    for time, count in alone.items():
+        assert asked[time] == count if time < 0.0501 else asked[time] > count, time
+    np.testing.assert_array_equal(histories[0].displacement, histories[2].displacement)
+    forces = [history.counterface_force.values[-1, 0, 0] for history in histories]
+    assert forces[0] * forces[1] < 0.0
+
+
+def test_progress_counts_the_longest_motion():
+    seen = []
+    fs.simulate_together(models()[::3], progress=seen.append)
+    assert seen[-1] == 1.0
+    assert seen == sorted(seen)
+
+
+# What must be the same.
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        ({"materials": {"bulk": fs.Elastic(1.0e4, 0.3, 1000.0)}}, "materials"),
+        ({"depth": 2e-3}, "depth"),
+        ({"supports": {"top": ("y",)}}, "supports"),
+        ({"damping": fs.RayleighDamping(mass=1.0)}, "damping"),
+        ({"integration": "full"}, "integration"),
+        ({"time": fs.TimeStepping(1e-3)}, "time"),
+        ({"time": fs.QuasiStatic(5e-3)}, "time"),
+        ({"contacts": ()}, "contacts"),
+        ({"contacts": contact(normal_penalty=1e7)}, "contacts.0"),
+        ({"contacts": contact(counterface=fs.Cylinder(0.01))}, "contacts.0"),
+        ({"bodies": {"jug": fs.RigidBody(1.0)}}, "bodies"),
+        ({"mesh": push_and_slide().mesh.translated((1e-6, 0.0))}, "mesh"),
+    ],
+)
+def test_what_changes_the_matrix_is_refused_before_anything_is_computed(change, part):
+    model = push_and_slide(contacts=(CONTACT,))
+    other, steps = dataclasses.replace(model, **change), []
+    with pytest.raises(fs.InputError, match=rf"models\.1\.{part}: differs .* simulate it by itself"):
+        fs.simulate_together([model, other], progress=steps.append)
+    assert not steps
+
+
+def test_friction_programme_loads_records_and_the_object_of_the_mesh_may_differ():
+    model = push_and_slide(contacts=(CONTACT,), programme=(PRESS,))
+    changes = (
+        {},
+        {"contacts": contact(friction=fs.Coulomb(0.9))},
+        {"contacts": contact(programme=(fs.Press(1e-4, 1e-3),))},
+        {"contacts": contact(search_distance=1e-3)},
+        {"programme": (PRESS, fs.Slide(1e-4, 4e-3, (-1.0, 0.0)))},
+        {"gravity": (0.0, -9.81)},
+        {"tractions": {"left": (1.0, 0.0)}},
+        {"initial_velocity": (1e-3, 0.0)},
+        {"record": fs.Recording(snapshots_every=0.01)},
+        {"mesh": push_and_slide().mesh},
+    )
+    group = [dataclasses.replace(model, **change) for change in changes]
+    names = ("contact_displacement", "normal_traction", "counterface_force", "strain_energy")
+    for each, history in zip(group, fs.simulate_together(group, solver=EXACT), strict=True):
+        assert_same_history(history, fs.simulate(each, solver=EXACT), 1e-7, names)
+
+
+# Groups of models that a study simulates together.
+
+
+@pytest.fixture
+def worth_sharing(monkeypatch):
+    """Have small models share, as large ones do."""
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
+
+
+@pytest.mark.usefixtures("worth_sharing")
+@pytest.mark.parametrize(
+    ("kinds", "at_once", "groups"),
+    [
+        ("aabab", None, [[0, 1, 3], [2, 4]]),
+        ("a" * 10, None, [[0, 1, 2, 3, 4], [5, 6, 7, 8, 9]]),
+        ("a" * 8, None, [list(range(8))]),
+        ("aaaa", 2, [[0, 1], [2, 3]]),
+        ("aabb", 2, [[0, 1], [2, 3]]),
+        ("aaa", 8, [[0], [1], [2]]),
+        ("cc", None, [[0], [1]]),
+    ],
+)
+def test_models_with_one_matrix_are_grouped_evenly_and_for_all_that_can_run_at_once(kinds, at_once, groups):
+    """Those that control their own steps (c) stay apart."""
+    kind = {"a": {}, "b": {"depth": 2e-3}, "c": {"time": fs.Adaptive(5e-3)}}
+    options = () if at_once is None else (at_once,)
+    assert groups_to_share([push_and_slide(**kind[letter]) for letter in kinds], *options) == groups
+
+
+@pytest.mark.usefixtures("worth_sharing")
+def test_many_models_are_as_many_groups_as_can_run_at_once_and_in_3d_one(monkeypatch):
+    many = [push_and_slide()] * 18
+    assert [len(group) for group in groups_to_share(many, 2)] == [5, 5, 5, 3]
+    monkeypatch.setattr(sharing, "_is_plane", lambda _: False)
+    assert groups_to_share(many[:4], 2) == [[0, 1, 2, 3]]
+
+
+def test_small_models_stay_apart():
+    assert groups_to_share([push_and_slide()] * 2) == [[0], [1]]

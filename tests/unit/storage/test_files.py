@@ -1,0 +1,333 @@
+"""Files and folders that are there whole or not at all, and hashes that differ where their inputs do."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import errno
+import hashlib
+import io
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from subprocess import PIPE, Popen
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.errors import DamagedError, InputError, ResultError
+from fingerslip.storage.files import (
+    alone,
+    check_empty,
+    check_replaceable,
+    clean_stale,
+    csv_text,
+    digest,
+    file_digest,
+    frame_csv,
+    new_folder,
+    plain_cell,
+    read_json,
+    write_json,
+    write_text,
+    writing,
+)
+
+WRITE = """
+import sys
+from pathlib import Path
+from fingerslip.storage.files import new_file, new_folder
+with new_folder(Path(sys.argv[1])) as partial, new_file(Path(sys.argv[1] + ".csv")) as file:
+    file.touch()
+    (partial / "a").write_text("1")
+    input(print())
+"""
+
+
+@contextlib.contextmanager
+def writing_process(final: Path) -> Iterator[Popen[bytes]]:
+    """Give a process that is writing a folder and a file, and end it as the system does when memory is short."""
+    with Popen([sys.executable, "-c", WRITE, str(final)], stdin=PIPE, stdout=PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        yield process
+        process.kill()
+
+
+def left_by_another_machine(folder: Path, days: float) -> Path:
+    """Return what another machine began to write so many days ago, whose lock cannot be seen."""
+    partial, mark = folder / ".run.0123abcd.partial", folder / ".run.0123abcd.lock"
+    partial.mkdir()
+    mark.write_text("another boot")
+    for path in (partial, mark):
+        os.utime(path, (time.time() - 86400.0 * days,) * 2)
+    return partial
+
+
+NAMES = ["=1+1", "+x", "-x", "@SUM(A1)", "\t=1", "'=1", "''=1"]
+
+
+def test_a_name_that_is_a_formula_is_text_in_tables_and_is_read_back() -> None:
+    rows = list(csv.reader(io.StringIO(csv_text([[name] for name in NAMES]))))
+    assert [row[0] for row in rows] == [f"'{name}" for name in NAMES]
+    assert [plain_cell(row[0]) for row in rows] == NAMES
+    plain = ["skin", "'skin'", "", "-1.5", "-1e-3", -2.0, None]
+    assert next(csv.reader(io.StringIO(csv_text([plain])))) == ["skin", "'skin'", "", "-1.5", "-1e-3", "-2.0", ""]
+    frame = pd.DataFrame({"=name": NAMES, "value": -0.5})
+    read = pd.read_csv(io.StringIO(frame_csv(frame)))
+    assert list(read.columns) == ["'=name", "value"]
+    assert [plain_cell(name) for name in read["'=name"]] == NAMES
+    assert (read["value"] == -0.5).all()
+
+
+def test_folder_takes_its_name_when_whole(tmp_path: Path) -> None:
+    with new_folder(tmp_path / "run") as partial:
+        (partial / "a").write_text("1")
+        assert not (tmp_path / "run").exists()
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_folder_is_replaced_as_a_whole(tmp_path: Path) -> None:
+    for name in ("old", "new"):
+        with new_folder(tmp_path / "run") as partial:
+            (partial / name).write_text("1")
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["new"]
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+@pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt])
+def test_failure_leaves_the_old_folder_alone(tmp_path: Path, kind: type[BaseException]) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "old").write_text("1")
+    with pytest.raises(kind), new_folder(tmp_path / "run"):
+        raise kind
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+    assert (tmp_path / "run" / "old").exists()
+
+
+def test_what_dead_processes_left_is_removed(tmp_path: Path) -> None:
+    with writing_process(tmp_path / "run"):
+        assert len(list(tmp_path.glob(".run*"))) == 4
+    clean_stale(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_living_process_is_writing_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a container of its own, whose processes have other numbers, its number is nobody's here."""
+
+    def nobody(*_: object) -> None:
+        raise ProcessLookupError
+
+    monkeypatch.setattr(os, "kill", nobody)
+    with writing_process(tmp_path / "run"):
+        clean_stale(tmp_path)
+        assert len(list(tmp_path.glob(".run*.partial*"))) == 2
+
+
+def test_what_another_thread_is_writing_stays(tmp_path: Path) -> None:
+    with new_folder(tmp_path / "run") as mine:
+        clean_stale(tmp_path)
+        with new_folder(tmp_path / "run") as other:
+            (other / "other").write_text("")
+        (mine / "mine").write_text("")
+    assert [path.name for path in tmp_path.rglob("*")] == ["run", "mine"]
+
+
+@pytest.mark.parametrize(("days", "stays"), [(1.0, True), (8.0, False)])
+def test_what_another_machine_writes_is_left_for_a_week(tmp_path: Path, days: float, stays: bool) -> None:
+    """A network file system may not tell of the locks of others."""
+    partial = left_by_another_machine(tmp_path, days)
+    clean_stale(tmp_path)
+    assert partial.exists() == stays
+    assert len(list(tmp_path.iterdir())) == 2 * stays
+
+
+def test_a_new_folder_clears_what_was_left_under_its_name(tmp_path: Path) -> None:
+    with writing_process(tmp_path / "tracks"), writing_process(tmp_path / "other"):
+        pass
+    with new_folder(tmp_path / "tracks"):
+        pass
+    assert sorted(path.name[:6] for path in tmp_path.iterdir()) == [".other"] * 4 + [".track"] * 2 + ["tracks"]
+
+
+@pytest.mark.skipif(shutil.which("unshare") is None, reason="has no process namespaces")
+def test_a_container_leaves_what_this_process_is_writing(tmp_path: Path) -> None:
+    code = f"from pathlib import Path; from fingerslip.storage.files import clean_stale; clean_stale(Path({str(tmp_path)!r}))"  # noqa: E501
+    with new_folder(tmp_path / "run") as partial:
+        command = ["unshare", "--user", "--pid", "--fork", "--uts", sys.executable, "-c", code]
+        if subprocess.run(command, check=False, capture_output=True).returncode:
+            pytest.skip("may make no process namespaces")
+        assert partial.is_dir()
+
+
+def test_run_that_was_moved_away_is_put_back(tmp_path: Path) -> None:
+    with writing_process(tmp_path / "run-0.6"):
+        (partial,) = tmp_path.glob(".run-0.6.*.partial")
+    old = partial.with_suffix(".old")
+    old.mkdir()
+    (old / "events.json").write_text("{}")
+    clean_stale(tmp_path)
+    assert [path.name for path in (tmp_path / "run-0.6").iterdir()] == ["events.json"]
+    assert not list(tmp_path.glob(".run-0.6.*.partial"))
+
+
+def test_foreign_hidden_files_stay(tmp_path: Path) -> None:
+    for name in (".gitignore", ".notes.partial", ".x.y.old", ".x.lock"):
+        (tmp_path / name).write_text("")
+    clean_stale(tmp_path)
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def test_text_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_text(tmp_path / "a.csv", "old")
+
+    def full(self: Path, *arguments: object, **options: object) -> None:
+        self.touch()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(ResultError, match=r"No space left on device.*free some space"):
+        write_text(tmp_path / "a.csv", "new")
+    assert (tmp_path / "a.csv").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_missing_right_to_write_is_not_called_a_full_disk(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match=r"Permission denied.*give write access"), writing(tmp_path):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def test_json_comes_back_as_it_was_written(tmp_path: Path) -> None:
+    values = {"b": [1, 2.5, None, {"é": float("inf")}], "a": "x"}
+    write_json(tmp_path / "a.json", values)
+    assert list(read_json(tmp_path / "a.json", "").items()) == list(values.items())
+    with pytest.raises(FileNotFoundError):
+        read_json(tmp_path / "none.json", "")
+
+
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        (b"", "is damaged: it is no JSON"),
+        (b"\xff\xfe", "is damaged: it is no JSON"),
+        (b"[" * 100_000, "is damaged: it is no JSON"),
+        (b"9" * 5000, "is damaged: it is no JSON"),
+        (b"[]", "has no checksum: it is damaged or of an earlier version"),
+        (b'{"a": 1}', "has no checksum: it is damaged or of an earlier version"),
+        (b'{"a": 1, "checksum": "0"}', "is damaged: its checksum is another"),
+        (None, r"cannot be read \(Is a directory\)"),
+    ],
+)
+def test_damaged_json_is_named_with_what_to_do(tmp_path: Path, content: bytes | None, found: str) -> None:
+    path = tmp_path / "a.json"
+    path.mkdir() if content is None else path.write_bytes(content)
+    with pytest.raises(DamagedError, match=rf"a\.json: {found}; run it again"):
+        read_json(path, "run it again")
+
+
+def test_a_folder_in_the_place_of_a_file_is_named(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").mkdir()
+    with pytest.raises(ResultError, match=r"cannot be written \(Is a directory\); remove the folder of that name"):
+        write_text(tmp_path / "a.csv", "")
+
+
+def test_a_folder_of_something_else_is_not_to_be_replaced(tmp_path: Path) -> None:
+    check_replaceable(tmp_path / "new", "mark")
+    check_replaceable(tmp_path, "mark")
+    (tmp_path / "other").write_text("")
+    with pytest.raises(InputError, match="holds files, but no mark, needs a new folder"):
+        check_replaceable(tmp_path, "mark")
+    (tmp_path / "mark").write_text("")
+    check_replaceable(tmp_path, "mark")
+
+
+def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text("title: mine", encoding="utf-8")
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        check_replaceable(tmp_path / "study.yaml", "mark")
+
+
+def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
+    """The lock of a process that is killed goes with it."""
+    mark = tmp_path / "made" / ".mark"
+    code = f"from pathlib import Path; from fingerslip.storage.files import alone\nwith alone(Path({str(mark)!r})): input(print())"  # noqa: E501
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        assert mark.exists()
+        other.kill()
+        other.wait()
+        with alone(mark):
+            assert mark.exists()
+    assert not mark.parent.exists()
+
+
+ROUNDS, PROCESSES = 200, 4
+ENTER = """
+import os, sys
+from pathlib import Path
+from fingerslip.storage.files import alone
+mark, inside = Path(sys.argv[1]), sys.argv[2]
+for _ in range(int(sys.argv[3])):
+    with alone(mark):
+        os.close(os.open(inside, os.O_CREAT | os.O_EXCL))
+        os.unlink(inside)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such lock")
+def test_never_two_processes_are_inside(tmp_path: Path) -> None:
+    """The one that leaves takes file and folder away, while others wait and come."""
+    command = [sys.executable, "-c", ENTER, str(tmp_path / "made" / ".mark"), str(tmp_path / "inside"), str(ROUNDS)]
+    others = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True) for _ in range(PROCESSES)]
+    assert [other.communicate()[1] for other in others] == [""] * PROCESSES
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
+    check_empty(tmp_path / "new")
+    check_empty(tmp_path)
+    (tmp_path / "targets.csv").write_text("theirs")
+    with pytest.raises(InputError, match="holds files, needs a new or an empty folder; give another name"):
+        check_empty(tmp_path)
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        check_empty(tmp_path / "targets.csv")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device")
+def test_a_device_is_never_replaced_by_a_file() -> None:
+    with pytest.raises(ResultError, match="/dev/full: is a device; needs the name of a file"):
+        write_text(Path("/dev/full"), "x")
+    assert Path("/dev/full").is_char_device()
+
+
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    max_leaves=8,
+)
+
+
+@given(PLAIN, PLAIN)
+def test_equal_data_and_only_equal_data_have_equal_hashes(one: object, other: object) -> None:
+    same = repr(one) == repr(other)
+    assert (digest(one) == digest(other)) == same or one == other
+
+
+def test_arrays_are_hashed_by_their_values_in_rows() -> None:
+    values = np.arange(6.0).reshape(2, 3)
+    assert digest(values) == digest(np.asfortranarray(values)) == hashlib.sha256(values.tobytes()).hexdigest()
+    assert digest(values) != digest(values + 1e-15)
+
+
+def test_files_are_hashed_by_their_content(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"some")
+    assert file_digest(tmp_path / "a") == digest(b"some") == hashlib.sha256(b"some").hexdigest()
