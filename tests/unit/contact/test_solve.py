@@ -457,6 +457,6 @@ def test_an_interrupt_inside_compiled_code_stays_an_interrupt(monkeypatch):
     def interrupted(*_):
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
-    monkeypatch.setattr(newton, "_solve", interrupted)
+    monkeypatch.setattr(newton, "compiled_solve", interrupted)
     with pytest.raises(KeyboardInterrupt):
         solve_friction(np.eye(2), np.array([[-1.0, 0.1]]), np.array([0.5]), np.zeros((1, 2)), 1e-12)
