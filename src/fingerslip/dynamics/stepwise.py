@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.dynamics.compact.integrator import CompactSteps, is_compact
 from fingerslip.dynamics.finite.course import FiniteCourse
+from fingerslip.dynamics.motions import Motions
 from fingerslip.dynamics.outside import OutsideCheck
 from fingerslip.dynamics.recording.recorder import Recorder
+from fingerslip.dynamics.reduced.march import BasisStore, basis_attributes, reduced_for_steps
+from fingerslip.dynamics.reduced.residual import ResidualCheck
 from fingerslip.dynamics.rotations import RotationCheck
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import System
+from fingerslip.linear.craig_bampton import CraigBampton
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.model.model import Model
+from fingerslip.model.model import Model, ReducedBasis
 
-__all__ = ["Course", "SmallCourse", "Stepwise", "make_course"]
+__all__ = ["CompactCourse", "Course", "SmallCourse", "Stepwise", "make_course"]
 
 Array = NDArray[np.float64]
+
+_logger = logging.getLogger("fingerslip.dynamics")
 
 
 class Course(Protocol):
@@ -83,16 +91,88 @@ class SmallCourse:
         """Do nothing."""
 
 
-def make_course(model: Model, system: System, solver: LinearSolver, watch: Stopwatch, reserved_bytes: int) -> Course:
-    """Return what takes the steps of a model.
+class CompactCourse:
+    """One motion in a reduced basis in 2D; see :class:`Course`."""
+
+    def __init__(self, steps: CompactSteps, model: Model, basis: CraigBampton, check: ResidualCheck) -> None:
+        self._steps, self._basis, self._check = steps, basis, check
+        wanted = model.basis or ReducedBasis()
+        self._limits = wanted.tolerance, wanted.acceleration_tolerance
+
+    @property
+    def stepper(self) -> Stepper:
+        """What stays the same."""
+        return self._steps.stepper
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What a history says of the basis; a warning where its errors are beyond the tolerances."""
+        self._check.finish()
+        errors = self._check.error, self._check.acceleration_error
+        if any(error > limit for error, limit in zip(errors, self._limits, strict=True)):
+            _logger.warning("basis: %d vibrations leave errors of %.2g and %.2g", self._basis.frequencies.size, *errors)
+        return basis_attributes(self._basis, self._check)
+
+    def start(self) -> State:
+        """Return the state at time zero."""
+        state = first_state(self.stepper)
+        self._check.look(0, state)
+        return state
+
+    def advance(self, state: State, end: float) -> State:
+        """Take a step to a time [s]."""
+        after, _ = self._steps.advance(state, np.array([end]))
+        self._check.look(0, after)
+        return after
+
+    def steer(self, system: System) -> None:
+        """Go on with another system."""
+        self._steps.steer(self.stepper.with_system(system))
+
+    def saved_state(self) -> Any:
+        """Return the state of the check."""
+        return self._check.saved_state()
+
+    def restore(self, saved: Any) -> None:
+        """Go on with the state of the check."""
+        self._check.restore(saved)
+
+
+def make_course(  # noqa: PLR0917
+    model: Model,
+    system: System,
+    solver: LinearSolver,
+    watch: Stopwatch,
+    reserved_bytes: int,
+    bases: BasisStore | None = None,
+) -> tuple[Course, System]:
+    """Return what takes the steps of a model, and its system, which is another one in a reduced basis.
 
     Units: reserved_bytes [bytes].
     """
     if model.is_finite:
-        return FiniteCourse(model, system, solver, watch, reserved_bytes)
+        return FiniteCourse(model, system, solver, watch, reserved_bytes), system
+    if model.basis is not None:
+        course = _compact_course(model, system, solver, watch, bases)
+        if course is not None:
+            return course, course.stepper.system
     with watch.part("factorisation"):
         steppers = build_steppers([system], model.time, model.damping, solver=solver, reserved_bytes=reserved_bytes)
-    return SmallCourse(steppers[0], watch)
+    return SmallCourse(steppers[0], watch), system
+
+
+def _compact_course(
+    model: Model, system: System, solver: LinearSolver, watch: Stopwatch, bases: BasisStore | None
+) -> CompactCourse | None:
+    """Return the course of a model in a basis; None where it is better computed on the mesh."""
+    reduced = reduced_for_steps(Motions((model,), (system,), (), solver, watch, None, 1), bases)
+    if reduced is None:
+        return None
+    stepper = build_steppers([reduced[0]], model.time, model.damping, solver=solver)[0]
+    if not is_compact(stepper):
+        _logger.warning("no reduced basis: it is stepped in 2D on flat counterfaces alone")
+        return None
+    return CompactCourse(CompactSteps(stepper), model, *reduced[1:])
 
 
 class Stepwise:

@@ -205,10 +205,6 @@ def test_all_faces_of_a_body_move_along_what_it_is_not_free_in(of: str) -> None:
     [
         (lambda sim: [sim.step() for _ in range(3)], "end: is reached, 0.01 s"),
         (lambda sim: (sim.close(), sim.step()), "simulation: is closed, takes no more steps"),
-        (
-            lambda _: fs.Simulation(a_model(basis=fs.ReducedBasis())),
-            "basis: is given, simulations that are stepped are computed on the mesh",
-        ),
     ],
 )
 def test_steps_that_cannot_be_taken_are_refused(call: Callable[[fs.Simulation], object], message: str) -> None:

@@ -26,6 +26,14 @@ __all__ = ["CompactSteps", "is_compact"]
 
 Array = NDArray[np.float64]
 
+# What of a state is recorded, and what only the next step needs.
+_RECORDED = (
+    *("time", "displacement", "velocity", "acceleration", "counterfaces", "contact_forces"),
+    *("iterations", "residual"),
+)
+_OF_INTERFACE = ("forces", "relative", "slip_distance", "state", "limit")
+_ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "external_work")
+_NOT_RECORDED = ("inertia", "load", "unbalance", "unbalance_before", "moved", "contact_forces_before")
 # Unknowns of contact up to which an inverse of all of them is kept.
 _FEW = 900
 
@@ -114,8 +122,8 @@ class CompactSteps:
         friction = system.counterfaces.coefficients(limits, candidates.counterface)
         travel = np.zeros((count + 1, len(system.motions), 2))
         travel[0] = state.counterfaces
-        for number, motion in enumerate(system.motions):
-            travel[1:, number] = motion.displacement(times)
+        for number, travels in enumerate(system.motions):
+            travel[1:, number] = travels.displacement(times)
         factors = np.array([[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()])
         partition = self._partition(state)
         inverse = Inverse(*(getattr(partition, name).copy() for name in Inverse._fields))
@@ -126,7 +134,8 @@ class CompactSteps:
             end = float(times[0])
             after = advance([self.stepper], [state], end, [system.displacements(end)], watch=Stopwatch())[0]
             return after, _as_block(after)
-        records = Records(*(values[:solved] for values in records))
+        of_steps: dict[str, Any] = {name: values[:solved] for name, values in records._asdict().items()}
+        records = Records(**of_steps)
         block = self._block(state, times[:solved], travel[1 : solved + 1], records)
         forces, product = motion.forces[:2].copy()
         partition = replace(partition, **inverse._asdict(), forces=forces, product=product)
@@ -165,8 +174,8 @@ class CompactSteps:
     def _on_coordinates(self, forces: Array) -> Array:
         """Return forces (m + p,) on coordinates and interface as forces on the coordinates, (m,)."""
         size = self._interface.shape[1]
-        total: Array = forces[:size] + forces[size:] @ self._interface
-        return total
+        behind = forces[size:]
+        return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
 
     def _spread(self, coordinates: Array) -> Array:
         """Return fields (k, m) with the displacement of the interface behind them, (k, m + p)."""
@@ -220,7 +229,7 @@ class CompactSteps:
         behind = np.zeros(len(self._interface))
         slips, forces = motion.slips, motion.forces
         last_energies = {name: float(np.ravel(value)[-1]) for name, value in vars(block.energies).items()}
-        release = Release(*motion.release, float(motion.largest[0])) if motion.largest[0] else None
+        release = Release(motion.release[0], motion.release[1], float(motion.largest[0])) if motion.largest[0] else None
         interface = InterfaceState(
             partition.forces, motion.relative[0], slips[0], slips[1], slips[2], motion.states, slips[3]
         )
@@ -250,20 +259,26 @@ class CompactSteps:
 
 def _as_block(state: State) -> State:
     """Return what is recorded of a state as that of one step, time first."""
-    interface = {field.name: getattr(state.interface, field.name)[None] for field in fields(InterfaceState)}
-    energies = {field.name: np.array([getattr(state.energies, field.name)]) for field in fields(Energies)}
-    values = {
-        name: np.asarray(getattr(state, name))[None]
-        for name in ("time", "displacement", "velocity", "acceleration", "counterfaces", "contact_forces")
-    }
+    none, interface, energies = np.zeros(0), state.interface, state.energies
+    nothing: dict[str, Any] = dict.fromkeys(_NOT_RECORDED, none)
+    energies_of_step: dict[str, Any] = {name: np.array([getattr(energies, name)]) for name in _ENERGIES}
+    fields_of_step: dict[str, Any] = {name: np.asarray(getattr(state, name))[None] for name in _RECORDED}
     return replace(
         state,
-        **values,  # type: ignore[arg-type]
-        interface=InterfaceState(**interface),
-        energies=Energies(**energies),
-        iterations=np.array([state.iterations]),  # type: ignore[arg-type]
-        residual=np.array([state.residual]),  # type: ignore[arg-type]
+        **fields_of_step,
+        **nothing,
+        interface=replace(
+            interface,
+            **{
+                name: getattr(interface, name)[None]
+                for name in ("forces", "relative", "slip_distance", "state", "limit")
+            },
+            slip_since_contact=none,
+            slip=none,
+        ),
+        energies=replace(energies, **energies_of_step),
         working_set=None,
+        release=None,
     )
 
 

@@ -15,7 +15,7 @@ def march_finite(motions: Motions, number: int) -> Marched:
     watch, model, system = motions.watch, motions.models[number], motions.systems[number]
     with watch.part("assembly"):
         recorder = Recorder(model, system, motions.times[number])
-    course = make_course(model, system, motions.solver, watch, recorder.nbytes)
+    course = make_course(model, system, motions.solver, watch, recorder.nbytes)[0]
     with watch.part("stepping"), single_dense_thread():
         steps = Stepwise(course, recorder, system, motions.times[number], watch)
         while steps.taken < steps.last:

@@ -182,7 +182,8 @@ class Recorder:
 
     def part(self, start: int, end: int) -> Recorder:
         """Return a completed copy of the records from one step to before another that were made so far."""
-        self._complete_last()
+        # Of all steps that are kept together, rounding is that of a motion that nobody observes.
+        self._complete_last(end - start if end == self._next else _STEPS_AT_ONCE)
         self._snapshots.carry(self.values)
         steps = slice(start, end)
         snapshots, shots = self._snapshots.part(start, end)
@@ -278,11 +279,12 @@ class Recorder:
         self.values["strain"][step] = sites.tensors(strains)
         self.values["strain_energy_density"][step] = sites.energy_densities(strains)
 
-    def _complete_last(self) -> None:
-        """Compute what follows from the last steps that are kept."""
-        start = (self._next - 1) // self._at_once * self._at_once
+    def _complete_last(self, count: int = _STEPS_AT_ONCE) -> None:
+        """Compute what follows from the last steps that are kept, or from some of them."""
+        first = (self._next - 1) // self._at_once * self._at_once
+        start = max(first, self._next - count)
         steps = slice(start, self._next)
-        strains, observed = self._strains[steps], self._observed[:, : self._next - start]
+        strains, observed = self._strains[steps], self._observed[:, start - first : self._next - first]
         near, touching = self._near.read(observed), self._touching.read(observed)
         strains[:] = (self._at_sites.strain @ near[0].T).T.reshape(strains.shape)
         self._supports.follow(steps, observed[..., self._beside])

@@ -21,6 +21,7 @@ from fingerslip.dynamics.reduced.reduction import (
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
 from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.space import free_pieces
 from fingerslip.linear.craig_bampton import (
@@ -35,7 +36,7 @@ from fingerslip.linear.memory import available_memory
 from fingerslip.model.model import ReducedBasis
 from fingerslip.storage.files import digest
 
-__all__ = ["BasisStore", "march_in_basis"]
+__all__ = ["BasisStore", "basis_attributes", "march_in_basis", "reduced_for_steps"]
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,8 @@ _MOTIONS = 20
 # Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
 _SQUARES = 10
 _VERSION = 3
+# Vibrations of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
+_STEPWISE = 120
 
 _logger = logging.getLogger("fingerslip.dynamics")
 
@@ -239,7 +242,13 @@ def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marc
     marched = march_motions(motions, systems, described, look)
     with motions.watch.part("basis"):
         check.finish()
-    described |= {
+    described |= basis_attributes(basis, check)
+    return marched, check
+
+
+def basis_attributes(basis: CraigBampton, check: ResidualCheck) -> dict[str, object]:
+    """Return what histories say of a basis and of the errors that it leaves."""
+    return {
         "basis": "reduced",
         "basis_static_responses": basis.interface.size,
         "basis_vibrations": basis.frequencies.size,
@@ -247,4 +256,23 @@ def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marc
         "basis_error": check.error,
         "basis_acceleration_error": check.acceleration_error,
     }
-    return marched, check
+
+
+def reduced_for_steps(
+    motions: Motions, store: BasisStore | None = None
+) -> tuple[System, CraigBampton, ResidualCheck] | None:
+    """Return the system of one motion in a basis, with the check of its errors; None where the mesh is better."""
+    try:
+        _require_suitable(motions)
+        maker = _Maker.of(motions, store)
+        with motions.watch.part("basis"), maker.alone():
+            stored = maker.kept()
+            basis = stored or maker.make(_STEPWISE)
+            if stored is None:
+                maker.keep(basis)
+            system = reduced_system(motions.systems[0], maker.body, basis)
+        coordinates: Any = system.coordinates
+        return system, basis, ResidualCheck(motions.models, motions.systems, [coordinates])
+    except (_UnsuitableError, FingerslipError) as reason:
+        _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
+        return None

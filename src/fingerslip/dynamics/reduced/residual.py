@@ -14,6 +14,7 @@ numerical damping adds up over many steps is added up here, too.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numba
 import numpy as np
@@ -62,6 +63,16 @@ class ResidualCheck:
     def look(self, number: int, state: State) -> None:
         """Follow one of the motions to its next state, or to several, time first in their arrays."""
         self._errors[number].look(state)
+
+    def saved_state(self) -> Any:
+        """Return what :meth:`restore` needs, as plain data and arrays."""
+        self.finish()
+        return [motion.saved_state() for motion in self._errors]
+
+    def restore(self, saved: Any) -> None:
+        """Go on where :meth:`saved_state` was called."""
+        for motion, state in zip(self._errors, saved, strict=True):
+            motion.restore(*state)
 
     def finish(self) -> None:
         """Look at the steps that wait."""
@@ -140,6 +151,13 @@ class _MotionError:
     def acceleration_error(self) -> float:
         ratios = [error / whole for error, whole in self._sizes[:, 2:] if whole]
         return float(np.sqrt(max(ratios, default=0.0)))
+
+    def saved_state(self) -> Any:
+        return self._following.fields, self._inside.fields, self._sizes.copy(), *(self._last or (None, None))
+
+    def restore(self, following: Array, inside: Array, sizes: Array, times: Array | None, rows: Array | None) -> None:
+        self._following.fields, self._inside.fields, self._sizes = following, inside, sizes.copy()
+        self._last = None if times is None or rows is None else (times, rows)
 
     def look(self, state: State) -> None:
         size = self._basis.eigenvalues.size

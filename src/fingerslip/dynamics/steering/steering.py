@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.recording.provenance import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
+from fingerslip.dynamics.reduced.march import BasisStore
 from fingerslip.dynamics.steering.commands import Command, with_command
 from fingerslip.dynamics.steering.packing import is_like, read_archive, write_archive
 from fingerslip.dynamics.step.stepper import Stopwatch
@@ -92,11 +93,14 @@ class Simulation:
         As for :func:`fingerslip.simulate`.
     solver : LinearSolver, optional
         As for :func:`fingerslip.simulate`.
+    bases : BasisStore, optional
+        As for :func:`fingerslip.simulate`. In 2D on flat counterfaces, a model with a reduced basis is stepped in it;
+        the history's attributes say which errors it has left, and a warning where they are beyond its tolerances.
 
     Raises
     ------
     InputError
-        For a model that cannot be computed, and for one with a reduced basis or with steps that control their error.
+        For a model that cannot be computed, and for one with steps that control their error.
 
     Examples
     --------
@@ -112,10 +116,14 @@ class Simulation:
             history = sim.history()
     """
 
-    def __init__(self, model: Model, *, threads: int | None = None, solver: LinearSolver | None = None) -> None:
-        if model.basis is not None:
-            repair = "leave basis out"
-            raise InputError("basis", "is given", "simulations that are stepped are computed on the mesh", repair)
+    def __init__(
+        self,
+        model: Model,
+        *,
+        threads: int | None = None,
+        solver: LinearSolver | None = None,
+        bases: BasisStore | None = None,
+    ) -> None:
         if isinstance(model.time, Adaptive):
             repair = "take TimeStepping or QuasiStatic"
             raise InputError("time", "controls its own steps", "simulations that are stepped have a fixed step", repair)
@@ -127,11 +135,12 @@ class Simulation:
             stack.enter_context(limited_threads(suitable_threads(model.mesh.p.size, allowed, model.mesh.dim())))
             stack.enter_context(single_dense_thread())
             with self._watch.part("assembly"):
-                times, self._system = step_times(model), build_system(model)
-                counts = len(self._system.space.positions), len(self._system.candidates.nodes)
-                require_record_memory(model, record_bytes(model, *counts))
+                times, system = step_times(model), build_system(model)
+                needed = record_bytes(model, len(system.space.positions), len(system.candidates.nodes))
+                require_record_memory(model, needed)
+            course, self._system = make_course(model, system, solver or preferred_solver(), self._watch, needed, bases)
+            with self._watch.part("assembly"):
                 recorder = Recorder(model, self._system, times)
-            course = make_course(model, self._system, solver or preferred_solver(), self._watch, recorder.nbytes)
             self._steps = Stepwise(course, recorder, self._system, times, self._watch)
             self._stack = stack.pop_all()
 
@@ -225,7 +234,13 @@ class Simulation:
 
     @classmethod
     def restore(
-        cls, path: str | Path, model: Model, *, threads: int | None = None, solver: LinearSolver | None = None
+        cls,
+        path: str | Path,
+        model: Model,
+        *,
+        threads: int | None = None,
+        solver: LinearSolver | None = None,
+        bases: BasisStore | None = None,
     ) -> Simulation:
         """Return a simulation that goes on where it was saved.
 
@@ -239,6 +254,8 @@ class Simulation:
             As for :func:`fingerslip.simulate`.
         solver : LinearSolver, optional
             As for :func:`fingerslip.simulate`.
+        bases : BasisStore, optional
+            As for :func:`fingerslip.simulate`.
 
         Raises
         ------
@@ -247,7 +264,7 @@ class Simulation:
         DamagedError
             For a file that holds no simulation.
         """
-        simulation = cls(model, threads=threads, solver=solver)
+        simulation = cls(model, threads=threads, solver=solver, bases=bases)
         with contextlib.ExitStack() as stack:
             stack.callback(simulation.close)
             try:

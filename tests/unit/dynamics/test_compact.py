@@ -1,0 +1,167 @@
+"""Steps of a reduced body in compiled code: those of the mesh, steered, saved, and handed over where they fail."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.compact import integrator
+from fingerslip.verification.meshes import box
+
+# What is compared with the mesh, over the largest value of each.
+COMPARED = (
+    "contact_displacement",
+    "normal_traction",
+    "tangential_traction",
+    "slip_distance",
+    "counterface_force",
+    "counterface_displacement",
+    "support_force",
+    "strain_energy",
+    "friction_dissipation",
+    "external_work",
+)
+
+
+def a_model(law: Any | None = None, **changes: object) -> fs.Model:
+    """Return a block that is pressed and slid to and fro until all of it slips: 48 steps, all modes in the basis."""
+    model = fs.Model(
+        mesh=box("Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)),
+        materials={"bulk": fs.Elastic(50e3, 0.45, 1000.0)},
+        formulation="plane_strain",
+        depth=0.01,
+        supports={"top": ("x", "y")},
+        contacts=(fs.Contact("bottom", fs.Plane((0.0, 1.0)), law or fs.Coulomb(0.4)),),
+        programme=(
+            fs.Press(0.3e-3, 5e-3),
+            fs.Slide(0.4e-3, 5e-3, (1.0, 0.0)),
+            fs.Slide(0.4e-3, 5e-3, (-1.0, 0.0)),
+            fs.Lift(0.1e-3, 5e-3),
+        ),
+        time=fs.TimeStepping(5e-3),
+        record=fs.Recording(sites=(fs.Site("inside", "probe", (4e-3, 1e-3)),), snapshots_every=20e-3),
+        basis=fs.ReducedBasis(1e-6, 1e-2),
+    )
+    return replace(model, **changes)
+
+
+class Bases(dict[str, Mapping[str, Any]]):
+    """A store of bases in memory."""
+
+    load, save = dict.get, dict.__setitem__
+
+    def alone(self, _: str) -> contextlib.AbstractContextManager[None]:
+        return contextlib.nullcontext()
+
+
+LAWS = {
+    "coulomb": fs.Coulomb(0.4),
+    "static and kinetic": fs.StaticKinetic(0.5, 0.3, decay_speed=2e-3),
+    "weakening": fs.SlipWeakening(0.6, 0.3, distance=50e-6),
+}
+CHANGES = {
+    "damping": {"damping": fs.RayleighDamping(mass=5.0, stiffness=1e-3)},
+    "no inertia": {"time": fs.QuasiStatic(5e-3)},
+    "no numerical damping": {"time": fs.TimeStepping(5e-3, alpha=0.0)},
+    "gravity and a moving start": {"gravity": (0.0, -9.81), "initial_velocity": (0.0, -1e-3)},
+    "two counterfaces": {
+        "supports": {"left": ("x", "y")},
+        "contacts": (
+            fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.4)),
+            fs.Contact("top", fs.Plane((0.0, -1.0)), fs.Coulomb(0.2)),
+        ),
+    },
+}
+
+
+@pytest.mark.parametrize(
+    "model",
+    [*(a_model(law) for law in LAWS.values()), *(a_model(**changes) for changes in CHANGES.values())],
+    ids=[*LAWS, *CHANGES],
+)
+def test_histories_are_those_of_the_mesh(model: fs.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+    advance = integrator.CompactSteps.advance
+    monkeypatch.setattr(integrator.CompactSteps, "advance", lambda *step: calls.append(1) or advance(*step))
+    history, expected = fs.simulate(model), fs.simulate(replace(model, basis=None))
+    assert (history.attrs["basis"], len(calls) > 0) == ("reduced", True)
+    for name in COMPARED:
+        values, wanted = history[name].values, expected[name].values
+        np.testing.assert_allclose(values, wanted, atol=2e-5 * np.abs(wanted).max(initial=1e-30), err_msg=name)
+    different = (history["contact_state"] != expected["contact_state"]).values
+    assert different.mean() < 0.01
+    works = history["external_work"].values
+    assert np.abs(history["energy_imbalance"].values).max() < 1e-12 * np.abs(works).max()
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_steps_from_outside_are_those_of_a_simulation_and_of_a_restored_one(law: Any, tmp_path: Path) -> None:
+    model, bases = a_model(law), Bases()
+    expected = fs.simulate(model, bases=bases)
+    with fs.Simulation(model, bases=bases) as sim:
+        for _ in range(30):
+            observed = sim.step()["contact_state"]
+        sim.save(tmp_path / "saved")
+        while not sim.is_finished:
+            sim.step()
+        history = sim.history()
+    with fs.Simulation.restore(tmp_path / "saved", model, bases=bases) as sim:
+        np.testing.assert_array_equal(sim.observation["contact_state"], observed)
+        while not sim.is_finished:
+            sim.step()
+        restored = sim.history()
+    for name in COMPARED:
+        np.testing.assert_array_equal(restored[name].values, history[name].values, err_msg=name)
+        wanted = expected[name].values
+        np.testing.assert_allclose(history[name].values, wanted, atol=1e-11 * np.abs(wanted).max(initial=1e-30))
+    assert restored.attrs["basis_error"] == history.attrs["basis_error"]
+
+
+def test_commands_steer_a_basis_as_they_steer_the_mesh() -> None:
+    """The plate is pressed by a force, which a command doubles, and stopped on the way."""
+    contact = fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.4), drive=fs.Drive(force=0.1, mass=0.05))
+    model = a_model(contacts=(contact,), programme=(fs.Hold(20e-3), fs.Slide(0.4e-3, 5e-3, (1.0, 0.0))))
+    forces = []
+    for basis in (fs.ReducedBasis(), None):
+        with fs.Simulation(replace(model, basis=basis)) as sim:
+            for _ in range(8):
+                sim.step()
+            sim.step([fs.Command("bottom", force=(0.2,)), fs.Command("bottom", velocity=(2e-3, 0.0))])
+            while not sim.is_finished:
+                sim.step()
+            forces.append(sim.history()["counterface_force"].values)
+    np.testing.assert_allclose(forces[0], forces[1], atol=1e-4 * np.abs(forces[1]).max())
+    assert np.abs(forces[0]).max() > 0.0
+
+
+def test_a_step_that_compiled_code_does_not_solve_is_taken_as_on_the_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    expected, take_steps, handed_over = fs.simulate(a_model()), integrator.take_steps, []
+
+    def stumbling(*arguments: object) -> int:
+        if len(handed_over) < 3:
+            handed_over.append(1)
+            return 0
+        return take_steps(*arguments)
+
+    monkeypatch.setattr(integrator, "take_steps", stumbling)
+    history = fs.simulate(a_model())
+    assert len(handed_over) == 3
+    for name in COMPARED:
+        wanted = expected[name].values
+        np.testing.assert_allclose(history[name].values, wanted, atol=1e-9 * np.abs(wanted).max(initial=1e-30))
+
+
+def test_what_compiled_code_does_not_take_is_stepped_on_the_mesh(caplog: pytest.LogCaptureFixture) -> None:
+    contact = fs.Contact("bottom", fs.Cylinder(20e-3), fs.Coulomb(0.4))
+    with caplog.at_level(logging.WARNING), fs.Simulation(a_model(contacts=(contact,))) as sim:
+        sim.step()
+        assert sim.history().attrs["basis"] == "full"
+    assert "no reduced basis: it is stepped in 2D on flat counterfaces alone" in caplog.text
