@@ -7,9 +7,7 @@ import pytest
 import xarray as xr
 from scipy.spatial.distance import pdist
 
-import fingerslip.marker_tracks
 from fingerslip.errors import InputError
-from fingerslip.export import formats as markers
 from fingerslip.marker_layouts import hexagonal_layout, ring_layout
 from fingerslip.marker_tracks import marker_tracks
 
@@ -89,7 +87,3 @@ def test_one_kind_alone():
 def test_a_history_without_markers():
     with pytest.raises(InputError, match="history: has no markers"):
         marker_tracks(history().assign_coords(site_kind=("site", ["", "", ""])))
-
-
-def test_tracks_of_histories_have_one_function():
-    assert markers.marker_tracks is fingerslip.marker_tracks.marker_tracks

@@ -49,17 +49,6 @@ def test_a_free_body_flies_on_and_falls(load):
     assert np.abs(history.energy_imbalance.values).max() <= 1e-10 * history.kinetic_energy.values.max()
 
 
-def test_a_driven_plate_rests_with_its_force_on_the_body():
-    driven = contact(drive=fs.Drive(1e-4, 1e-3))
-    damping = fs.RayleighDamping(30.0, 5e-3)
-    model = push_and_slide(contacts=driven, programme=(), damping=damping, time=fs.TimeStepping(4e-3, end=1.2))
-    history = fs.simulate(model)
-    assert history.counterface_force.values[-1, 0, 1] == pytest.approx(1e-3, rel=1e-3)
-    assert history.counterface_displacement.values[-1, 0, 1] > 0.0
-    scale = np.abs(history.external_work.values).max()
-    assert np.abs(history.energy_imbalance.values).max() <= 1e-9 * scale
-
-
 def test_a_quasi_static_press_and_slide_ends_as_the_slow_dynamic_one():
     static = fs.simulate(push_and_slide(time=fs.QuasiStatic(5e-3)))
     dynamic = fs.simulate(push_and_slide(alpha=-1 / 3))

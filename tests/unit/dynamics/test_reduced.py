@@ -159,12 +159,13 @@ def check_estimates(models, caplog):
 
 
 def test_estimates_are_within_a_factor_of_three(caplog):
-    assert check_estimates(map(random_model, range(8)), caplog) > 1
+    """Of models of which most move in a basis."""
+    assert check_estimates(map(random_model, (0, 4, 7, 8, 10)), caplog) > 2
 
 
 @pytest.mark.slow
 def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
-    assert check_estimates(map(random_model, range(6, 60)), caplog) > 20
+    assert check_estimates(map(random_model, range(60)), caplog) > 20
 
 
 # As many vibrations as the tolerances need.

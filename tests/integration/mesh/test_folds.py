@@ -1,4 +1,4 @@
-"""Meshes of every builder lie flat, and have what their specimens say of themselves."""
+"""Meshes of every builder lie flat, and are refused once a node of theirs is moved through a facet."""
 
 from __future__ import annotations
 
@@ -15,20 +15,14 @@ from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import check_folds, turned_cells
 from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
-from fingerslip.mesh.site_nodes import site_nodes
-from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
-from fingerslip.specimens.fingertip.sites import receptor_sites
-from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
-from fingerslip.specimens.tactip.sites import GROUPS as MARKER_GROUPS
-from fingerslip.specimens.tactip.tactip import PRESETS as TACTIPS
+from fingerslip.specimens.tactip.tactip import PRESETS
 from places import ROOT
 from unit.ellipsoids import ellipsoid
-from unit.fingers import SECTIONS, change, coarse_solid
+from unit.fingers import coarse_solid
 
 
 def section(element: str) -> Any:
@@ -41,12 +35,12 @@ def scan() -> Any:
 
 
 def sensor_section(element: str) -> Any:
-    return SensorSectionSizes(element=element).build(TACTIPS.read("tactip-ridged-2d"))
+    return SensorSectionSizes(element=element).build(PRESETS.read("tactip-ridged-2d"))
 
 
 def sensor(element: str, part: str) -> Any:
     changes = {"markers": {"rings": [1, 4]}, "dome": {"radius": "10 mm", "height": "8 mm"}, "part": part}
-    small = TACTIPS.changed({"preset": "tactip-smooth-3d", **changes})
+    small = PRESETS.changed({"preset": "tactip-smooth-3d", **changes})
     return SensorSolidSizes(1e-3, 2e-3, element=element).build(small)
 
 
@@ -89,54 +83,3 @@ def test_meshes_of_builders_lie_flat_and_folded_ones_are_refused(name: str) -> N
     if not isinstance(mesh, skfem.MeshQuad1):  # quadrilaterals keep the order of their corners, and are inverted
         with pytest.raises(MeshError, match="fold over each other"):
             build_space(folded(mesh))
-
-
-# All elements and both sections are in the fast cases.
-FAST = (("sagittal", "T3"), ("sagittal", "T6"), ("transverse", "Q4"))
-
-
-@pytest.mark.parametrize(
-    ("section", "element"),
-    [
-        pytest.param(section, element, marks=[pytest.mark.slow] * ((section, element) not in FAST))
-        for section in SECTIONS
-        for element in ("Q4", "T3", "T6")
-    ],
-)
-def test_nodes_are_near_their_sites_and_in_their_region(element, section):
-    fingertip = change(section=section)
-    mesh, sites = build_section(fingertip, element=element), receptor_sites(fingertip)
-    nodes = site_nodes(mesh, sites)
-    distance = np.linalg.norm(mesh.p[:, nodes].T - [site.position for site in sites], axis=1)
-    assert distance.max() < 0.25e-3
-    for node, site in zip(nodes, sites, strict=True):
-        assert node in mesh.t[:, mesh.subdomains[site.region]]
-
-
-def test_ridge_tip_receptors_are_exactly_on_nodes():
-    fingertip = preset("wang2014-2d")
-    mesh = build_section(fingertip)
-    tips = [s for s in receptor_sites(fingertip) if s.kind in {"FA-I", "SA-I"} and -4e-3 < s.position[0] < 2e-3]
-    nodes = site_nodes(mesh, tips)
-    expected = np.array([site.position for site in tips])
-    assert np.abs(mesh.p[:, nodes].T - expected).max() < 1e-8
-
-
-# The groups of sites that specimens of each kind have in every dimension.
-GROUPS = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(MARKER_GROUPS)}
-SLOW = ("tactip-ridged-3d", "tactip-smooth-3d", "wang2014-3d")
-PRESETS = [
-    pytest.param(kind, name, id=name, marks=[pytest.mark.slow] if name in SLOW else [])
-    for kind, presets in SPECIMENS.items()
-    for name in presets.names
-]
-
-
-@pytest.mark.parametrize(("kind", "name"), PRESETS)
-def test_supports_materials_and_sites_are_in_its_default_mesh(kind, name):
-    specimen: Specimen = SPECIMENS[kind].read(name)
-    mesh = specimen.default_mesh.build(specimen)
-    assert set(specimen.supports(mesh.dim())) <= set(mesh.boundaries) | set(mesh.subdomains)
-    assert set(mesh.subdomains) == set(specimen.materials)
-    sites = specimen.sites(GROUPS[kind], mesh.dim())
-    assert len(site_nodes(mesh, sites)) == len(sites) > 0

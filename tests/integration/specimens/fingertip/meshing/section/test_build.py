@@ -33,10 +33,13 @@ def finger():
     return built("Q4")
 
 
-def test_default_mesh_has_the_intended_size_and_names(finger):
+def test_default_mesh_has_the_intended_size(finger):
     assert type(finger) is skfem.MeshQuad1
     assert 7000 < finger.p.shape[1] < 7800
     assert 120 < len(finger.boundaries["pad"]) + 1 < 160
+
+
+def test_names_of_regions_and_boundaries(finger):
     assert list(finger.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
     assert set(finger.boundaries) == {
         "skin", "pad", "base", "phalanx_base", "epidermis_dermis", "dermis_tissue", "phalanx_surface",
@@ -46,9 +49,12 @@ def test_default_mesh_has_the_intended_size_and_names(finger):
     assert not {"base", "phalanx_base"} & set(across.boundaries)
 
 
-def test_regions_share_out_all_cells_and_skin_and_base_the_outside(finger):
+def test_regions_share_out_all_cells(finger):
     cells = np.concatenate(list(finger.subdomains.values()))
     assert np.array_equal(np.sort(cells), np.arange(finger.t.shape[1]))
+
+
+def test_skin_and_base_are_the_whole_outside(finger):
     outside = np.concatenate([finger.boundaries["skin"], finger.boundaries["base"]])
     assert np.array_equal(np.sort(outside), np.sort(finger.boundary_facets()))
 
@@ -123,11 +129,14 @@ def test_fingerprint_shapes_the_outer_surface():
     assert lowest[0] - lowest[1] == pytest.approx(0.05e-3, abs=1e-9)
 
 
-def test_boundaries_of_the_phalanx_face_down_and_up_and_the_pad_is_low(finger):
+def test_boundaries_of_the_phalanx_face_down_and_up(finger):
     middle = finger.p[:, finger.facets].mean(axis=1)
     assert middle[1, finger.boundaries["phalanx_palmar"]].max() < 0.5e-3
     assert middle[1, finger.boundaries["phalanx_dorsal"]].min() > 2.5e-3
     assert np.all(finger.p[0, finger.facets[:, finger.boundaries["phalanx_base"]]] == pytest.approx(-16e-3))
+
+
+def test_pad_is_the_low_part_of_the_skin(finger):
     height = finger.p[1, finger.facets[:, finger.boundaries["pad"]]]
     # 2 mm above the lowest point, at -7 mm: the default contact_reach.
     assert height.max() == pytest.approx(-5e-3, abs=0.1e-3)

@@ -1,0 +1,1 @@
+"""Tests that mesh or simulate for long, module by module."""
