@@ -13,7 +13,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import parameters
 from fingerslip.parameters.presets import Presets
-from fingerslip.specimens.fingertip.presets import PRESETS as FINGERTIPS
+from fingerslip.specimens.fingertip.fingertip import PRESETS as FINGERTIPS
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.tactip import PRESETS as TACTIPS
 

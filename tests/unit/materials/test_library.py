@@ -11,7 +11,7 @@ from fingerslip.errors import InputError
 from fingerslip.materials.choice import material, material_header, material_names, material_table
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
-from fingerslip.specimens.fingertip.presets import preset
+from fingerslip.specimens.fingertip.fingertip import preset
 
 
 @pytest.mark.parametrize("name", material_names())

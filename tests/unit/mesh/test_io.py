@@ -15,7 +15,7 @@ from fingerslip.errors import InputError, MeshError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh import io
 from fingerslip.mesh.io import read_mesh, write_mesh
-from fingerslip.specimens.fingertip.meshing.section.source import build_section
+from fingerslip.specimens.fingertip.meshing.sources import build_section
 from places import ROOT
 from unit.fingers import change
 

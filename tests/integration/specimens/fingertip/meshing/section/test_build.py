@@ -10,7 +10,7 @@ import skfem
 
 from fingerslip.mesh.quality import quality_table
 from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, phalanx_contour, preset
-from fingerslip.specimens.fingertip.meshing.section.source import build_section
+from fingerslip.specimens.fingertip.meshing.sources import build_section
 from unit.fingers import SECTIONS, VARIANTS, change, shoelace
 
 ELEMENTS = ("Q4", "T3", "T6")

@@ -12,8 +12,8 @@ from fingerslip.errors import FingerslipError, InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.quality import check_quality, quality_table
 from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
-from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
-from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes, build_solid
+from fingerslip.specimens.fingertip.meshing.solid import mesh_solid, solid_cells
+from fingerslip.specimens.fingertip.meshing.sources import SolidSizes, build_solid
 from fingerslip.study.definition.spec import read_study
 from places import STUDIES
 from unit.fingers import VARIANTS, change_solid, coarse_solid, volumes

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.specimens.fingertip import phalanx_surface
-from fingerslip.specimens.fingertip.meshing.solid.build import mesh_phalanx, rim, sweep_solid_skin
-from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+from fingerslip.specimens.fingertip.meshing.solid import mesh_phalanx, rim, sweep_solid_skin
+from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
 from unit.fingers import change_solid
 
 COARSE = SolidSizes("T4", contact_size=0.8e-3, bulk_size=1.6e-3)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fingerslip.specimens.fingertip import depth_below_skin, phalanx_surface
-from fingerslip.specimens.fingertip.meshing.solid.build import sweep_solid_skin
-from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+from fingerslip.specimens.fingertip.meshing.solid import sweep_solid_skin
+from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
 from unit.fingers import change_solid
 
 RIPPLED = change_solid(fingerprint={"enabled": True})

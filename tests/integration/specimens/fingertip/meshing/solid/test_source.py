@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
 from unit.fingers import change_solid, coarse_solid
 
 

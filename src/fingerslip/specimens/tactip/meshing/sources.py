@@ -5,19 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import check_sizes
-from fingerslip.mesh.source import MeshSource
+from fingerslip.mesh.sizes import GradedMesh
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["SensorSectionSizes", "SensorSolidSizes"]
-
 
 @parameters
-class SensorSectionSizes(MeshSource):
+class SensorSectionSizes(GradedMesh):
     """Element sizes and element type of the section of a TacTip.
 
     Parameters
@@ -34,8 +31,6 @@ class SensorSectionSizes(MeshSource):
         What is meshed.
     """
 
-    needs_specimen: ClassVar[bool] = True
-    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
     dim: ClassVar[int] = 2
 
     contact_size: PositiveLength = 0.3e-3
@@ -44,19 +39,16 @@ class SensorSectionSizes(MeshSource):
     element: Literal["Q4", "T3", "T6"] = "Q4"
     body: Literal["tactip"] = "tactip"
 
-    def __post_init__(self) -> None:
-        check_sizes(self.contact_size, self.bulk_size)
-
     def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh2D:
         """Build the mesh [m]: regions `skin`, `gel`, `rods`, `window`, boundaries `contact` and `window_face`."""
-        from fingerslip.specimens.tactip.meshing.section import mesh_sensor_section
+        from fingerslip.specimens.tactip.meshing.build import mesh_sensor_section
 
         _check_part(specimen, ("section",), self.element)
-        return mesh_sensor_section(specimen, self, self.element)
+        return mesh_sensor_section(specimen, self)
 
 
 @parameters
-class SensorSolidSizes(MeshSource):
+class SensorSolidSizes(GradedMesh):
     """Element sizes and element type of a TacTip in 3D.
 
     Parameters
@@ -75,7 +67,6 @@ class SensorSolidSizes(MeshSource):
         What is meshed.
     """
 
-    needs_specimen: ClassVar[bool] = True
     element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "rod_size", "bulk_size")
     dim: ClassVar[int] = 3
 
@@ -86,15 +77,12 @@ class SensorSolidSizes(MeshSource):
     element: Literal["T4", "T10"] = "T4"
     body: Literal["tactip"] = "tactip"
 
-    def __post_init__(self) -> None:
-        check_sizes(self.contact_size, self.bulk_size)
-
     def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh3D:
         """Build the mesh [m]: regions and boundaries of the section, and `symmetry` of a half."""
-        from fingerslip.specimens.tactip.meshing.solid import mesh_sensor_solid
+        from fingerslip.specimens.tactip.meshing.build import mesh_sensor_solid
 
         _check_part(specimen, ("half", "whole"), self.element)
-        return mesh_sensor_solid(specimen, self, self.element)
+        return mesh_sensor_solid(specimen, self)
 
 
 def _check_part(specimen: TacTipNumbers, allowed: tuple[str, ...], element: str) -> None:

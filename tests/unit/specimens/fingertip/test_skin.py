@@ -1,4 +1,4 @@
-"""The outer surface in 3D: its cuts are the sections, its normals its gradient, its layers parallel."""
+"""The outer surface in 3D: its cuts are the sections; normals, layers, fingerprint, and the finger at an angle."""
 
 from __future__ import annotations
 
@@ -17,9 +17,12 @@ from fingerslip.specimens.fingertip import (
     inward_skin_normal,
     onto_skin,
     outline_curve,
+    pose_points,
+    relief_depth,
     skin_grid,
     skin_ring,
     solid_shape,
+    surface_depth,
 )
 from fingerslip.specimens.fingertip.outline import inward_normal
 from unit.fingers import change, change_solid
@@ -76,3 +79,40 @@ def test_depth_is_measured_along_normals():
 def test_sections_have_no_surface_in_space():
     with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
         solid_shape(change())
+
+
+RIPPLED = change_solid(fingerprint={"enabled": True})
+
+
+def test_middle_line_has_the_ripples_of_the_section():
+    curve = outline_curve(dataclasses.replace(RIPPLED, section="sagittal"))
+    s = np.linspace(-11e-3, 6e-3, 500)
+    x, y = (np.interp(s, curve.arc_length, column) for column in curve.points.T)
+    relief = relief_depth(RIPPLED, np.column_stack([x, y, np.zeros_like(x)]))
+    assert np.allclose(relief, surface_depth(RIPPLED, s), atol=1e-9)
+    assert np.ptp(relief) > 0.09e-3
+
+
+def test_back_and_sides_are_smooth():
+    places = np.array([[0.0, 6.5e-3, 0.0], [0.0, 1e-4, 8e-3], [0.0, -1e-4, -8e-3]])
+    assert not relief_depth(RIPPLED, places).any()
+    assert not relief_depth(change_solid(), np.array([[0.0, -6.5e-3, 0.0]])).any()
+
+
+@pytest.mark.parametrize("angle", [-0.4, 0.0, 0.3])
+def test_lowest_point_stays_and_distances_too(angle):
+    finger = change_solid(solid={"angle": f"{angle} rad"})
+    grid = skin_grid(finger)
+    turned = pose_points(finger, grid.reshape(-1, 3)).reshape(grid.shape)
+    lowest = turned.reshape(-1, 3)[turned[..., 1].argmin()]
+    assert lowest == pytest.approx([0.0, -6.5e-3, 0.0], abs=2e-4)
+    assert lowest[1] == pytest.approx(-6.5e-3, abs=2e-6)
+    before, after = (np.linalg.norm(points[5] - points[60], axis=1) for points in (grid, turned))
+    assert np.allclose(before, after, rtol=1e-12)
+
+
+def test_positive_angle_lifts_the_tip():
+    tip = np.array([[8e-3, 0.0, 0.0]])
+    level, lifted = (pose_points(change_solid(solid={"angle": angle}), tip)[0] for angle in ("0 rad", "0.3 rad"))
+    assert np.array_equal(level, tip[0])
+    assert lifted[1] > level[1] + 1e-3
