@@ -24,6 +24,7 @@ class GradedMesh(MeshSource):
     needs_specimen: ClassVar[bool] = True
     element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
 
+    element: str  # kind of cell, such as ``Q4``
     contact_size: float  # size along the skin that can touch [m]
     bulk_size: float  # largest size, far from the contact [m]
     contact_reach: float  # height above the lowest point up to which the skin is meshed at `contact_size` [m]

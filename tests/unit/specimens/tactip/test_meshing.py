@@ -15,7 +15,6 @@ from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.tactip.meshing.build import (
     mesh_sensor_section,
-    mesh_sensor_solid,
     polygon,
     size_function,
     smooth_curves,
@@ -155,7 +154,7 @@ def small():
 
 @pytest.fixture(scope="module")
 def mesh(small):
-    return mesh_sensor_solid(small, SensorSolidSizes(1e-3, 2e-3))
+    return SensorSolidSizes(1e-3, 2e-3).build(small)
 
 
 def test_half_of_a_dome(small, mesh):
@@ -180,7 +179,7 @@ def test_markers_are_nodes(small, mesh):
 @pytest.mark.slow
 def test_the_whole_is_its_half_and_the_mirror_image_of_it(small, mesh):
     sensor = dataclasses.replace(small, part="whole")
-    whole = mesh_sensor_solid(sensor, SensorSolidSizes(1e-3, 2e-3))
+    whole = SensorSolidSizes(1e-3, 2e-3).build(sensor)
     assert set(whole.boundaries) == {"contact", "window_face"}
     assert whole.nelements == 2 * mesh.nelements
     assert whole.p.shape[1] == 2 * mesh.p.shape[1] - np.count_nonzero(mesh.p[2] == 0.0)

@@ -23,8 +23,7 @@ from fingerslip.mesh.gmsh_session import (
 )
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import smooth
-from fingerslip.mesh.sizes import GROWTH, grade, size_at, subdivide
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
+from fingerslip.mesh.sizes import GROWTH, GradedMesh, grade, size_at, subdivide
 from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
 from fingerslip.specimens.fingertip.outline import (
     Curve,
@@ -75,7 +74,7 @@ class SkinGrid:
     contact: tuple[float, float]  # first and last arc length of the part meshed at the contact size [m]
 
 
-def mesh_section(fingertip: FingertipNumbers, sizes: MeshSizes) -> skfem.Mesh2D:
+def mesh_section(fingertip: FingertipNumbers, sizes: GradedMesh) -> skfem.Mesh2D:
     """Build the mesh of a section from a set of sizes; regions and boundaries are those of `build_section`."""
     contour = phalanx_contour(fingertip)
     grid = sweep_skin(fingertip, sizes, contour)
@@ -91,7 +90,7 @@ def mesh_section(fingertip: FingertipNumbers, sizes: MeshSizes) -> skfem.Mesh2D:
     return mesh
 
 
-def section_cells(fingertip: FingertipNumbers, sizes: MeshSizes) -> float:
+def section_cells(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
     """Return about how many cells the mesh of a section will have, without making it.
 
     Rows and columns of the skin, fine where it can touch; squares of the bulk's size that fill the outline, and more
@@ -138,7 +137,7 @@ def with_names(mesh: Mesh, region: Integers, fine: Flags) -> Mesh:
     return with_groups(mesh, {name: region == number for number, name in enumerate(_NAMES)}, boundaries)
 
 
-def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: MeshSizes) -> CoreMesh:
+def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: GradedMesh) -> CoreMesh:
     """Mesh what lies inside the skin: inside its border (n, 2) and around the contour (m, 2) of the phalanx [m].
 
     Quadrilaterals come from a mesh of twice the size, whose triangles and quadrilaterals are all divided into
@@ -260,7 +259,7 @@ def _cell_nodes(surface: int, corners: int) -> Integers:
     return np.asarray(nodes[0], dtype=np.int64).reshape(-1, corners)
 
 
-def sweep_skin(fingertip: FingertipNumbers, sizes: MeshSizes, contour: Floats) -> SkinGrid:
+def sweep_skin(fingertip: FingertipNumbers, sizes: GradedMesh, contour: Floats) -> SkinGrid:
     """Divide the skin around the contour (n, 2) [m] of the phalanx into rows and columns."""
     curve, layers = outline_curve(fingertip), fingertip.layers
     spacing = _contact_spacing(fingertip, sizes)
@@ -293,14 +292,14 @@ def sweep_skin(fingertip: FingertipNumbers, sizes: MeshSizes, contour: Floats) -
     return SkinGrid(points[:, :count], columns[:count], rows[0], curve.closed, contact)
 
 
-def column_limits(fingertip: FingertipNumbers, sizes: MeshSizes, rows: tuple[int, int]) -> tuple[float, float]:
+def column_limits(fingertip: FingertipNumbers, sizes: GradedMesh, rows: tuple[int, int]) -> tuple[float, float]:
     """Return the least and the largest width of a column [m] that keep the skin's cells in good shape."""
     heights = fingertip.layers.epidermis_thickness / rows[0], fingertip.layers.dermis_thickness / rows[1]
     aspect = _LARGEST_ASPECT[sizes.element]
     return max(heights) / aspect, min(sizes.bulk_size, aspect * min(heights))
 
 
-def _contact_spacing(fingertip: FingertipNumbers, sizes: MeshSizes) -> float:
+def _contact_spacing(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
     """Return the spacing of the columns: near the contact size, and so that every ridge tip has a column."""
     features = [(n, f) for n, f in (("ridges", fingertip.ridges), ("fingerprint", fingertip.fingerprint)) if f.enabled]
     for name, feature in features:

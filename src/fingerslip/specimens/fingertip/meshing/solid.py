@@ -23,7 +23,7 @@ from fingerslip.mesh.gmsh_session import (
     node_positions,
 )
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.sizes import GROWTH
+from fingerslip.mesh.sizes import GROWTH, GradedMesh
 from fingerslip.specimens.fingertip.meshing.section import (
     BLEND,
     DERMIS,
@@ -36,7 +36,6 @@ from fingerslip.specimens.fingertip.meshing.section import (
     mesh_ring,
     with_names,
 )
-from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import nearest, smooth_step
 from fingerslip.specimens.fingertip.phalanx import PhalanxSurface, phalanx_surface
@@ -84,7 +83,7 @@ class _Hull:
     caps: dict[str, Integers]
 
 
-def mesh_solid(fingertip: FingertipNumbers, sizes: SolidSizes) -> skfem.Mesh3D:
+def mesh_solid(fingertip: FingertipNumbers, sizes: GradedMesh) -> skfem.Mesh3D:
     """Build the mesh of a fingertip in 3D from a set of sizes; regions and boundaries are those of `build_solid`."""
     check_skin_fits(fingertip)
     phalanx = phalanx_surface(fingertip)
@@ -100,7 +99,7 @@ def mesh_solid(fingertip: FingertipNumbers, sizes: SolidSizes) -> skfem.Mesh3D:
     return dataclasses.replace(quadratic, _subdomains=mesh.subdomains, _boundaries=mesh.boundaries)
 
 
-def solid_cells(fingertip: FingertipNumbers, sizes: SolidSizes) -> float:
+def solid_cells(fingertip: FingertipNumbers, sizes: GradedMesh) -> float:
     """Return about how many tetrahedra a fine mesh will have, without making it.
 
     As many regular ones of the bulk's size as fill the finger, whose sections are ellipses; coarse meshes have more,
@@ -187,7 +186,7 @@ def _draw(hull: _Hull, unit: float) -> dict[str, int]:
     return volumes
 
 
-def sweep_solid_skin(fingertip: FingertipNumbers, sizes: SolidSizes, phalanx: Floats) -> SolidSkin:
+def sweep_solid_skin(fingertip: FingertipNumbers, sizes: GradedMesh, phalanx: Floats) -> SolidSkin:
     """Divide the skin around the points (n, 3) [m] of the phalanx into rows and columns."""
     fingerprint = fingertip.fingerprint
     if fingerprint.enabled and sizes.contact_size > fingerprint.pitch / 4:
@@ -221,13 +220,13 @@ def graded_sizes(points: Floats, contact: Floats, contact_size: float, largest: 
     return np.minimum(contact_size + GROWTH * distance, np.maximum(largest, contact_size))
 
 
-def contact_points(fingertip: FingertipNumbers, sizes: SolidSizes) -> Floats:
+def contact_points(fingertip: FingertipNumbers, sizes: GradedMesh) -> Floats:
     """Return (n, 3) points of the outer surface that are within the contact reach [m]."""
     grid = skin_grid(fingertip).reshape(-1, 3)
     return grid[_height(fingertip, grid) <= sizes.contact_reach]
 
 
-def _outer_surface(fingertip: FingertipNumbers, sizes: SolidSizes, levels: Floats, phalanx: Floats) -> Triangulation:
+def _outer_surface(fingertip: FingertipNumbers, sizes: GradedMesh, levels: Floats, phalanx: Floats) -> Triangulation:
     grid = skin_grid(fingertip)
     skin, cut = grid.reshape(-1, 3), -fingertip.sagittal.pad_length
     # Rows go all round the finger, so triangles may only widen as far as the cells keep a good shape.
@@ -243,7 +242,7 @@ def _outer_surface(fingertip: FingertipNumbers, sizes: SolidSizes, levels: Float
 
 
 def mesh_phalanx(
-    fingertip: FingertipNumbers, phalanx: PhalanxSurface, sizes: SolidSizes, skin: SolidSkin
+    fingertip: FingertipNumbers, phalanx: PhalanxSurface, sizes: GradedMesh, skin: SolidSkin
 ) -> Triangulation:
     """Mesh the surface of the phalanx."""
     tissue, _ = nearest(skin.points[-1], phalanx.points.reshape(-1, 3))
@@ -252,7 +251,7 @@ def mesh_phalanx(
 
 
 def _mesh_grid(
-    fingertip: FingertipNumbers, grid: Floats, is_open: bool, sizes: SolidSizes, largest: Floats
+    fingertip: FingertipNumbers, grid: Floats, is_open: bool, sizes: GradedMesh, largest: Floats
 ) -> Triangulation:
     """Mesh a surface given by rows of points (rows, columns, 3) [m], finer near the contact, divided at x = 0."""
     contact = contact_points(fingertip, sizes)
@@ -270,7 +269,7 @@ def _height(fingertip: FingertipNumbers, points: Floats) -> Floats:
     return pose_points(fingertip, points)[:, 1] + fingertip.sagittal.half_height
 
 
-def _levels(fingertip: FingertipNumbers, sizes: SolidSizes) -> Floats:
+def _levels(fingertip: FingertipNumbers, sizes: GradedMesh) -> Floats:
     """Return the depths of all rows: the borders of the layers, and rows about as high as the contact size between."""
     layers, nail = fingertip.layers, solid_shape(fingertip).nail
     stops = sorted({0.0, layers.epidermis_thickness, layers.skin_thickness} | ({nail.thickness} if nail else set()))

@@ -23,7 +23,6 @@ from fingerslip.mesh.gmsh_session import MILLIMETRES, Fragments, fragment, gener
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import repair_tetrahedra, smooth
 from fingerslip.mesh.sizes import GROWTH, GradedMesh
-from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
 from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
@@ -48,11 +47,11 @@ _BEND = 8 * 0.35e-3
 _ON_PLANE = 1e-9
 
 
-def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSectionSizes) -> skfem.Mesh2D:
+def mesh_sensor_section(sensor: TacTipNumbers, sizes: GradedMesh) -> skfem.Mesh2D:
     """Build the mesh of a section, somewhat finer than asked for where cells would be refused."""
     refused: list[MeshError] = []
     for share, at_rods in _ATTEMPTS:
-        finer = dataclasses.replace(sizes, contact_size=share * sizes.contact_size, bulk_size=share * sizes.bulk_size)
+        finer = sizes.refined(share) or sizes
         try:
             mesh = _mesh_section(sensor, finer, at_rods * sensor.rods.radius)
             check_quality(mesh)
@@ -70,7 +69,7 @@ def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSectionSizes) -> skf
     raise MeshError("tactip.rods.radius", fault, f"needs at least {millimetres(inside)}, or at most {thin}")
 
 
-def _mesh_section(sensor: TacTipNumbers, sizes: SensorSectionSizes, rod_size: float) -> skfem.Mesh2D:
+def _mesh_section(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> skfem.Mesh2D:
     """Return a mesh whose cells may be of any quality."""
     quadrilaterals = sizes.element == "Q4"
     feet, ends, nodes = _rod_points(sensor)
@@ -89,9 +88,9 @@ def _mesh_section(sensor: TacTipNumbers, sizes: SensorSectionSizes, rod_size: fl
     return with_names(mesh, fragments.region, half=False)
 
 
-def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSolidSizes) -> skfem.Mesh3D:
+def mesh_sensor_solid(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> skfem.Mesh3D:
     """Build the mesh of a half or the whole of a sensor; the whole is its half and the mirror image of it."""
-    half = _mesh_half(dataclasses.replace(sensor, part="half"), sizes)
+    half = _mesh_half(dataclasses.replace(sensor, part="half"), sizes, rod_size)
     result = half if sensor.part == "half" else _with_mirror_image(half)
     mesh = skfem.MeshTet1(np.ascontiguousarray(result.points.T), np.ascontiguousarray(result.cells.T.astype(np.int32)))
     mesh = skfem.MeshTet2.from_mesh(mesh) if sizes.element == "T10" else mesh
@@ -100,12 +99,12 @@ def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSolidSizes) -> skfem.M
     return mesh
 
 
-def _mesh_half(sensor: TacTipNumbers, sizes: SensorSolidSizes) -> Fragments:
+def _mesh_half(sensor: TacTipNumbers, sizes: GradedMesh, rod_size: float) -> Fragments:
     """Mesh the half z >= 0 of a sensor."""
     feet, ends, nodes = _rod_points(sensor)
     with gmsh_session():
         pieces = fragment(_draw_half(sensor, feet, ends), nodes, 3)
-        generate(3, size_function(sensor, sizes, feet, ends, sizes.rod_size), segments=_BEND / sizes.rod_size)
+        generate(3, size_function(sensor, sizes, feet, ends, rod_size), segments=_BEND / rod_size)
         gmsh.model.mesh.optimize("")
         gmsh.model.mesh.optimize("Netgen")
         fragments = repair_tetrahedra(read_fragments(pieces, 3, 4), nodes)

@@ -82,7 +82,7 @@ class SensorSolidSizes(GradedMesh):
         from fingerslip.specimens.tactip.meshing.build import mesh_sensor_solid
 
         _check_part(specimen, ("half", "whole"), self.element)
-        return mesh_sensor_solid(specimen, self)
+        return mesh_sensor_solid(specimen, self, self.rod_size)
 
 
 def _check_part(specimen: TacTipNumbers, allowed: tuple[str, ...], element: str) -> None:
