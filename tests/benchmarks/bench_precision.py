@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass
 
 import numpy as np
 from bench_solid import SIZES
@@ -18,17 +17,16 @@ from rows import line
 from solids import finger_mesh, model, pad_mesh
 
 import fingerslip as fs
-from fingerslip.linear.solvers.pardiso import Pardiso, PardisoSeries
+from fingerslip.linear.solvers.pardiso import Pardiso
 
 PARTS = ("factorisation", "substitution", "contact", "stepping")
 NAMES = ("contact_displacement", "contact_velocity", "contact_acceleration", "normal_traction", "tangential_traction")
 
 
-@dataclass(frozen=True)
 class Exact(Pardiso):
     """MKL PARDISO, all of whose factors are of double precision."""
 
-    def rough(self) -> PardisoSeries:
+    def rough(self) -> Pardiso:
         return self.series()
 
 
