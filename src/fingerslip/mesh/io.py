@@ -17,8 +17,6 @@ from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells
 from fingerslip.units import LengthUnit, coordinates, metres
 
-__all__ = ["read_mesh", "write_mesh"]
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 

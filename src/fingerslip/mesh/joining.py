@@ -11,8 +11,6 @@ from skfem.generic_utils import OrientedBoundary
 
 from fingerslip.errors import InputError
 
-__all__ = ["join_meshes"]
-
 Array = NDArray[np.float64]
 
 

@@ -15,9 +15,6 @@ from fingerslip.units import coordinates
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["QualityRow", "check_quality", "quality_table"]
-
-
 Floats = NDArray[np.float64]
 
 

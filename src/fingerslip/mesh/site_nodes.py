@@ -13,8 +13,6 @@ from fingerslip.errors import InputError
 from fingerslip.sites import Site
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["site_nodes"]
-
 # FA-II alone have a depth of their own, so they alone can end up in the phalanx.
 _REPAIRS = {
     "FA-II": "the tissue is thinner than receptors.fa_ii_depth there: make that smaller or the tissue thicker, or "

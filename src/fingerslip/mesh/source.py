@@ -19,18 +19,6 @@ from fingerslip.units import LengthUnit
 if TYPE_CHECKING:
     import skfem
 
-__all__ = [
-    "InspectedMesh",
-    "MeshFile",
-    "MeshSource",
-    "MeshTable",
-    "choose_source",
-    "inspect_mesh",
-    "marks",
-    "mesh_size_note",
-]
-
-
 Cell = str | float | int
 
 

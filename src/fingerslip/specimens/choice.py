@@ -17,16 +17,6 @@ from fingerslip.specimens.fingertip.fingertip import PRESETS as FINGERTIPS
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.tactip import PRESETS as TACTIPS
 
-__all__ = [
-    "SPECIMENS",
-    "SpecimenChoice",
-    "check_mesh",
-    "given_specimen",
-    "preset_names",
-    "presets_of",
-    "specimen_mesh_sources",
-]
-
 #: The presets of every kind of specimen, by the key that names the kind in a study file.
 SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType({"fingertip": FINGERTIPS, "tactip": TACTIPS})
 

@@ -1,4 +1,4 @@
-"""Nodes, degrees of freedom, areas, and meshes that are refused."""
+"""The displacement space: nodes, areas, orientation, free edges and rigid motions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,18 @@ import pyvista
 import skfem
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.space import boundary_nodes, build_space, cell_nodes, nodal_areas, region_nodes, vector_dofs
+from fingerslip.fe.space import (
+    Space,
+    boundary_nodes,
+    build_space,
+    cell_nodes,
+    free_edge_distances,
+    free_edge_nodes,
+    free_pieces,
+    nodal_areas,
+    region_nodes,
+    vector_dofs,
+)
 from fingerslip.verification.meshes import box
 from problems.blocks import ELEMENTS, distorted
 
@@ -194,3 +205,141 @@ def test_cells_in_the_order_of_vtk_fill_the_body(element: str, kind: str) -> Non
     sizes = grid.compute_cell_sizes(length=False)["Volume" if space.dim == 3 else "Area"]
     assert sizes.sum() == pytest.approx(1.0)
     assert (sizes > 0.0).all()
+
+
+SIDES = np.linspace(0.0, 1.0, 5)
+
+
+def space_of(element: str) -> Space:
+    """Return the space of a unit block with a boundary ``bottom``."""
+    dim = 2 if element in ("Q4", "T3", "T6") else 3
+    return build_space(box(element, *(SIDES,) * dim))
+
+
+def free(space: Space) -> np.ndarray:
+    return np.zeros((len(space.positions), space.dim), dtype=bool)
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3", "T6", "T4", "T10", "H8"])
+def test_edge_of_a_side_is_its_rim(element: str) -> None:
+    space = space_of(element)
+    own = boundary_nodes(space, "bottom")
+    found = free_edge_nodes(space, "bottom", free(space))
+    across = space.positions[own][:, :-1]
+    rim = own[((across < 1e-12) | (across > 1.0 - 1e-12)).any(axis=1)]
+    assert found.tolist() == rim.tolist()
+    distances = free_edge_distances(space, "bottom", free(space), own)
+    expected = np.minimum(across, 1.0 - across).min(axis=1)
+    np.testing.assert_allclose(distances, expected, atol=0.25 if space.dim == 3 else 1e-12)
+    assert not distances[np.isin(own, rim)].any()
+
+
+def test_an_edge_at_a_held_face_is_no_free_edge() -> None:
+    space = space_of("Q4")
+    held = free(space)
+    held[space.positions[:, 0] < 1e-12] = True
+    nodes = free_edge_nodes(space, "bottom", held)
+    assert space.positions[nodes].tolist() == [[1.0, 0.0]]
+
+
+def test_a_plane_of_symmetry_is_held_and_one_fixed_node_is_not_a_held_face() -> None:
+    space = space_of("T4")
+    held = free(space)
+    held[space.positions[:, 0] < 1e-12, 0] = True
+    nodes = free_edge_nodes(space, "bottom", held)
+    # The corners of the symmetric side belong to the free sides beside it.
+    symmetric = space.positions[nodes][:, 0] < 1e-12
+    assert sorted(space.positions[nodes][symmetric][:, 1]) == pytest.approx([0.0, 1.0])
+    one = free(space)
+    one[0] = True
+    assert free_edge_nodes(space, "bottom", one).tolist() == free_edge_nodes(space, "bottom", free(space)).tolist()
+
+
+def test_components_held_at_different_nodes_do_not_hold_a_face() -> None:
+    space = space_of("Q4")
+    side = np.flatnonzero(space.positions[:, 0] < 1e-12)
+    held = free(space)
+    held[side[::2], 0] = held[side[1::2], 1] = True
+    assert 0.0 in space.positions[free_edge_nodes(space, "bottom", held)][:, 0]
+
+
+def test_a_closed_boundary_has_no_edge() -> None:
+    mesh = skfem.MeshQuad.init_tensor(SIDES, SIDES)
+    space = build_space(mesh.with_boundaries({"all": mesh.boundary_facets()}))
+    assert free_edge_nodes(space, "all", free(space)).size == 0
+    assert np.isinf(free_edge_distances(space, "all", free(space), np.arange(3))).all()
+
+
+GRID = np.linspace(0.0, 4e-3, 5)
+
+X, Y, Z = (f"translation along {axis}" for axis in "xyz")
+
+ABOUT_X, ABOUT_Y, ABOUT_Z = (f"rotation about {axis}" for axis in "xyz")
+
+
+def pieces_of(element, supports):
+    """Return the free pieces of a block whose boundaries are held in some components."""
+    space = build_space(box(element, *(GRID,) * (2 if element in {"Q4", "T3", "T6"} else 3)))
+    held = [np.zeros(0, dtype=np.int64)]
+    for name, components in supports.items():
+        dofs = vector_dofs(boundary_nodes(space, name), space.dim)
+        held.append(dofs[:, ["xyz".index(component) for component in components]].ravel())
+    return free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), np.concatenate(held)))
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
+@pytest.mark.parametrize(
+    ("supports", "motions"),
+    [
+        ({}, (X, Y, ABOUT_Z)),
+        ({"left": "x"}, (Y,)),
+        ({"left": "y"}, (X, ABOUT_Z)),
+        ({"left": "y", "bottom": "y"}, (X,)),
+        ({"left": "xy"}, ()),
+        ({"left": "x", "bottom": "y"}, ()),
+    ],
+)
+def test_motions_in_the_plane(element, supports, motions):
+    assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
+
+
+@pytest.mark.parametrize("element", ["H8", "T4", "T10"])
+@pytest.mark.parametrize(
+    ("supports", "motions"),
+    [
+        ({}, (X, Y, Z, ABOUT_X, ABOUT_Y, ABOUT_Z)),
+        ({"left": "x"}, (Y, Z, ABOUT_X)),
+        ({"left": "x", "bottom": "z"}, (Y,)),
+        ({"left": "xy"}, (Z,)),
+        ({"left": "xyz"}, ()),
+    ],
+)
+def test_motions_in_space(element, supports, motions):
+    assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
+
+
+def test_a_single_held_node_leaves_the_rotation_about_it():
+    space = build_space(box("Q4", GRID, GRID))
+    for corner in (0, len(space.positions) // 2):
+        free = np.setdiff1d(np.arange(space.n_dofs), [2 * corner, 2 * corner + 1])
+        assert [piece.motions for piece in free_pieces(space, free)] == [(ABOUT_Z,)]
+
+
+def test_pieces_that_hang_apart_are_judged_one_by_one():
+    one = box("Q4", GRID, GRID)
+    both = skfem.MeshQuad(np.hstack([one.p, one.p + 10e-3]), np.hstack([one.t, one.t + one.p.shape[1]]))
+    space = build_space(both.with_subdomains({"both": np.arange(both.nelements)}))
+    second = np.arange(one.p.shape[1], both.p.shape[1])
+    held = vector_dofs(np.setdiff1d(np.arange(both.p.shape[1]), second), 2).ravel()
+    (piece,) = free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), held))
+    assert piece.nodes.tolist() == second.tolist()
+    assert piece.motions == (X, Y, ABOUT_Z)
+
+
+def test_size_and_place_of_the_body_make_no_difference():
+    for scale, shift in ((1e-6, 0.0), (1e3, 0.0), (1e-3, 10.0)):
+        mesh = box("Q4", scale * GRID + shift, scale * GRID - shift)
+        space = build_space(mesh)
+        left = vector_dofs(boundary_nodes(space, "left"), 2)[:, 0]
+        (piece,) = free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), left))
+        assert piece.motions == (Y,)

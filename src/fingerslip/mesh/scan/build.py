@@ -22,8 +22,6 @@ from fingerslip.units import LengthUnit
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["ScanMesh", "SurfaceMesh", "mesh_scan", "scan_cells"]
-
 
 @dataclass(frozen=True)
 class LayerQuality:

@@ -23,8 +23,6 @@ from fingerslip.units import coordinates, millimetres
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["LayerSizes", "build_from_surfaces"]
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]

@@ -9,27 +9,6 @@ from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import Angle, Length, NonNegativeLength, PositiveLength, parameters
 from fingerslip.units import millimetres
 
-__all__ = [
-    "REGIONS",
-    "Fingerprint",
-    "FingertipNumbers",
-    "Layers",
-    "Nail",
-    "Phalanx",
-    "Receptors",
-    "RidgeZone",
-    "Ridges",
-    "SagittalOutline",
-    "SagittalPhalanx",
-    "Section",
-    "SolidPhalanx",
-    "SolidShape",
-    "TransverseOutline",
-    "TransversePhalanx",
-    "skin_room",
-]
-
-
 _LONGEST = 1.0  # m
 
 

@@ -15,14 +15,6 @@ from fingerslip.specimens.fingertip.numbers import FingertipNumbers, Section
 from fingerslip.specimens.fingertip.outline import at_depth, interface_depth, outline_curve
 from fingerslip.specimens.fingertip.skin import pose_points, skin_section, solid_shape
 
-__all__ = [
-    "receptor_sites",
-    "reference_sites",
-    "skin_markers",
-    "solid_receptor_sites",
-]
-
-
 Floats = NDArray[np.float64]
 
 

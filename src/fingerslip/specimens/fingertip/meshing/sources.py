@@ -12,8 +12,6 @@ from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["MeshSizes", "SolidSizes", "build_section", "build_solid"]
-
 _InPlane = Literal["Q4", "T3", "T6"]
 _Solid = Literal["T4", "T10"]
 
