@@ -1,4 +1,4 @@
-"""The mesh in 3D: names, volumes, layers, angles, quality, and the size of the published one."""
+"""The fingertip in 3D: names, volumes, layers, angles, quality, and the size of the published mesh."""
 
 from __future__ import annotations
 
@@ -7,19 +7,22 @@ import dataclasses
 import numpy as np
 import pytest
 import skfem
+from scipy.spatial import cKDTree
 
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.quality import check_quality, quality_table
-from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
-from fingerslip.specimens.fingertip.meshing.solid import mesh_solid, solid_cells
+from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, phalanx_surface, preset
+from fingerslip.specimens.fingertip.meshing.solid import mesh_phalanx, mesh_solid, rim, solid_cells, sweep_solid_skin
 from fingerslip.specimens.fingertip.meshing.sources import SolidSizes, build_solid
 from fingerslip.study.definition.spec import read_study
 from places import STUDIES
 from unit.fingers import VARIANTS, change_solid, coarse_solid, volumes
 
 COARSE = {"contact_size": 0.8e-3, "bulk_size": 1.6e-3}
+
 NAIL = {"start": "-4 mm", "end": "5 mm", "half_width": "5 mm", "thickness": "0.3 mm"}
+
 KERATIN = {"youngs_modulus": "170 MPa", "poisson_ratio": 0.3, "density": "1300 kg/m^3"}
 
 
@@ -179,3 +182,39 @@ def test_random_fingers_are_meshed_or_refused_clearly(seed):
         return
     build_space(mesh)
     assert volumes(mesh).min() > 0.0
+
+
+RIPPLED = change_solid(fingerprint={"enabled": True})
+
+
+def test_fingerprint_is_on_the_contact_and_leaves_the_dermis_alone():
+    sizes = SolidSizes("T4", contact_size=0.117e-3, bulk_size=1.6e-3, contact_reach=0.12e-3)
+    skin = sweep_solid_skin(RIPPLED, sizes, phalanx_surface(RIPPLED).points.reshape(-1, 3))
+    depth = depth_below_skin(RIPPLED, skin.points[0])
+    low = skin.points[0][:, 1] < -6.5e-3 + 0.09e-3
+    assert depth[low].min() == pytest.approx(-0.05e-3, rel=0.1)
+    assert depth[low].max() == pytest.approx(0.05e-3, rel=0.1)
+    assert np.abs(depth[skin.points[0][:, 1] > -6.3e-3]).max() < 4e-6
+    dermis = int(np.abs(skin.levels - 0.5e-3).argmin())
+    inside = skin.points[0][:, 0] > -12e-3
+    assert np.allclose(depth_below_skin(RIPPLED, skin.points[dermis][inside]), 0.5e-3, atol=1e-5)
+
+
+SIZES = SolidSizes("T4", contact_size=0.8e-3, bulk_size=1.6e-3)
+
+
+@pytest.mark.parametrize("variant", ["original", pytest.param("scaled", marks=pytest.mark.slow)])
+def test_phalanx_has_a_rim_where_it_reaches_the_cut(variant):
+    finger = change_solid(phalanx={"variant": variant})
+    phalanx = phalanx_surface(finger)
+    mesh = mesh_phalanx(finger, phalanx, SIZES, sweep_solid_skin(finger, SIZES, phalanx.points.reshape(-1, 3)))
+    ring = rim(mesh)
+    assert (len(ring) > 0) == phalanx.open
+    assert np.all(np.abs(mesh.points[ring, 0] + 16e-3) < 1e-12)
+    distance, _ = cKDTree(phalanx.points.reshape(-1, 3)).query(mesh.points)
+    assert distance.max() < 0.2e-3
+
+
+def test_mesh_of_the_source_is_that_of_the_function():
+    mesh = SolidSizes("T4", 0.8e-3, 1.6e-3).build(change_solid())
+    assert mesh.p.tobytes() == coarse_solid().p.tobytes()
