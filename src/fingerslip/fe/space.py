@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import skfem
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy import spatial
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
@@ -249,7 +249,7 @@ def free_edge_distances(
     edge = free_edge_nodes(space, boundary, held)
     if not edge.size:
         return np.full(nodes.shape, np.inf)
-    distances, _ = cKDTree(space.positions[edge]).query(space.positions[nodes])
+    distances, _ = spatial.cKDTree(space.positions[edge]).query(space.positions[nodes])
     return np.asarray(distances, dtype=float)
 
 
