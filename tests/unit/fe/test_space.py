@@ -113,79 +113,6 @@ def test_nodal_areas_do_not_depend_on_where_the_mesh_is(element, distance):
     np.testing.assert_allclose(there, areas, atol=1e-15 * distance / 1e-3 * 10 * areas.max())
 
 
-def test_other_meshes_are_refused():
-    with pytest.raises(MeshError, match="got a MeshLine1, needs one of MeshQuad1, MeshTri1, "):
-        build_space(skfem.MeshLine1())
-
-
-@pytest.mark.parametrize("find", [boundary_nodes, lambda space, name: nodal_areas(space, name, 1.0)])
-def test_an_unknown_boundary_is_answered_with_the_known_ones(find):
-    space = build_space(distorted("Q4"))
-    with pytest.raises(MeshError, match="boundary 'pulp' not in mesh, it has: bottom, left, right, top"):
-        find(space, "pulp")
-
-
-def test_a_mesh_without_names_says_so():
-    with pytest.raises(MeshError, match="it has: none"):
-        boundary_nodes(build_space(skfem.MeshQuad1()), "skin")
-
-
-def test_an_empty_boundary_is_refused():
-    mesh = distorted("Q4").with_boundaries({"nothing": np.zeros(0, dtype=int)})
-    with pytest.raises(MeshError, match="boundary 'nothing' is empty"):
-        boundary_nodes(build_space(mesh), "nothing")
-
-
-def test_an_unknown_region_is_answered_with_the_known_ones():
-    with pytest.raises(MeshError, match="region 'nail' not in mesh, it has: bulk"):
-        region_nodes(build_space(distorted("Q4")), "nail")
-
-
-@pytest.mark.parametrize("element", ["Q4", "T3"])
-def test_a_flat_cell_is_refused_with_its_place(element):
-    mesh = box(element, [0.0, 1.0, 2.0], [0.0, 1.0])
-    points = mesh.p.copy()
-    points[1, points[0] == 2.0] = 0.5
-    points[0, points[0] == 2.0] = 1.0
-    with pytest.raises(MeshError, match=r"cell \d+ at x = .* mm, y = .* mm is inverted or flat"):
-        build_space(type(mesh)(points, mesh.t))
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("element", ["Q4", "T6"])
-def test_a_node_that_is_nowhere_is_refused_by_its_number(element, value):
-    mesh = box(element, np.linspace(0.0, 1.0, 4), [0.0, 1.0, 2.0])
-    points = mesh.p.copy()
-    points[1, 7] = value
-    message = rf"mesh: node 7 is at x = \d.*, y = {value} mm, needs finite coordinates"
-    with pytest.raises(MeshError, match=message):
-        build_space(type(mesh)(points, mesh.t))
-
-
-def test_a_quadrilateral_turned_inside_out_is_refused():
-    mesh = box("Q4", np.linspace(0, 1, 5), [0.0, 1.0])
-    cells = mesh.t.copy()
-    cells[:, 2] = cells[::-1, 2]
-    with pytest.raises(MeshError, match=r"cell 2 at .* all turn the same way; repair or rebuild the mesh"):
-        build_space(skfem.MeshQuad1(mesh.p, cells))
-
-
-def test_a_quadratic_triangle_folded_by_its_mid_side_node_is_refused():
-    mesh = box("T6", [0.0, 1.0], [0.0, 1.0])
-    points = mesh.p.copy()
-    middle = np.flatnonzero((points[0] == 0.5) & (points[1] == 0.0))[0]
-    points[:, middle] = (0.5, 0.9)
-    with pytest.raises(MeshError, match="inverted or flat"):
-        build_space(skfem.MeshTri2(points, mesh.t))
-
-
-def test_a_quadrilateral_with_a_corner_pushed_in_is_refused():
-    """Its Jacobian is negative at that corner alone, between the quadrature points."""
-    points = np.array([[0.0, 1.0, 0.45, 0.0], [0.0, 0.0, 0.45, 1.0]])
-    with pytest.raises(MeshError, match=r"cell 0 at .* is inverted or flat"):
-        build_space(skfem.MeshQuad1(points, np.array([[0], [1], [2], [3]])))
-
-
 @pytest.mark.parametrize(
     ("element", "kind"),
     [
@@ -343,3 +270,62 @@ def test_size_and_place_of_the_body_make_no_difference():
         left = vector_dofs(boundary_nodes(space, "left"), 2)[:, 0]
         (piece,) = free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), left))
         assert piece.motions == (Y,)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda _: build_space(skfem.MeshLine1()), "got a MeshLine1, needs one of MeshQuad1, MeshTri1, "),
+        (lambda mesh: boundary_nodes(build_space(mesh), "pulp"), "boundary 'pulp' not in mesh, it has: bottom, left, "),
+        (lambda mesh: nodal_areas(build_space(mesh), "pulp", 1.0), "boundary 'pulp' not in mesh, it has: bottom, left"),
+        (lambda _: boundary_nodes(build_space(skfem.MeshQuad1()), "skin"), "it has: none"),
+        (
+            lambda mesh: boundary_nodes(build_space(mesh.with_boundaries({"bare": np.zeros(0, dtype=int)})), "nothing"),
+            "boundary 'bare' is empty",
+        ),
+        (lambda mesh: region_nodes(build_space(mesh), "nail"), "region 'nail' not in mesh, it has: bulk"),
+    ],
+)
+def test_names_and_meshes_that_are_not_there(call, message):
+    with pytest.raises(MeshError, match=message):
+        call(distorted("Q4"))
+
+
+def changed(element, number, position, grid=(0.0, 1.0)):
+    """Return a mesh with a node at another position."""
+    mesh = box(element, list(grid), [0.0, 1.0])
+    points = mesh.p.copy()
+    points[:, np.atleast_1d(number(points) if callable(number) else number)] = np.reshape(position, (2, 1))
+    return type(mesh)(points, mesh.t)
+
+
+def with_turned_cell():
+    mesh = box("Q4", np.linspace(0, 1, 5), [0.0, 1.0])
+    cells = mesh.t.copy()
+    cells[:, 2] = cells[::-1, 2]
+    return skfem.MeshQuad1(mesh.p, cells)
+
+
+def lower_middle(points):
+    return np.flatnonzero((points[0] == 0.5) & (points[1] == 0.0))
+
+
+FLAT = r"cell \d+ at x = .* mm, y = .* mm is inverted or flat"
+NOWHERE = r"mesh: node 3 is at x = 1000 mm, y = {} mm, needs finite coordinates"
+# Its Jacobian is negative at that corner alone, between the quadrature points.
+PUSHED_IN = skfem.MeshQuad1(np.array([[0.0, 1.0, 0.45, 0.0], [0.0, 0.0, 0.45, 1.0]]), np.array([[0], [1], [2], [3]]))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        *((changed(kind, lambda p: p[0] == 2.0, (1.0, 0.5), (0.0, 1.0, 2.0)), FLAT) for kind in ("Q4", "T3")),
+        *((changed(kind, 3, (1.0, v)), NOWHERE.format(v)) for kind in ("Q4", "T6") for v in (np.nan, np.inf)),
+        (with_turned_cell(), r"cell 2 at .* all turn the same way; repair or rebuild the mesh"),
+        (changed("T6", lower_middle, (0.5, 0.9)), "inverted or flat"),
+        (PUSHED_IN, r"cell 0 at .* is inverted or flat"),
+    ],
+)
+def test_cells_and_nodes_that_cannot_be_are_refused(mesh, message):
+    with pytest.raises(MeshError, match=message):
+        build_space(mesh)
