@@ -280,7 +280,7 @@ def test_size_and_place_of_the_body_make_no_difference():
         (lambda mesh: nodal_areas(build_space(mesh), "pulp", 1.0), "boundary 'pulp' not in mesh, it has: bottom, left"),
         (lambda _: boundary_nodes(build_space(skfem.MeshQuad1()), "skin"), "it has: none"),
         (
-            lambda mesh: boundary_nodes(build_space(mesh.with_boundaries({"bare": np.zeros(0, dtype=int)})), "nothing"),
+            lambda mesh: boundary_nodes(build_space(mesh.with_boundaries({"bare": np.zeros(0, dtype=int)})), "bare"),
             "boundary 'bare' is empty",
         ),
         (lambda mesh: region_nodes(build_space(mesh), "nail"), "region 'nail' not in mesh, it has: bulk"),
