@@ -39,7 +39,7 @@ from .mesh.joining import join_meshes as join_meshes
 from .mesh.quality import quality_table as quality_table
 from .mesh.scan.build import ScanMesh as ScanMesh, SurfaceMesh as SurfaceMesh, mesh_scan as mesh_scan
 from .mesh.scan.layered import LayerSizes as LayerSizes, build_from_surfaces as build_from_surfaces
-from .mesh.scan.offset import decimate_surface as decimate_surface, offset_inwards as offset_inwards
+from .mesh.scan.surfaces import decimate_surface as decimate_surface, offset_inwards as offset_inwards
 from .mesh.scan.placement import (
     Placement as Placement,
     place_surface as place_surface,
@@ -81,8 +81,8 @@ from .specimens.fingertip import (
     preset_names as preset_names,
     preset_table as preset_table,
 )
-from .specimens.fingertip.meshing.section.source import MeshSizes as MeshSizes, build_section as build_section
-from .specimens.fingertip.meshing.solid.source import SolidSizes as SolidSizes, build_solid as build_solid
+from .specimens.fingertip.meshing.sources import MeshSizes as MeshSizes, build_section as build_section
+from .specimens.fingertip.meshing.sources import SolidSizes as SolidSizes, build_solid as build_solid
 from .specimens.fingertip.sites import receptor_sites as receptor_sites
 from .specimens.fingertip.sites import (
     reference_sites as reference_sites,

@@ -9,7 +9,6 @@ then the largest differences of what was recorded, as shares of the largest valu
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 
 import numpy as np
 from bench_solid import SIZES
@@ -17,17 +16,16 @@ from rows import line, options_of
 from solids import finger_mesh, model, pad_mesh
 
 import fingerslip as fs
-from fingerslip.linear.solvers.pardiso import Pardiso, PardisoSeries
+from fingerslip.linear.solvers.pardiso import Pardiso
 
 PARTS = ("factorisation", "substitution", "contact", "stepping")
 NAMES = ("contact_displacement", "contact_velocity", "contact_acceleration", "normal_traction", "tangential_traction")
 
 
-@dataclass(frozen=True)
 class Exact(Pardiso):
     """MKL PARDISO, all of whose factors are of double precision."""
 
-    def rough(self) -> PardisoSeries:
+    def rough(self) -> Pardiso:
         return self.series()
 
 

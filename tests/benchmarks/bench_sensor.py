@@ -24,7 +24,7 @@ import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.dynamics.statics.march import march_static
 from fingerslip.linear.threads import limited_threads
-from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
+from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import Run, expand

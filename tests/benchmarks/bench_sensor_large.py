@@ -29,7 +29,7 @@ from fingerslip.errors import FingerslipError
 from fingerslip.linear.threads import limited_threads
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.specimens.tactip import PRESETS
-from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
+from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from problems.sensors import pressed_sensor
 
 SPEED = 5e-3

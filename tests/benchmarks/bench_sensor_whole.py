@@ -22,7 +22,7 @@ from rows import line, options_of, table
 import fingerslip as fs
 from fingerslip.linear.threads import limited_threads
 from fingerslip.specimens.tactip import PRESETS
-from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
+from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from problems.whole_sensors import half_of, slid_beside_half
 
 

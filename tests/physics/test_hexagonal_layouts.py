@@ -8,7 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.mesh.quality import quality_limits, quality_table
 from fingerslip.specimens.tactip import PRESETS
-from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
+from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
 from problems.sensors import slid_sensor
 

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.linear.solvers.pardiso import Pardiso, PardisoSeries
+from fingerslip.linear.solvers.pardiso import Pardiso
 from fingerslip.linear.solvers.superlu import SuperLU
 
 needs_mkl = pytest.mark.skipif(not Pardiso().is_available(), reason="MKL is not installed")
 SOLVERS = [pytest.param(Pardiso(), marks=needs_mkl, id="pardiso"), pytest.param(SuperLU(), id="superlu")]
 
 
-@dataclass(frozen=True)
 class ExactPardiso(Pardiso):
     """MKL PARDISO, all of whose factors are of double precision."""
 
-    def rough(self) -> PardisoSeries:
+    def rough(self) -> Pardiso:
         return self.series()
 
 

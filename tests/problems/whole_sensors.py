@@ -15,7 +15,7 @@ import fingerslip as fs
 from fingerslip.contact.friction import FrictionLaw
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.specimens.tactip import TacTip, marker_places
-from fingerslip.specimens.tactip.meshing.sizes import with_names
+from fingerslip.specimens.tactip.meshing.build import with_names
 from fingerslip.specimens.tactip.numbers import REGIONS
 from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.trials.bodies import turned_whole

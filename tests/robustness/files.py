@@ -19,10 +19,9 @@ from fingerslip.dynamics.system.checks import check_model
 from fingerslip.errors import FingerslipError
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh, scan_cells
-from fingerslip.mesh.scan.offset import decimate_surface
 from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
 from fingerslip.mesh.scan.repair import repair_surface
-from fingerslip.mesh.scan.surfaces import check_enclosure, read_surface, write_surface
+from fingerslip.mesh.scan.surfaces import check_enclosure, decimate_surface, read_surface, write_surface
 from places import MESHES
 from robustness.mutants import FOREIGN, changed_bytes
 from unit.ellipsoids import ellipsoid

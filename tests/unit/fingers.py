@@ -30,7 +30,7 @@ def coarse_solid(variant: str = "original") -> Any:
 
 @functools.cache
 def _coarse_solid(variant: str) -> Any:
-    from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
+    from fingerslip.specimens.fingertip.meshing.sources import build_solid
 
     return build_solid(change_solid(phalanx={"variant": variant}), contact_size=0.8e-3, bulk_size=1.6e-3, element="T4")
 

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import skfem
 
-from fingerslip.mesh.scan.build import SurfaceMesh
+from fingerslip.mesh.scan.build import Deviation, ScanMesh, SurfaceMesh, layer_quality
 from fingerslip.mesh.scan.layered import LayerSizes
-from fingerslip.mesh.scan.quality import Deviation, ScanMesh, layer_quality
 from fingerslip.mesh.scan.repair import Repairs
 from places import ROOT
 from unit.study.block import block_values

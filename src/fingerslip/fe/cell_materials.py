@@ -15,8 +15,6 @@ from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation, Material
 
-__all__ = ["CellMaterials", "Law", "cell_materials", "finite_cell_materials", "small_strain_law"]
-
 Array = NDArray[np.float64]
 Law = TypeVar("Law", bound=Material | FiniteMaterial)
 

@@ -1,9 +1,8 @@
 """Stiffness, mass and load of small-strain laws, assembled from the matrices of the cells.
 
-Matrices of materials that relax, one set for all layers that relax alike.
-
-With the displacement u and y = sum s_i z_i of dashpots z_i in the nodes (:mod:`fingerslip.materials.prony`) the
-elastic force K u of such layers becomes K u - S y. In solids and plane strain S belongs to the deviator of the strain.
+Layers that relax alike have one set of matrices. With the displacement u and y = sum s_i z_i of dashpots z_i in the
+nodes (:mod:`fingerslip.materials.prony`) their elastic force K u becomes K u - S y. In solids and plane strain S
+belongs to the deviator of the strain.
 
 In plane stress the strain across the plane adjusts itself, so that it has a history of its own: it is -div w with a
 displacement w of dashpots q_i, that of :class:`~fingerslip.materials.viscoelastic.Across` in every node. With R of a
@@ -24,22 +23,12 @@ from scipy import sparse
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials, Law
 from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
-from fingerslip.fe.recovery import cell_dofs, divergence_operator, strain_operator
+from fingerslip.fe.recovery import cell_dofs, divergence_operator, matrix_of_rows, strain_operator
 from fingerslip.fe.space import Space, nodal_areas
 from fingerslip.materials.elastic import Elastic, hooke_tangent
 from fingerslip.materials.material import STRAIN_COMPONENTS, Material
 from fingerslip.materials.prony import Prony
 from fingerslip.materials.viscoelastic import Across, across_of
-
-__all__ = [
-    "Relaxing",
-    "mass_matrix",
-    "relaxing_layers",
-    "shear_matrices",
-    "stiffness_matrix",
-    "traction_load",
-]
-
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
@@ -51,22 +40,21 @@ _CHUNK = 1024
 def stiffness_matrix(
     space: Space, materials: CellMaterials[Material], depth: float, integration: Integration
 ) -> sparse.csr_matrix:
-    """Assemble the stiffness matrix at rest from the tangents of the material laws.
+    """Assemble the stiffness matrix [N/m] at rest from the tangents of the material laws.
 
     Three ways to integrate the dilatational part of the tangent. 'selective': from the mean dilatation of each cell in
     Q4 and H8, which then do not lock near incompressibility (for Q4 that is the value at the centre, Malkus & Hughes
     1978; for H8 the mean also passes the patch test), fully in all others. 'full': fully, which locks.
     'nodal': from the mean dilatation of the cells around each node, material by material, so that linear
     triangles and tetrahedra do not lock either (Bonet & Burton 1998).
-
-    Units: depth [m]; returns [N/m].
     """
     check_integration(space.element, integration)
     everywhere = np.arange(space.mesh.nelements)
     matrices = _stiffness_of_cells(space, materials, integration)
     stiffness = _sum_cells(matrices, cell_dofs(space.full, everywhere), space.n_dofs)
     if integration == "nodal":
-        stiffness = stiffness + _nodal_dilatation(space, _dilatational_moduli(materials))
+        moduli = [material.dilatational_modulus(materials.formulation) for material in materials.materials]
+        stiffness = stiffness + _nodal_dilatation(space, np.array(moduli)[materials.number])
     return sparse.csr_matrix(depth * stiffness)
 
 
@@ -76,7 +64,8 @@ def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integr
     matrices = np.empty((space.mesh.nelements, size, size))
     for material, element in materials:
         modulus = material.dilatational_modulus(materials.formulation)
-        tangent = _tangent_at_rest(space, material, materials)
+        rest = np.zeros((1, STRAIN_COMPONENTS[space.dim]))
+        tangent = np.array(material.tangent(rest, materials.formulation)[0])
         if integration == "nodal" or is_mean_of_cell(space.element, integration):
             tangent[: space.dim, : space.dim] -= modulus
         for cells in _chunks(element):
@@ -89,11 +78,9 @@ def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integr
 def shear_matrices(
     space: Space, moduli: Array, depth: float, integration: Integration
 ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """Assemble the two parts of the stiffness of shear: from 2 G E:E, and from 2 G times the square of the dilatation.
+    """Assemble both parts of the stiffness of shear [N/m]: of 2 G E:E, and of 2 G times the square of the dilatation.
 
-    The first less a third of the second belongs to the deviator of the strain.
-
-    Arrays: moduli (n_cells,) [Pa]; depth [m]; returns [N/m].
+    The first less a third of the second belongs to the deviator of the strain. `moduli` (n_cells,) [Pa] are 2 G.
     """
     element, components = np.flatnonzero(moduli), STRAIN_COMPONENTS[space.dim]
     unit, dilatation = hooke_tangent(components, 0.0, 0.5), hooke_tangent(components, 1.0, 0.0)
@@ -110,18 +97,6 @@ def shear_matrices(
     if integration == "nodal":
         second = _nodal_dilatation(space, moduli)
     return sparse.csr_matrix(depth * first), sparse.csr_matrix(depth * second)
-
-
-def _dilatational_moduli(materials: CellMaterials[Material]) -> Array:
-    """Return the moduli of the cells' part that is integrated selectively, shape (n_cells,) [Pa]."""
-    moduli = [material.dilatational_modulus(materials.formulation) for material in materials.materials]
-    return np.array(moduli)[materials.number]
-
-
-def _tangent_at_rest(space: Space, material: Material, materials: CellMaterials[Material]) -> Array:
-    """Return the derivative of the stress by the strain [Pa], shape (m, m), of an undeformed material."""
-    rest = np.zeros((1, STRAIN_COMPONENTS[space.dim]))
-    return np.array(material.tangent(rest, materials.formulation)[0])
 
 
 def _chunks(cells: Cells) -> Iterator[Cells]:
@@ -152,7 +127,8 @@ def _nodal_dilatation(space: Space, moduli: Array) -> sparse.csr_matrix:
 
     `moduli` (n_cells,) [Pa] are those of the dilatational part; the mean is taken over cells of the same modulus.
     """
-    divergence = _divergence_of_cells(space)
+    every = np.arange(space.mesh.nelements)
+    divergence = matrix_of_rows(divergence_operator(space.full, every), cell_dofs(space.full, every), space.n_dofs)
     volumes, corners = space.full.dx.sum(axis=1), space.mesh.t.shape[0]
     stiffness = sparse.csr_matrix((space.n_dofs, space.n_dofs))
     for modulus in np.unique(moduli[moduli != 0.0]):
@@ -166,19 +142,8 @@ def _nodal_dilatation(space: Space, moduli: Array) -> sparse.csr_matrix:
     return stiffness
 
 
-def _divergence_of_cells(space: Space) -> sparse.csr_matrix:
-    """Return the map from displacements to the cells' mean divergence, shape (n_cells, n_dofs) [1/m]."""
-    cells = np.arange(space.mesh.nelements)
-    values, columns = divergence_operator(space.full, cells), cell_dofs(space.full, cells)
-    rows = np.repeat(cells, columns.shape[1])
-    return sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=(cells.size, space.n_dofs))
-
-
 def mass_matrix(space: Space, materials: CellMaterials[Law], depth: float) -> sparse.csr_matrix:
-    """Assemble the consistent mass matrix.
-
-    Units: depth [m]; returns [kg].
-    """
+    """Assemble the consistent mass matrix [kg]."""
     basis = space.mass
     shapes = np.stack([np.asarray(basis.basis[node][0])[0] for node in range(basis.Nbfun)], axis=-1)
     products = (shapes[:, :, None] * shapes[:, None, :]).reshape(len(shapes), -1)
@@ -196,10 +161,7 @@ def _sum_cells(matrices: Array, dofs: NDArray[np.int32], size: int) -> sparse.cs
 
 
 def traction_load(space: Space, tractions: Mapping[str, tuple[float, ...]], depth: float) -> Array:
-    """Return the nodal forces of uniform tractions on named boundaries.
-
-    Arrays: tractions [Pa]; depth [m]; returns (n_dofs,) [N].
-    """
+    """Return the nodal forces (n_dofs,) [N] of uniform tractions [Pa] on named boundaries."""
     load = np.zeros((space.positions.shape[0], space.dim))
     for name, traction in tractions.items():
         if len(traction) != space.dim:
@@ -231,10 +193,7 @@ class Relaxing:
 def relaxing_layers(
     space: Space, materials: CellMaterials[Material], depth: float, integration: Integration
 ) -> tuple[Relaxing, ...]:
-    """Assemble the matrices of all layers that relax.
-
-    Units: depth [m].
-    """
+    """Assemble the matrices of all layers that relax."""
     in_plane = materials.formulation == "plane_stress"
     groups: dict[tuple[Prony, float | None], Array] = {}
     for material, cells in materials:
@@ -243,12 +202,11 @@ def relaxing_layers(
         key = (material.prony, material.poisson_ratio if in_plane else None)
         moduli = groups.setdefault(key, np.zeros(space.mesh.nelements))
         moduli[cells] = 2.0 * material.shear_modulus
-    return tuple(_relaxing(*key, shear_matrices(space, moduli, depth, integration)) for key, moduli in groups.items())
-
-
-def _relaxing(
-    prony: Prony, poisson_ratio: float | None, matrices: tuple[sparse.csr_matrix, sparse.csr_matrix]
-) -> Relaxing:
-    if poisson_ratio is None:
-        return Relaxing(prony, sparse.csr_matrix(matrices[0] - matrices[1] / 3.0))
-    return Relaxing(prony, *matrices, across_of(poisson_ratio))
+    layers = []
+    for (prony, ratio), moduli in groups.items():
+        shear, dilatation = shear_matrices(space, moduli, depth, integration)
+        if ratio is None:
+            layers.append(Relaxing(prony, sparse.csr_matrix(shear - dilatation / 3.0)))
+        else:
+            layers.append(Relaxing(prony, shear, dilatation, across_of(ratio)))
+    return tuple(layers)

@@ -6,8 +6,6 @@ from typing import Literal
 
 from fingerslip.errors import InputError
 
-__all__ = ["Integration", "check_integration", "is_mean_of_cell"]
-
 #: `selective`: from the mean of each quadrilateral or hexahedron; `full`: at every quadrature point; `nodal`: from the
 #: mean around each node, for linear triangles and tetrahedra.
 Integration = Literal["selective", "full", "nodal"]

@@ -19,35 +19,12 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation, Material
 from fingerslip.materials.viscoelastic import Relaxed, across_of, in_space, stored_energy, stress
 
-__all__ = [
-    "Recovery",
-    "Relax",
-    "Share",
-    "cell_dofs",
-    "cell_recovery",
-    "cells_around",
-    "divergence_operator",
-    "gradient_map",
-    "matrix_of_rows",
-    "mean_of_shares",
-    "shape_gradients",
-    "shares_of_sites",
-    "site_recovery",
-    "strain_operator",
-    "stress_components",
-    "von_mises",
-]
-
-
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
 
 
 def strain_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
-    """Return the strains at the quadrature points of cells for unit displacements of their nodes.
-
-    Arrays: cells (k,); returns (k, n_points, m, n_local) [1/m].
-    """
+    """Return the strains (k, n_points, m, n_local) [1/m] at the points of cells (k,) for unit displacements."""
     gradients = shape_gradients(basis, cells)
     count, points, nodes, dim = gradients.shape
     operator = np.zeros((count, points, STRAIN_COMPONENTS[dim], nodes, dim))
@@ -172,12 +149,8 @@ class Recovery:
         Components are named by :func:`stress_components`; shears are those of the tensor, half the engineering ones.
         In plane stress the strain across the plane is NaN where a law does not say what it is.
         """
-
-        def relaxed_tensor(_: Elastic, relaxed: Relaxed) -> Array:
-            return relaxed.strains
-
         if self.formulation == "plane_stress":
-            result = self._mean(strains, len(stress_components(2)), _with_thinning, relaxed_tensor)
+            result = self._mean(strains, 4, _with_thinning, lambda _, relaxed: relaxed.strains)
         else:
             result = in_space(strains).copy()
         result[..., 3:] *= 0.5
@@ -185,14 +158,12 @@ class Recovery:
 
     def energy_densities(self, strains: Array) -> Array:
         """Return the strain energy densities [J/m^3], shape (..., n_points), of strains (..., n_points, m) [-]."""
-
-        def stored(material: Elastic, relaxed: Relaxed) -> Array:
-            return stored_energy(material, relaxed)[..., None]
-
-        return self._mean(strains, 1, self._energy, stored)[..., 0]
-
-    def _energy(self, material: Material, strains: Array) -> Array:
-        return material.energy(strains, self.formulation)[:, None]
+        return self._mean(
+            strains,
+            1,
+            lambda material, strains: material.energy(strains, self.formulation)[:, None],
+            lambda material, relaxed: stored_energy(material, relaxed)[..., None],
+        )[..., 0]
 
     def _stress(self, material: Material, strains: Array) -> Array:
         stress = material.stress(strains, self.formulation)
@@ -210,7 +181,7 @@ class Recovery:
     ) -> Array:
         """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point."""
         relax = self.relax
-        at_once = [share for share in self.shares if relax is None or not _relaxes(share.material)]
+        at_once = [share for share in self.shares if relax is None or not getattr(share.material, "prony", ())]
         mean = mean_of_shares(at_once, strains, components, law)
         for share in self.shares:
             if relax is not None and isinstance(share.material, Elastic) and share.material.prony:
@@ -225,17 +196,10 @@ def _with_thinning(material: Material, strains: Array) -> Array:
     return in_space(strains, -along * strains[:, :2].sum(axis=1))
 
 
-def _relaxes(material: Material) -> bool:
-    return isinstance(material, Elastic) and bool(material.prony)
-
-
 def mean_of_shares(
     shares: Sequence[Share[Law]], strains: Array, components: int, law: Callable[[Law, Array], Array]
 ) -> Array:
-    """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point.
-
-    Arrays: strains (..., n_points, m) [-].
-    """
+    """Return the mean (..., n_points, components) of what laws give at strains (..., n_points, m) [-]."""
     # Laws work on components: where each is a row in memory, they take a fraction of the time.
     mean = np.zeros((components, *strains.shape[:-1]))
     for share in shares:
@@ -260,10 +224,7 @@ def cell_recovery(space: Space, materials: CellMaterials[Material]) -> Recovery:
 def site_recovery(
     space: Space, materials: CellMaterials[Material], nodes: Integers, regions: Sequence[str | None]
 ) -> Recovery:
-    """Recover at nodes: the mean strain of the cells around each, weighted by size, on the given region's side.
-
-    Arrays: nodes (n_sites,).
-    """
+    """Recover at nodes (n_sites,): the mean strain of cells around each, weighted by size, on a given region's side."""
     around = cells_around(space, nodes, regions)
     chosen = np.unique(around.indices).astype(np.int64)
     components = sparse.identity(STRAIN_COMPONENTS[space.dim])
@@ -273,13 +234,12 @@ def site_recovery(
 
 def shares_of_sites(around: sparse.csr_matrix, materials: CellMaterials[Law]) -> tuple[Share[Law], ...]:
     """Return the materials at sites with the weights (n_sites, n_cells) of the cells around each."""
-    shares = (_share(material, np.asarray(around[:, cells].sum(axis=1)).ravel()) for material, cells in materials)
-    return tuple(share for share in shares if len(share.points))
-
-
-def _share(material: Law, weights: Array) -> Share[Law]:
-    points = np.flatnonzero(weights)
-    return Share(material, points, weights[points])
+    shares = []
+    for material, cells in materials:
+        weights = np.asarray(around[:, cells].sum(axis=1)).ravel()
+        points = np.flatnonzero(weights)
+        shares += [Share(material, points, weights[points])] if points.size else []
+    return tuple(shares)
 
 
 def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
@@ -291,11 +251,13 @@ def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
 
 
 def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -> sparse.csr_matrix:
-    """Return the weights (n_sites, n_cells) of the cells around each site, each row summing to one.
-
-    Arrays: nodes (n_sites,).
-    """
-    cells = sparse.csr_matrix(_incidence(space)[np.asarray(nodes, dtype=np.int64)])
+    """Return the weights (n_sites, n_cells) of the cells around nodes (n_sites,), each row summing to one."""
+    # The sizes of the cells [m^2 or m^3] that have a node.
+    all_nodes = space.full.element_dofs
+    sizes = np.broadcast_to(space.full.dx.sum(axis=1), all_nodes.shape).ravel()
+    columns = np.broadcast_to(np.arange(all_nodes.shape[1]), all_nodes.shape).ravel()
+    incidence = sparse.csr_matrix((sizes, (all_nodes.ravel(), columns)), (len(space.positions), all_nodes.shape[1]))
+    cells = sparse.csr_matrix(incidence[np.asarray(nodes, dtype=np.int64)])
     for region in {element for element in regions if element is not None}:
         inside = np.zeros(space.mesh.nelements)
         inside[space.mesh.subdomains[region]] = 1.0
@@ -308,14 +270,6 @@ def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -
         raise MeshError(f"site {empty[0]}", fault, "needs a node of that region")
     cells.data /= np.repeat(np.asarray(cells.sum(axis=1)).ravel(), np.diff(cells.indptr))
     return cells
-
-
-def _incidence(space: Space) -> sparse.csr_matrix:
-    """Return the sizes [m^2 or m^3] of the cells that have a node, shape (n_nodes, n_cells)."""
-    nodes = space.full.element_dofs
-    sizes = np.broadcast_to(space.full.dx.sum(axis=1), nodes.shape).ravel()
-    columns = np.broadcast_to(np.arange(nodes.shape[1]), nodes.shape).ravel()
-    return sparse.csr_matrix((sizes, (nodes.ravel(), columns)), shape=(len(space.positions), nodes.shape[1]))
 
 
 def von_mises(stresses: Array) -> Array:

@@ -1,49 +1,29 @@
-"""The displacement space on a mesh: its nodes, degrees of freedom and quadrature.
+"""The displacement space on a mesh: its nodes, degrees of freedom and quadrature, its free edges and motions.
 
 Node i has the degrees of freedom dim*i ... dim*i + dim - 1, so a field of shape (n_dofs,) reshaped to
 (n_nodes, dim) is the nodal field. The first nodes are the mesh's vertices; quadratic elements add their
 mid-side nodes.
 
-Free edges of a boundary: where it meets another part of the surface that no support holds.
-
-A body that is cut off there may lack what would touch next. An edge at a plane of symmetry, or at a clamped face, is no
-free edge.
+A boundary has a free edge where it meets another part of the surface that no support holds: a body that is cut off
+there may lack what would touch next. An edge at a plane of symmetry, or at a clamped face, is no free edge.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import skfem
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy import spatial
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
+from fingerslip.mesh.facets import connected_pieces
 from fingerslip.mesh.quality import check_folds, positive_tetrahedra
 from fingerslip.units import coordinates
-
-__all__ = [
-    "FreePiece",
-    "Space",
-    "boundary_nodes",
-    "build_space",
-    "carrying_nodes",
-    "cell_nodes",
-    "free_edge_distances",
-    "free_edge_nodes",
-    "free_pieces",
-    "inverted_cells",
-    "nodal_areas",
-    "region_nodes",
-    "vector_dofs",
-]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -179,11 +159,6 @@ class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
         return super().invF(x, tind, newton_max_iters, max(newton_tol, _ROUNDINGS * rounding))
 
 
-def _mapping(mesh: Any) -> Any:
-    """Return the map from the reference cell to the cells of a mesh."""
-    return mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
-
-
 def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,).
 
@@ -192,7 +167,9 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """
     if name not in space.known_lengths:
         facets = np.asarray(_group_facets(space.mesh.boundaries, name, "boundary"))
-        basis = skfem.FacetBasis(space.mesh, space.scalar_element, _mapping(space.mesh), facets=facets)
+        mesh = space.mesh
+        mapping = mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
+        basis = skfem.FacetBasis(mesh, space.scalar_element, mapping, facets=facets)
         space.known_lengths[name] = _shape_function.assemble(basis)
     return depth * space.known_lengths[name]
 
@@ -224,7 +201,7 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     scikit-fem sorts the vertices of triangles and tetrahedra, so their sign by itself says nothing; it must only not
     change within a cell. Other cells keep their order, so all of them must turn the same way.
     """
-    jacobian = _jacobian(mesh, order)
+    jacobian = _jacobian(mesh, mesh.doflocs, order)
     turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
@@ -235,16 +212,11 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     return np.asarray(jacobian[:, 0] < 0.0)
 
 
-def _jacobian(mesh: Any, order: int) -> NDArray[np.float64]:
-    """Return the determinant of the cells' mapping at quadrature points and corners, shape (n_cells, n_points).
+def _jacobian(mesh: Any, points: Array, order: int) -> NDArray[np.float64]:
+    """Return the determinant (n_cells, n_points) of the cells' mapping at quadrature points and corners.
 
-    scikit-fem's own raises at zero.
+    Nodes are at `points` (dim, n_nodes) [m]. scikit-fem's own determinant raises at zero.
     """
-    return _jacobian_of(mesh, mesh.doflocs, order)
-
-
-def _jacobian_of(mesh: Any, points: Array, order: int) -> NDArray[np.float64]:
-    """Return the same for the cells of a mesh with other node positions (dim, n_nodes) [m]."""
     inside, _ = get_quadrature(mesh.elem.refdom, order)
     at = np.hstack([inside, mesh.elem.refdom.p])
     nodes = mesh.dofs.element_dofs
@@ -256,14 +228,11 @@ def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
     """Return which cells a displacement (n_dofs,) [m] turns inside out, at their centre."""
     mesh = space.mesh
     moved = mesh.doflocs + displacement.reshape(-1, space.dim).T
-    return np.asarray((_jacobian_of(mesh, moved, 1) * _jacobian_of(mesh, mesh.doflocs, 1) <= 0.0)[:, 0])
+    return np.asarray((_jacobian(mesh, moved, 1) * _jacobian(mesh, mesh.doflocs, 1) <= 0.0)[:, 0])
 
 
 def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the nodes of a boundary that also lie on another outer facet that is free.
-
-    Arrays: held (n_nodes, dim); returns (n,).
-    """
+    """Return the nodes (n,) of a boundary that also lie on an outer facet that is free of supports (n_nodes, dim)."""
     facets = np.asarray(space.mesh.boundaries[boundary])
     others = np.setdiff1d(space.mesh.boundary_facets(), facets)
     if not others.size:
@@ -276,14 +245,11 @@ def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDA
 def free_edge_distances(
     space: Space, boundary: str, held: NDArray[np.bool_], nodes: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Return how far nodes are from the nearest free edge of a boundary.
-
-    Arrays: held (n_nodes, dim); nodes (n,); returns (n,) [m].
-    """
+    """Return how far nodes (n,) are from the nearest free edge of a boundary, shape (n,) [m]."""
     edge = free_edge_nodes(space, boundary, held)
     if not edge.size:
         return np.full(nodes.shape, np.inf)
-    distances, _ = cKDTree(space.positions[edge]).query(space.positions[nodes])
+    distances, _ = spatial.cKDTree(space.positions[edge]).query(space.positions[nodes])
     return np.asarray(distances, dtype=float)
 
 
@@ -302,28 +268,16 @@ class FreePiece:
 
 
 def free_pieces(space: Space, free: Indices) -> tuple[FreePiece, ...]:
-    """Return the pieces of a mesh that supports do not hold, with the motions that they leave free.
-
-    Arrays: free (n_free,).
-    """
+    """Return the pieces of a mesh that supports do not hold, with the motions of the `free` unknowns (n_free,)."""
     held = np.ones(space.n_dofs, dtype=bool)
     held[free] = False
-    by_node = held.reshape(-1, space.dim)
-    pieces = (FreePiece(nodes, _free_motions(space.positions[nodes], by_node[nodes])) for nodes in _pieces(space))
-    return tuple(piece for piece in pieces if piece.motions)
-
-
-def _pieces(space: Space) -> Iterator[Indices]:
-    """Yield the nodes of each connected piece of the mesh."""
-    cells = np.asarray(space.full.element_dofs)
-    count = len(space.positions)
+    by_node, cells = held.reshape(-1, space.dim), np.asarray(space.full.element_dofs)
     first = np.broadcast_to(cells[0], cells[1:].shape).ravel()
-    graph = sparse.coo_matrix((np.ones(first.size), (first, cells[1:].ravel())), shape=(count, count))
-    number = connected_components(graph, directed=False)[1]
+    number = connected_pieces(len(space.positions), np.stack([first, cells[1:].ravel()]))
     # A node without a cell is a piece of its own, which nothing moves.
-    used = np.unique(number[cells[0]])
-    for piece in used:
-        yield np.flatnonzero(number == piece)
+    pieces = [np.flatnonzero(number == piece) for piece in np.unique(number[cells[0]])]
+    free_pieces = (FreePiece(nodes, _free_motions(space.positions[nodes], by_node[nodes])) for nodes in pieces)
+    return tuple(piece for piece in free_pieces if piece.motions)
 
 
 def _free_motions(positions: Array, held: NDArray[np.bool_]) -> tuple[str, ...]:

@@ -28,16 +28,6 @@ from scipy import linalg, sparse
 
 from fingerslip.linear.solver import LinearSolver, SchurFactor
 
-__all__ = [
-    "CraigBampton",
-    "StaticResponses",
-    "Vibrations",
-    "craig_bampton",
-    "slow_motions",
-    "static_responses",
-    "vibrations",
-]
-
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
@@ -121,22 +111,17 @@ class Vibrations:
 
 
 def slow_motions(body: StaticResponses, mass: Array, count: int) -> Array:
-    """Return the slowest motions of a body whose inside follows its interface, as displacements of all unknowns.
-
-    Arrays: mass (p, p) [kg]; returns (n, k) [kg^-1/2].
-    """
+    """Return the slowest motions (n, k) [kg^-1/2] of a body whose inside follows its interface of mass (p, p) [kg]."""
     last = min(count, body.interface.size) - 1
     _, vectors = linalg.eigh(body.schur, mass, subset_by_index=[0, last], check_finite=False)
     return body.follow(vectors)
 
 
 def vibrations(body: StaticResponses, start: Array, count: int, following: int = 0) -> Vibrations:
-    """Return vibrations that motions of a body excite while the interface is held: block Lanczos, with Ritz vectors.
+    """Return vibrations that motions `start` (n, k) excite while the interface is held: block Lanczos, Ritz vectors.
 
     Static displacement under the inertia of a motion is the first correction of one whose inside followed statically,
     and that under the inertia of the correction the next one.
-
-    Arrays: start (n, k).
     """
     shapes, excited = np.zeros((body.stiffness.shape[0], 0), order="F"), start
     while excited.shape[1] and shapes.shape[1] < count + following:
@@ -206,20 +191,9 @@ def craig_bampton(
     rows: Indices,
     further: Sequence[Array] = (),
 ) -> CraigBampton:
-    """Reduce a body.
+    """Reduce a body by its static responses, with T at the unknowns `rows` (r,), and the vibrations that are kept.
 
-    Parameters
-    ----------
-    body : StaticResponses
-        The body and its interface.
-    known : tuple of array
-        What :func:`static_responses` returns.
-    vibrations : Vibrations
-        Those that are kept.
-    rows : (r,) array
-        The rows of `known`.
-    further : sequence of (n,) array
-        Further shapes that the basis has to hold, such as the responses to loads; only their inner part counts.
+    `further` are shapes (n,) that the basis has to hold, such as the responses to loads; only their inner part counts.
     """
     shapes = vibrations.shapes
     if further:

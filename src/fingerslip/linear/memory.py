@@ -9,8 +9,6 @@ from pathlib import Path
 
 from fingerslip.errors import InputError
 
-__all__ = ["available_memory", "require_memory"]
-
 _GROUP_LIMIT, _GROUP_USE = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")
 _SYSTEM, _PROCESS = Path("/proc/meminfo"), Path("/proc/self/statm")
 
@@ -22,10 +20,7 @@ def available_memory() -> int | None:
 
 
 def require_memory(sizes: Mapping[str, int]) -> None:
-    """Refuse a computation that needs more memory than is available.
-
-    Units: parts [bytes].
-    """
+    """Refuse a computation whose parts need more memory than is available [bytes]."""
     available, needed = available_memory(), sum(sizes.values())
     if available is None or needed <= available:
         return

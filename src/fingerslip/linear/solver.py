@@ -18,19 +18,11 @@ from scipy import linalg, sparse
 from fingerslip.errors import FingerslipError
 from fingerslip.linear import solvers
 
-__all__ = [
-    "Factor",
-    "LinearSolver",
-    "SchurFactor",
-    "factorise",
-    "factorise_around",
-    "known_solvers",
-    "preferred_solver",
-]
-
-
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Reals = NDArray[np.floating[Any]]
+
+_MIRRORED_AT_ONCE = 512
 
 
 class Factor(Protocol):
@@ -65,7 +57,10 @@ class SchurFactor(Protocol):
 
 
 class LinearSolver(Protocol):
-    """A direct solver for sparse symmetric positive definite matrices (n, n)."""
+    """A direct solver for sparse symmetric positive definite matrices (n, n).
+
+    It raises :class:`~fingerslip.errors.FingerslipError` for a matrix that is not, and where memory runs out.
+    """
 
     @property
     def name(self) -> str:
@@ -92,25 +87,12 @@ class LinearSolver(Protocol):
         """
 
     def factorise(self, matrix: sparse.csr_matrix) -> Factor:
-        """Factorise a matrix.
+        """Factorise a matrix."""
 
-        Raises
-        ------
-        FingerslipError
-            For a matrix that is not positive definite, and where memory runs out.
-        """
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[SchurFactor, Reals]:
+        """Factorise a matrix but for the ascending unknowns `interface` (m,); also return their Schur complement.
 
-    def factorise_around(
-        self, matrix: sparse.csr_matrix, interface: Indices
-    ) -> tuple[SchurFactor, NDArray[np.floating[Any]]]:
-        """Factorise a matrix but for the ascending unknowns `kept` (m,); also return their Schur complement (m, m).
-
-        The Schur complement has the precision of the factors.
-
-        Raises
-        ------
-        FingerslipError
-            For a matrix that is not positive definite, and where memory runs out.
+        The Schur complement (m, m) has the precision of the factors.
         """
 
     def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
@@ -129,50 +111,18 @@ def preferred_solver() -> LinearSolver:
     return next(solver for solver in known_solvers() if solver.is_available())
 
 
-Reals = NDArray[np.floating[Any]]
-
-_MIRRORED_AT_ONCE = 512
-
-
 def factorise(matrix: sparse.csr_matrix, solver: LinearSolver | None = None) -> Factor:
-    """Factorise a matrix.
-
-    Parameters
-    ----------
-    matrix : scipy.sparse.csr_matrix
-        Symmetric positive definite, shape (n, n), of any unit.
-    solver : LinearSolver, optional
-        The solver; without it the preferred one that is available.
-    """
+    """Factorise a matrix (n, n) by a solver, without one by the preferred one that is available."""
     return (solver or preferred_solver()).factorise(matrix)
 
 
 def factorise_around(
-    matrix: sparse.csr_matrix, interface: NDArray[np.int64], solver: LinearSolver | None = None
+    matrix: sparse.csr_matrix, interface: Indices, solver: LinearSolver | None = None
 ) -> tuple[SchurFactor, Reals]:
-    """Factorise a matrix but for some unknowns, and invert their Schur complement.
+    """Factorise a matrix (n, n) but for ascending unknowns `interface` (m,), and invert their Schur complement.
 
-    Parameters
-    ----------
-    matrix : scipy.sparse.csr_matrix
-        A, symmetric positive definite, shape (n, n), of any unit.
-    kept : (m,) array
-        The unknowns that are not factorised, ascending.
-    solver : LinearSolver, optional
-        The solver; without it the preferred one that is available.
-
-    Returns
-    -------
-    factor : SchurFactor
-        Factors of the others.
-    inverse : (m, m) array
-        The inverse of the Schur complement, which is the part of A^-1 among the kept unknowns; exactly symmetric, in
-        the precision of the factors. For thousands of unknowns this is many times faster than solving for its columns.
-
-    Raises
-    ------
-    FingerslipError
-        For a matrix that is not positive definite.
+    The inverse (m, m) is the part of that of the matrix among these unknowns; exactly symmetric, in the precision of
+    the factors. For thousands of unknowns this is many times faster than solving for its columns.
     """
     factor, schur = (solver or preferred_solver()).factorise_around(matrix, interface)
     return factor, _invert(schur)

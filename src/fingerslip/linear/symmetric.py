@@ -1,13 +1,11 @@
-"""Products of dense symmetric matrices with vectors, whose cost is reading the matrix.
+"""Products of symmetric matrices, dense and sparse, with vectors, whose cost is reading the matrix.
 
-A matrix of single precision may be multiplied with vectors of double precision. Its entries are then taken as they
-are, and the product is exact but for rounding in double precision, while half as many bytes are read.
+A dense matrix of single precision may be multiplied with vectors of double precision. Its entries are then taken as
+they are, and the product is exact but for rounding in double precision, while half as many bytes are read.
 
-Products of sparse symmetric matrices with vectors, whose cost is reading the matrix.
-
-Of one or two vectors half of the matrix is read: each entry serves its row and its column. Every component is still
-the sum over its row, so that where these sums cancel, as the forces of a rigid motion do, no more is left of them than
-of a product with the whole matrix.
+Of a sparse matrix, for one or two vectors, half is read: each entry serves its row and its column. Every component is
+still the sum over its row, so that where these sums cancel, as the forces of a rigid motion do, no more is left of them
+than of a product with the whole matrix.
 """
 
 from __future__ import annotations
@@ -19,23 +17,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-
-__all__ = [
-    "CompiledMatrix",
-    "SymmetricMatrix",
-    "add_columns",
-    "add_rows",
-    "as_rows",
-    "compiled_parts",
-    "long_product",
-    "symmetric_parts",
-    "symmetric_product",
-    "symmetric_products",
-    "write_products",
-    "write_symmetric_product",
-    "write_symmetric_products",
-]
-
 
 _ROWS_AT_ONCE = 256
 
@@ -67,10 +48,7 @@ def symmetric_products(matrix: NDArray[Any], columns: NDArray[Any]) -> NDArray[A
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
 def write_symmetric_product(matrix, vector, out):  # type: ignore[no-untyped-def]
-    """Write a symmetric matrix times a vector (n,) into `found` (n,), of the same precision as the vector.
-
-    Arrays: matrix (m, m).
-    """
+    """Write a symmetric matrix (m, m), m >= n, times a vector (n,) into `out` (n,), of the vector's precision."""
     size, zero = vector.size, vector.dtype.type(0)
     out.fill(zero)
     whole = size - size % 4
@@ -171,7 +149,7 @@ def _long_product(starts, columns, values, vector, out):  # type: ignore[no-unty
 
 @numba.njit(cache=True, nogil=True)
 def write_products(matrix, rows, out):  # type: ignore[no-untyped-def]
-    """Write a matrix (m, n) times the rows of an array (k, n) into `found` (k, m), in compiled code.
+    """Write a matrix (m, n) times the rows of an array (k, n) into `out` (k, m), in compiled code.
 
     The matrix, as :func:`compiled_parts` gives it, is read once for each eight vectors. The sums are SciPy's to the
     last digit.
@@ -237,7 +215,7 @@ def symmetric_parts(matrix: sparse.csr_matrix) -> SymmetricMatrix:
 
 @numba.njit(cache=True, nogil=True)
 def write_symmetric_products(matrix, rows, out):  # type: ignore[no-untyped-def]
-    """Write a symmetric matrix (n, n) times the rows of an array (k, n) into `found` (k, n), in compiled code.
+    """Write a symmetric matrix (n, n) times the rows of an array (k, n) into `out` (k, n), in compiled code.
 
     The matrix is one that :func:`symmetric_parts` gives.
     """

@@ -14,17 +14,6 @@ from threadpoolctl import ThreadpoolController, threadpool_limits
 from fingerslip.errors import InputError
 from fingerslip.linear.solver import preferred_solver
 
-__all__ = [
-    "Mapper",
-    "allowed_threads",
-    "limited_threads",
-    "one_by_one",
-    "side_by_side",
-    "single_dense_thread",
-    "suitable_threads",
-    "usable_cores",
-]
-
 T = TypeVar("T")
 
 # Below this many degrees of freedom, by the dimension of space, the threads of BLAS and PARDISO wait for each other

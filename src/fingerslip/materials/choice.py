@@ -1,8 +1,6 @@
-"""Choosing a material: by law and constants, or by the name of one that ships.
+"""Choosing a material: by `law` and constants, without a law linear elastic, or from one that ships.
 
-Which law a study file means: `law` in a material names it, and without it the material is linear elastic.
-
-A material may also start from one that ships: `preset` names it, and all else in it overrides its values.
+For the latter `preset` names it, and all else in the material overrides its values.
 """
 
 from __future__ import annotations
@@ -26,23 +24,6 @@ from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
 from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import require
-
-__all__ = [
-    "LAWS",
-    "MATERIALS",
-    "PRESET",
-    "AnyMaterial",
-    "MaterialChoice",
-    "MaterialEntry",
-    "conforming_law",
-    "kept_values",
-    "material",
-    "material_header",
-    "material_names",
-    "material_of",
-    "material_table",
-]
-
 
 #: A law of small strain or of large strain.
 AnyMaterial: TypeAlias = Material | FiniteMaterial

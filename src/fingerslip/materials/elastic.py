@@ -1,6 +1,4 @@
-"""Linear elasticity, and Rayleigh damping.
-
-Hooke's law: isotropic linear elasticity at small strain.
+"""Hooke's law, isotropic linear elasticity at small strain, and Rayleigh damping.
 
 With the dilatation e, the sum of the normal strains, and the strain tensor E, the energy is
 lambda/2 e^2 + G E:E, the stress lambda e I + 2 G E. In solids and plane strain lambda is Lame's first constant
@@ -20,14 +18,6 @@ from fingerslip.errors import InputError
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation
 from fingerslip.materials.prony import Prony, check_prony
 from fingerslip.parameters import Density, Duration, Number, Pressure, Rate, parameters
-
-__all__ = [
-    "Elastic",
-    "RayleighDamping",
-    "hooke_energy",
-    "hooke_stress",
-    "hooke_tangent",
-]
 
 
 @parameters
@@ -126,10 +116,7 @@ class Elastic:
 
 
 def hooke_energy(strain: Array, first_lame: float, shear_modulus: float) -> Array:
-    """Return the strain energy density of Hooke's law.
-
-    Arrays: strain (n, m) [-]; first_lame, shear_modulus [Pa]; returns (n,) [J/m^3].
-    """
+    """Return the strain energy density (n,) [J/m^3] of Hooke's law at strains (n, m) [-], with constants [Pa]."""
     dim = _DIMENSIONS[strain.shape[1]]
     normal, shear = strain[:, :dim], strain[:, dim:]
     # Sums along short rows take numpy's ``sum`` several times as long.

@@ -1,31 +1,20 @@
-"""What laws of large strain share: principal stretches, powers of them, volume.
-
-What laws of large strain share: the split of the energy into shape and volume.
-
-What every law for large strain answers, whatever the law.
+"""What laws of large strain share: what every law answers, the split into shape and volume, how they are held stable.
 
 A law is a function of the principal logarithmic strains e_i = ln(lambda_i), with the principal stretches lambda_i. Its
 derivatives by them are the principal Kirchhoff stresses tau_i, which are the Cauchy stresses times J, the ratio of
 current to reference volume, ln J = e_1 + e_2 + e_3. Being written in principal stretches, a law is isotropic and the
 same after any rotation.
 
-What the laws share whose energy is one of the shape and one of the volume, and how they are held to be stable.
-
-The shape is in the isochoric logarithmic strains, the deviator of the logarithmic strains, and the energy of it a sum
-of powers of the isochoric stretches, as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584. The energy of the volume
-is K/2 (ln J)^2 with the bulk modulus K, as in FEBio's laws of this kind and in the neo-Hookean law here: the pressure
-is linear in the logarithmic strains, so its derivative is the constant K and costs nothing. The Cauchy pressure
-K ln J/J grows with the volume up to J = e = 2.7, far beyond what a nearly incompressible layer reaches; see Doll &
-Schweizerhof, J. Appl. Mech. 67 (2000) 17-21, for this and other functions.
-
-What the laws have in common whose energy of shape is a sum of powers of the isochoric stretches.
-
-With the isochoric principal stretches l_i = J^(-1/3) lambda_i the energy per reference volume is ::
+Most laws have one energy of the shape and one of the volume. The shape is in the isochoric principal stretches
+l_i = J^(-1/3) lambda_i; with a sum of powers of them the energy per reference volume is ::
 
     sum_p mu_p/alpha_p (l_1^alpha_p + l_2^alpha_p + l_3^alpha_p - 3) + K/2 (ln J)^2
 
-as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584; :mod:`fingerslip.materials.large_strain` says why the part of the
-volume is this.
+as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584. The energy of the volume, with the bulk modulus K, is that of
+FEBio's laws of this kind and of the neo-Hookean law here: the pressure is linear in the logarithmic strains, so its
+derivative is the constant K and costs nothing. The Cauchy pressure K ln J/J grows with the volume up to J = e = 2.7,
+far beyond what a nearly incompressible layer reaches; see Doll & Schweizerhof, J. Appl. Mech. 67 (2000) 17-21, for this
+and other functions.
 """
 
 from __future__ import annotations
@@ -41,23 +30,6 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import Prony, check_prony
-
-__all__ = [
-    "SHAPES",
-    "TESTS",
-    "FiniteMaterial",
-    "Power",
-    "PowersOfStretches",
-    "check_stability",
-    "chosen_bulk_modulus",
-    "deviator",
-    "isochoric_tangent",
-    "linearise",
-    "log_volume_of",
-    "sum_columns",
-    "volumetric_energy",
-]
-
 
 Array = NDArray[np.float64]
 
@@ -133,10 +105,7 @@ def deviator(values: Array) -> Array:
 
 
 def isochoric_tangent(rates: Array) -> Array:
-    """Return the derivative of the deviator of stresses by the logarithmic strains [Pa], shape (n, 3, 3).
-
-    Arrays: rates (n, 3) [Pa].
-    """
+    """Return the derivative (n, 3, 3) [Pa] of the deviator of stresses of rates (n, 3) [Pa] by the log strains."""
     tangent = (rates[:, :, None] + rates[:, None, :]) / -3.0
     tangent += (sum_columns(rates) / 9.0)[:, None, None]
     diagonal = np.einsum("nii->ni", tangent)
@@ -151,10 +120,7 @@ def volumetric_energy(bulk_modulus: float, log_volume: Array) -> tuple[Array, Ar
 
 
 def chosen_bulk_modulus(shear_modulus: float, bulk_modulus: float | None, poisson_ratio: float | None) -> float:
-    """Return the bulk modulus [Pa], of which either itself or Poisson's ratio is given.
-
-    Units: shear_modulus [Pa]; bulk_modulus [Pa]; poisson_ratio [-].
-    """
+    """Return the bulk modulus [Pa], of which either itself or Poisson's ratio is given."""
     if bulk_modulus is None and poisson_ratio is None:
         raise InputError("bulk_modulus", "is missing", "needs a value", "or give poisson_ratio")
     if bulk_modulus is not None and poisson_ratio is not None:
@@ -185,8 +151,6 @@ def check_stability(tangent: Callable[[Array], Array], stretches: tuple[float, f
     tangent of the Kirchhoff stress by the logarithmic strain is positive definite. Shape and volume do not couple, so
     it is enough to look at changes of shape, in the uniaxial, equibiaxial and planar test of the incompressible
     material.
-
-    Units: stretches [-].
     """
     low, high = stretches
     if not 0.0 < low < 1.0 < high:

@@ -7,8 +7,6 @@ from typing import Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SHEARS", "STRAIN_COMPONENTS", "Formulation", "Material"]
-
 Array = NDArray[np.float64]
 
 #: The two-dimensional assumption, or `solid` in 3D.

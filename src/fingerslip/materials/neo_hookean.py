@@ -22,8 +22,6 @@ from fingerslip.materials.large_strain import log_volume_of
 from fingerslip.materials.prony import Prony, check_prony
 from fingerslip.parameters import Density, Number, Pressure, parameters
 
-__all__ = ["NeoHookean"]
-
 Array = NDArray[np.float64]
 
 

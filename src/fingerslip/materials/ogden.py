@@ -21,8 +21,6 @@ from fingerslip.materials.large_strain import Power, PowersOfStretches
 from fingerslip.materials.prony import Prony
 from fingerslip.parameters import Density, Number, Pressure, SignedPressure, parameters
 
-__all__ = ["Ogden", "OgdenTerm"]
-
 
 @parameters
 class OgdenTerm:

@@ -27,8 +27,6 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.parameters import Number, PositiveDuration, parameters
 
-__all__ = ["Prony", "PronyTerm", "Recurrence", "check_prony", "recurrence", "relaxation"]
-
 Array = NDArray[np.float64]
 
 # Relaxation times in steps, at least.
@@ -84,10 +82,7 @@ def check_prony(terms: Prony) -> None:
 def recurrence(
     terms: Sequence[PronyTerm], step: float, where: str = "prony", *, controlled: bool = False
 ) -> Recurrence:
-    """Return how dashpots follow strain over a step.
-
-    Units: step [s].
-    """
+    """Return how dashpots follow strain over a step [s]; refuse terms that are too fast for it, unless `controlled`."""
     times = np.array([term.time for term in terms])
     if not controlled and times.min(initial=np.inf) < _SHORTEST * step * (1.0 - 1e-9):
         number = int(times.argmin())

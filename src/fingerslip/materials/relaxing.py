@@ -22,8 +22,6 @@ from fingerslip.errors import FingerslipError
 from fingerslip.materials.large_strain import SHAPES, FiniteMaterial, deviator, log_volume_of
 from fingerslip.materials.prony import Prony
 
-__all__ = ["Constants", "StepLaw", "constants_of", "shape_energy", "shape_stress", "spring_strain", "volume_part"]
-
 Array = NDArray[np.float64]
 
 # Change of an iteration after which rounding is left, as the next would be of the size of its square; and the largest.
@@ -94,9 +92,9 @@ class StepLaw:
 
 
 def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, guess: Array) -> Array:
-    """Return the logarithmic strains (n, 3) [-] of springs that obey a law, from the deviator of their stress.
+    """Return the logarithmic strains (n, 3) [-] of springs that obey a law, from the deviator of their stress [Pa].
 
-    Arrays: stress (n, 3) [Pa]; log_volume (n,) [-]; guess (n, 3) [-].
+    Their ln J is `log_volume` (n,); the search starts from a guess (n, 3) [-].
     """
     strain = deviator(guess) + log_volume[:, None] / 3.0
     for _ in range(_LIMIT):
@@ -114,5 +112,4 @@ def _solve(matrices: Array, vectors: Array) -> Array:
     (first, beside), (other, last) = matrices.transpose(1, 2, 0)
     determinant = first * last - beside * other
     result = (last * vectors[:, 0] - beside * vectors[:, 1], first * vectors[:, 1] - other * vectors[:, 0])
-    solution: Array = (np.array(result) / determinant).T
-    return solution
+    return np.asarray((np.array(result) / determinant).T)

@@ -17,8 +17,6 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.materials.prony import Recurrence, recurrence
 
-__all__ = ["Across", "Relaxed", "across_of", "follow_strains", "in_space", "stored_energy", "stress"]
-
 Array = NDArray[np.float64]
 
 
@@ -37,10 +35,7 @@ class Across:
     bulk: float  # bulk modulus over 2 G [-]
 
     def of_step(self, share: float) -> tuple[float, float]:
-        """Return the parts in w at the end of a step of u there, and of the dashpots that its start gives [-].
-
-        Units: share [-].
-        """
+        """Return the parts in w at the end of a step of u there, and of the dashpots that its start gives [-]."""
         whole = 1.0 - 2.0 * self.relaxed * share
         return (self.along + self.relaxed * share) / whole, self.relaxed / whole
 
@@ -77,10 +72,7 @@ def in_space(strains: Array, across: Array | float = 0.0) -> Array:
 
 
 def follow_strains(material: Elastic, strains: Array, formulation: Formulation, step: float) -> Relaxed:
-    """Return strains that start from rest, with their dashpots.
-
-    Arrays: strains (n_times, ..., m) [-]; step [s].
-    """
+    """Return strains (n_times, ..., m) [-] at equal steps [s] from rest, with their dashpots."""
     follow = recurrence(material.prony, step)
     dashpots = follow.follow(strains)
     if formulation != "plane_stress":

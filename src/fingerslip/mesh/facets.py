@@ -1,8 +1,10 @@
-"""Facets of a mesh: which ones lie between two regions, and where they face."""
+"""Facets and neighbours of a mesh: which facets lie between two regions, where they face, what hangs together."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,28 +12,40 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["facets_between", "outward_normals"]
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.integer]
+Flags = NDArray[np.bool_]
+Mesh = TypeVar("Mesh", bound="skfem.Mesh")
 
 
-def facets_between(mesh: skfem.Mesh, region: Integers, first: int, second: int) -> NDArray[np.int32]:
-    """Return the facets between cells of two regions.
+def connected_pieces(count: int, pairs: Integers) -> NDArray[np.int64]:
+    """Return the number (count,) of the connected piece of each of `count` things, of which `pairs` (2, k) touch."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
 
-    Arrays: region (n_cells,); returns (k,).
-    """
-    entry, other = mesh.f2t
-    pair = np.where(other >= 0, np.sort([region[entry], region[other]], axis=0), -1)
-    low, high = sorted((first, second))
-    return np.flatnonzero((pair[0] == low) & (pair[1] == high)).astype(np.int32)
+    graph = coo_matrix((np.ones(pairs.shape[1]), tuple(pairs)), shape=(count, count))
+    pieces: NDArray[np.int64] = connected_components(graph, directed=False)[1]
+    return pieces
+
+
+def with_groups(mesh: Mesh, regions: Mapping[str, Flags], boundaries: Mapping[str, Flags]) -> Mesh:
+    """Return a mesh with names for regions and boundaries, by flags of all cells or facets; empty ones get none."""
+    tables = [
+        {name: np.flatnonzero(flags).astype(np.int32) for name, flags in table.items() if flags.any()}
+        for table in (regions, boundaries)
+    ]
+    return dataclasses.replace(mesh, _subdomains=tables[0], _boundaries=tables[1])
+
+
+def are_between(mesh: skfem.Mesh, region: Integers, first: int, second: int) -> Flags:
+    """Tell which facets (n_facets,) lie between cells of two regions, by each cell's number `region` (n_cells,)."""
+    entry, other = region[mesh.f2t]
+    between = ((entry == first) & (other == second)) | ((entry == second) & (other == first))
+    return np.asarray(between & (mesh.f2t[1] >= 0))
 
 
 def outward_normals(mesh: skfem.Mesh, facets: Integers, inside: Integers) -> Floats:
-    """Return the unit normals of facets, as if they were flat, away from a cell of each.
-
-    Arrays: facets (k,); inside (k,); returns (dim, k) [-].
-    """
+    """Return the unit normals (dim, k) of facets (k,), as if they were flat, away from a cell `inside` (k,) of each."""
     corners = mesh.p[:, mesh.facets[:, facets]]
     along = corners[:, 1] - corners[:, 0]
     if mesh.dim() == 2:

@@ -20,8 +20,6 @@ from fingerslip.storage.files import new_files
 if TYPE_CHECKING:
     import meshio
 
-__all__ = ["read_file", "write_file"]
-
 _AGAIN = "look whether it is whole, and export it again"
 # Beyond it squares lose the size of the cells.
 _FARTHEST = 1e9

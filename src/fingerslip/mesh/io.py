@@ -14,10 +14,8 @@ from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError, shorten
 from fingerslip.mesh.formats import read_file, write_file
-from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells
+from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells, turns
 from fingerslip.units import LengthUnit, coordinates, metres
-
-__all__ = ["read_mesh", "write_mesh"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -103,13 +101,12 @@ def _read_in_metres(file: Path, scale: float) -> skfem.Mesh:
     data.points = scale * np.asarray(data.points, dtype=float)
     if any(key.startswith("skfem:") for key in data.cell_data):
         return _read_own(file, data)
-    raw = _without_spare_nodes(_raw(file, data))
+    raw = _raw(file, data)
     cells = _orient(raw)
     if raw.kind == "hexahedron":
         cells = cells[:, _HEXAHEDRON]
     mesh = _CELLS[raw.kind].mesh(np.ascontiguousarray(raw.points.T), np.ascontiguousarray(cells.T))
-    boundaries = {name: _facets(raw, mesh, name, pairs) for name, pairs in raw.facets.items()}
-    return mesh.with_subdomains(raw.regions).with_boundaries(boundaries)
+    return mesh.with_subdomains(raw.regions).with_boundaries(_boundaries(raw, mesh))
 
 
 def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
@@ -178,7 +175,12 @@ def _raw(file: Path, data: meshio.Mesh) -> _Raw:
     if not regions and not facets:
         allowed = f"needs named groups of cells (regions) and of {_SIDES[cell_kind.side_corners]} (boundaries)"
         raise MeshError(str(file), "has no named groups", allowed, "name them, in Gmsh as physical groups")
-    return _Raw(file, kind, _points(file, kind, data), cells, regions, facets)
+    # Nodes that no cell uses, such as Gmsh's construction points, are dropped.
+    used, points = np.unique(cells), _points(file, kind, data)
+    new = np.full(len(points), -1)
+    new[used] = np.arange(len(used))
+    facets = {name: new[members] for name, members in facets.items()}
+    return _Raw(file, kind, points[used], new[cells], regions, facets)
 
 
 def _kind(file: Path, data: meshio.Mesh) -> str:
@@ -191,11 +193,9 @@ def _kind(file: Path, data: meshio.Mesh) -> str:
 
 
 def _points(file: Path, kind: str, data: meshio.Mesh) -> Floats:
-    return np.asarray(data.points, dtype=float) if _CELLS[kind].dim == 3 else _plane_points(file, data)
-
-
-def _plane_points(file: Path, data: meshio.Mesh) -> Floats:
     points: Floats = np.asarray(data.points, dtype=float)
+    if _CELLS[kind].dim == 3:
+        return points
     off = np.abs(points[:, 2:]).max(axis=1, initial=0.0)
     extent = np.ptp(points[:, :2], axis=0).max()
     if off.max() > 1e-9 * extent:
@@ -211,14 +211,11 @@ def _groups(data: meshio.Mesh) -> dict[str, list[Integers]]:
     groups = {name: [empty if s is None else np.asarray(s, dtype=int) for s in sets] for name, sets in named.items()}
     if groups or "gmsh:physical" not in data.cell_data:
         return groups
-    tags = data.cell_data["gmsh:physical"]
-    dimensions = [block.dim for block in data.cells]
-    for name, (number, dimension) in data.field_data.items():
-        members = [
-            np.flatnonzero(t == number) if d == dimension else empty for t, d in zip(tags, dimensions, strict=True)
-        ]
-        groups[name] = members
-    return groups
+    blocks = list(zip(data.cell_data["gmsh:physical"], data.cells, strict=True))
+    return {
+        name: [np.flatnonzero(tags == number) if block.dim == dim else empty for tags, block in blocks]
+        for name, (number, dim) in data.field_data.items()
+    }
 
 
 def _members(data: meshio.Mesh, kinds: set[str], blocks: list[Integers]) -> Integers:
@@ -240,15 +237,6 @@ def _unique_cells(cells: Integers, corners: int) -> tuple[Integers, Integers]:
     return cells[first[order]], rank[same.ravel()]
 
 
-def _without_spare_nodes(raw: _Raw) -> _Raw:
-    """Drop nodes that no cell uses, such as Gmsh's construction points."""
-    used = np.unique(raw.cells)
-    new = np.full(len(raw.points), -1)
-    new[used] = np.arange(len(used))
-    facets = {name: new[nodes] for name, nodes in raw.facets.items()}
-    return _Raw(raw.path, raw.kind, raw.points[used], new[raw.cells], raw.regions, facets)
-
-
 def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
     """Return of each cell the least and the largest corner area, relative to its size squared.
 
@@ -261,11 +249,10 @@ def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
         longest = np.linalg.norm(edges, axis=3).max(axis=(1, 2))
         volumes = np.linalg.det(edges) / np.maximum(longest, 1e-300)[:, None] ** 3
         return volumes.min(axis=1), volumes.max(axis=1)
-    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
-    size = np.sum(ahead**2, axis=2).max(axis=1)
-    relative = cross / np.where(size > 0, size, 1.0)[:, None]
-    return relative.min(axis=1), relative.max(axis=1)
+    ahead, _, cross = turns(corners.transpose(2, 1, 0))
+    size = np.sum(ahead**2, axis=0).max(axis=0)
+    relative = cross / np.where(size > 0, size, 1.0)
+    return relative.min(axis=0), relative.max(axis=0)
 
 
 def _check_shapes(raw: _Raw) -> None:
@@ -304,35 +291,27 @@ def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
     return MeshError(str(raw.path), fault, f"needs cells with positive {needed}")
 
 
-def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:
-    """Return the facets between (n, 2) nodes in 2D or (n, 3) or (n, 4) nodes in 3D."""
-    wanted = np.sort(_corner_numbers(raw)[nodes], axis=1)
-    keys, key = _keys(mesh, np.sort(mesh.facets, axis=0).T, wanted)
-    order = np.argsort(keys)
-    rows = order[np.minimum(np.searchsorted(keys, key, sorter=order), len(keys) - 1)]
-    if np.any(keys[rows] != key) or np.any(nodes < 0):
-        corners = _CELLS[raw.kind].side_corners
-        side = "edge" if corners == 2 else "face"
-        fault = f"boundary '{name}' has {_SIDES[corners]} that are no {side} of a cell"
-        raise MeshError(str(raw.path), fault, f"needs {side}s of cells")
-    return np.unique(rows).astype(np.int32)
-
-
-def _keys(mesh: skfem.Mesh, facets: Integers, wanted: Integers) -> tuple[Integers, Integers]:
-    """Return one number for each row of nodes, given in order: the same for the same nodes."""
-    if facets.shape[1] > 3:  # products of more could overflow
-        numbers = np.unique(np.vstack([facets, wanted]), axis=0, return_inverse=True)[1].ravel()
-        return numbers[: len(facets)], numbers[len(facets) :]
-    factors = mesh.p.shape[1] ** np.arange(facets.shape[1], dtype=np.int64)
-    return facets @ factors, wanted @ factors
-
-
-def _corner_numbers(raw: _Raw) -> Integers:
-    """Return the number that scikit-fem gave to each corner node of the file; it puts middle nodes last."""
+def _boundaries(raw: _Raw, mesh: skfem.Mesh) -> dict[str, NDArray[np.int32]]:
+    """Return the facets of each boundary, which the file has as (n, 2) nodes in 2D, (n, 3) or (n, 4) nodes in 3D."""
+    # scikit-fem puts middle nodes last.
+    corner_nodes = np.unique(raw.cells[:, : _CELLS[raw.kind].corners])
     number = np.full(len(raw.points), -1)
-    corners = np.unique(raw.cells[:, : _CELLS[raw.kind].corners])
-    number[corners] = np.arange(len(corners)) if raw.kind in _QUADRATIC else corners
-    return number
+    number[corner_nodes] = np.arange(len(corner_nodes)) if raw.kind in _QUADRATIC else corner_nodes
+    wanted = [np.sort(number[nodes], axis=1) for nodes in raw.facets.values()]
+    # Sides of the same nodes get the same key.
+    keys = np.unique(np.vstack([np.sort(mesh.facets, axis=0).T, *wanted]), axis=0, return_inverse=True)[1].ravel()
+    ends = np.cumsum([mesh.facets.shape[1], *map(len, wanted)])
+    facet = np.full(len(keys), -1)
+    facet[keys[: ends[0]]] = np.arange(ends[0])
+    boundaries = {}
+    for name, members in zip(raw.facets, np.split(facet[keys], ends[:-1])[1:], strict=True):
+        if (members < 0).any() or (raw.facets[name] < 0).any():
+            corners = _CELLS[raw.kind].side_corners
+            side = "edge" if corners == 2 else "face"
+            fault = f"boundary '{name}' has {_SIDES[corners]} that are no {side} of a cell"
+            raise MeshError(str(raw.path), fault, f"needs {side}s of cells")
+        boundaries[name] = np.unique(members).astype(np.int32)
+    return boundaries
 
 
 def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +15,6 @@ from fingerslip.units import coordinates
 if TYPE_CHECKING:
     import skfem
 
-__all__ = [
-    "QualityLimits",
-    "QualityRow",
-    "check_folds",
-    "check_quality",
-    "positive_tetrahedra",
-    "quality_limits",
-    "quality_table",
-    "tetrahedron_margins",
-    "turned_cells",
-]
-
-
 Floats = NDArray[np.float64]
 
 
@@ -37,38 +24,34 @@ class QualityRow:
 
     region: str  # name of the region
     cells: int  # number of cells
-    scaled_jacobian: float  # [-]
-    smallest_angle: float  # extreme angles between edges [rad]
-    largest_angle: float  # extreme angles between edges [rad]
+    scaled_jacobian: float  # least one [-]
+    smallest_angle: float  # extreme angles between edges, in 3D between faces [rad]
+    largest_angle: float
     aspect_ratio: float  # largest ratio of longest to shortest edge of a cell [-]
 
 
-@dataclass(frozen=True)
-class QualityLimits:
-    """What every cell of a built mesh keeps."""
+class _Quality(NamedTuple):
+    """The measures of each cell (n_cells,), those of a region, or their limits."""
 
-    scaled_jacobian: float  # least scaled Jacobian [-]
-    smallest_angle: float  # extreme angles between edges [rad]
-    largest_angle: float  # extreme angles between edges [rad]
-    aspect_ratio: float  # largest ratio of longest to shortest edge [-]
+    scaled_jacobian: Any  # [-]
+    smallest_angle: Any  # [rad]
+    largest_angle: Any  # [rad]
+    aspect_ratio: Any  # [-]
 
-
-_QUADRILATERALS = QualityLimits(0.25, np.radians(15.0), np.radians(165.0), 10.0)
-_TETRAHEDRA = QualityLimits(0.02, np.radians(4.0), np.radians(174.0), 8.0)
-_TRIANGLES = QualityLimits(0.25, np.radians(15.0), np.radians(140.0), 5.0)
-
-
-@dataclass(frozen=True)
-class _CellQuality:
-    """The four measures of each cell, each of shape (cells,)."""
-
-    scaled_jacobian: Floats
-    smallest_angle: Floats
-    largest_angle: Floats
-    aspect_ratio: Floats
+    def worst(self, cells: NDArray[np.integer]) -> list[float]:
+        """Return the worst measure of some cells."""
+        return [
+            float(worst(values[cells])) for worst, values in zip((np.min, np.min, np.max, np.max), self, strict=True)
+        ]
 
 
-def quality_limits(mesh: skfem.Mesh2D) -> QualityLimits:
+# What every cell of a built mesh keeps.
+_QUADRILATERALS = _Quality(0.25, np.radians(15.0), np.radians(165.0), 10.0)
+_TETRAHEDRA = _Quality(0.02, np.radians(4.0), np.radians(174.0), 8.0)
+_TRIANGLES = _Quality(0.25, np.radians(15.0), np.radians(140.0), 5.0)
+
+
+def quality_limits(mesh: skfem.Mesh2D) -> _Quality:
     """Return the limits for the cells of a mesh."""
     if mesh.dim() == 3:
         return _TETRAHEDRA
@@ -86,78 +69,45 @@ def quality_table(mesh: skfem.Mesh2D) -> tuple[QualityRow, ...]:
     """
     quality = _cell_quality(mesh)
     regions = mesh.subdomains or {"mesh": np.arange(mesh.t.shape[1])}
-    return tuple(_row(name, quality, cells) for name, cells in regions.items())
+    return tuple(QualityRow(name, len(cells), *quality.worst(cells)) for name, cells in regions.items())
 
 
 def check_quality(mesh: skfem.Mesh2D) -> None:
     """Refuse a mesh with a cell outside the limits."""
-    quality, limits = _cell_quality(mesh), quality_limits(mesh)
-    _check_above(mesh, "scaled Jacobian", quality.scaled_jacobian, limits.scaled_jacobian)
-    _check_above(
-        mesh, "smallest angle in degrees", np.degrees(quality.smallest_angle), np.degrees(limits.smallest_angle)
-    )
-    _check_below(mesh, "largest angle in degrees", np.degrees(quality.largest_angle), np.degrees(limits.largest_angle))
-    _check_below(mesh, "aspect ratio", quality.aspect_ratio, limits.aspect_ratio)
+    names = ("scaled Jacobian", "smallest angle in degrees", "largest angle in degrees", "aspect ratio")
+    for number, (name, values, limit) in enumerate(zip(names, _cell_quality(mesh), quality_limits(mesh), strict=True)):
+        is_least, unit = number < 2, np.degrees(1.0) if "degrees" in name else 1.0
+        worst = int(values.argmin() if is_least else values.argmax())
+        if (values[worst] <= limit) if is_least else (values[worst] >= limit):
+            region = next((region for region, cells in (mesh.subdomains or {}).items() if worst in cells), "mesh")
+            where = f"{region} cell {worst} at {coordinates(mesh.p[:, mesh.t[:, worst]].mean(axis=1))}"
+            fault, allowed = (
+                f"{name} {unit * values[worst]:.3g}",
+                f"needs {'>' if is_least else '<'} {unit * limit:.3g}",
+            )
+            raise MeshError(where, fault, allowed, "write a smaller bulk_size")
 
 
 def tetrahedron_margins(corners: Floats) -> Floats:
-    """Return how far tetrahedra are inside the limits of built meshes: above 1 inside, up to 1 refused, 0 where flat.
-
-    Arrays: corners (m, 4, 3) [m]; returns (m,) [-].
-    """
+    """Return how far tetrahedra (m, 4, 3) [m] are inside the limits of built meshes: above 1 inside, 0 where flat."""
     element, limits = _tetrahedra(corners), _TETRAHEDRA
-    straight = (np.pi - element.largest_angle) / (np.pi - limits.largest_angle)
-    ratios = [
-        element.scaled_jacobian / limits.scaled_jacobian,
-        element.smallest_angle / limits.smallest_angle,
-        straight,
-    ]
-    margins: Floats = np.min([*ratios, limits.aspect_ratio / element.aspect_ratio], axis=0)
+    margins: Floats = np.min(
+        [
+            element.scaled_jacobian / limits.scaled_jacobian,
+            element.smallest_angle / limits.smallest_angle,
+            (np.pi - element.largest_angle) / (np.pi - limits.largest_angle),
+            limits.aspect_ratio / element.aspect_ratio,
+        ],
+        axis=0,
+    )
     return margins
 
 
-def _check_above(mesh: skfem.Mesh2D, name: str, values: Floats, limit: float) -> None:
-    worst = int(values.argmin())
-    if values[worst] <= limit:
-        raise _poor_cell(mesh, worst, f"{name} {values[worst]:.3g}", f"needs > {limit:.3g}")
+def _cell_quality(mesh: skfem.Mesh) -> _Quality:
+    return _tetrahedra(mesh.p[:, mesh.t[:4]].transpose(2, 1, 0)) if mesh.dim() == 3 else _polygons(mesh)
 
 
-def _check_below(mesh: skfem.Mesh2D, name: str, values: Floats, limit: float) -> None:
-    worst = int(values.argmax())
-    if values[worst] >= limit:
-        raise _poor_cell(mesh, worst, f"{name} {values[worst]:.3g}", f"needs < {limit:.3g}")
-
-
-def _poor_cell(mesh: skfem.Mesh2D, cell: int, fault: str, allowed: str) -> MeshError:
-    return MeshError(_place(mesh, cell), fault, allowed, "write a smaller bulk_size")
-
-
-def _place(mesh: skfem.Mesh2D, cell: int) -> str:
-    centre = mesh.p[:, mesh.t[:, cell]].mean(axis=1)
-    region = next((name for name, cells in (mesh.subdomains or {}).items() if cell in cells), "mesh")
-    return f"{region} cell {cell} at {coordinates(centre)}"
-
-
-def _row(name: str, quality: _CellQuality, cells: NDArray[np.int64]) -> QualityRow:
-    return QualityRow(
-        region=name,
-        cells=len(cells),
-        scaled_jacobian=float(quality.scaled_jacobian[cells].min()),
-        smallest_angle=float(quality.smallest_angle[cells].min()),
-        largest_angle=float(quality.largest_angle[cells].max()),
-        aspect_ratio=float(quality.aspect_ratio[cells].max()),
-    )
-
-
-def _cell_quality(mesh: skfem.Mesh) -> _CellQuality:
-    return _tetrahedron_quality(mesh) if mesh.dim() == 3 else _plane_quality(mesh)
-
-
-def _tetrahedron_quality(mesh: skfem.Mesh3D) -> _CellQuality:
-    return _tetrahedra(mesh.p[:, mesh.t[:4]].transpose(2, 1, 0))
-
-
-def _tetrahedra(corners: Floats) -> _CellQuality:
+def _tetrahedra(corners: Floats) -> _Quality:
     """Measure tetrahedra by their dihedral angles; scikit-fem sorts their corners, so their sign says nothing."""
     edges = np.stack([corners[:, b] - corners[:, a] for a, b in itertools.combinations(range(4), 2)], axis=1)
     length = np.linalg.norm(edges, axis=2)
@@ -166,9 +116,8 @@ def _tetrahedra(corners: Floats) -> _CellQuality:
     at_corner = [[0, 1, 2], [0, 3, 4], [1, 3, 5], [2, 4, 5]]
     jacobian = np.stack([6.0 * volume / np.prod(length[:, edge], axis=1) for edge in at_corner]).min(axis=0)
     angle = _dihedral_angles(corners)
-    return _CellQuality(
-        np.sqrt(2.0) * jacobian, angle.min(axis=0), angle.max(axis=0), length.max(axis=1) / length.min(axis=1)
-    )
+    aspect = length.max(axis=1) / length.min(axis=1)
+    return _Quality(np.sqrt(2.0) * jacobian, angle.min(axis=0), angle.max(axis=0), aspect)
 
 
 def _dihedral_angles(corners: Floats) -> Floats:
@@ -185,11 +134,15 @@ def _dihedral_angles(corners: Floats) -> Floats:
     return np.stack(angles)
 
 
-def _plane_quality(mesh: skfem.Mesh2D) -> _CellQuality:
-    corners = mesh.p[:, mesh.t]
+def turns(corners: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return of polygons (2, k, ...) the edges ahead of and behind each corner, and their cross product (k, ...)."""
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    return ahead, back, ahead[0] * back[1] - ahead[1] * back[0]
+
+
+def _polygons(mesh: skfem.Mesh2D) -> _Quality:
+    ahead, back, cross = turns(mesh.p[:, mesh.t])
     length = np.linalg.norm(ahead, axis=0)
-    cross = ahead[0] * back[1] - ahead[1] * back[0]
     # Files count corners either way round; a cell is folded over where it goes against most of the mesh.
     cross *= -1.0 if cross.sum() < 0.0 else 1.0
     angle = np.arctan2(cross, np.sum(ahead * back, axis=0))
@@ -198,9 +151,8 @@ def _plane_quality(mesh: skfem.Mesh2D) -> _CellQuality:
         # scikit-fem sorts the corners of triangles, so their direction says nothing.
         angle, sine = np.abs(angle), np.abs(sine) * 2 / np.sqrt(3.0)
     # A reflex corner has a negative angle here; all the way round it is more than 180 degrees.
-    turned = np.where(angle < 0, angle + 2 * np.pi, angle)
-    aspect = length.max(axis=0) / length.min(axis=0)
-    return _CellQuality(sine.min(axis=0), turned.min(axis=0), turned.max(axis=0), aspect)
+    angle = np.where(angle < 0, angle + 2 * np.pi, angle)
+    return _Quality(sine.min(axis=0), angle.min(axis=0), angle.max(axis=0), length.max(axis=0) / length.min(axis=0))
 
 
 Booleans = NDArray[np.bool_]
@@ -233,7 +185,7 @@ def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
     shared = np.flatnonzero(np.bincount(sides.ravel()) > 1)
     if shared.size:
-        raise MeshError(where, _describe_folds(mesh, sides, shared), *_remedy(mesh))
+        raise _folds(mesh, sides, shared, where)
 
 
 def _is_in_front(mesh: skfem.Mesh, turned: Booleans) -> Booleans:
@@ -260,21 +212,18 @@ def _runs_up(nodes: Integers) -> Booleans:
     return np.asarray(nodes[(least + 1) % count, facets] < nodes[least - 1, facets])
 
 
-def _describe_folds(mesh: skfem.Mesh, sides: Integers, shared: Integers) -> str:
-    """Say which cells share sides of facets, and where; `shared` are the numbers of these sides."""
+def _folds(mesh: skfem.Mesh, sides: Integers, shared: Integers, where: str) -> MeshError:
+    """Return the error that says which cells share sides of facets, by the numbers `shared` of these sides."""
     places = mesh.p[:, mesh.facets[:, shared[:_SHOWN] // 2]].mean(axis=1).T
     pairs = [np.flatnonzero((sides == side).any(axis=0))[:2] for side in shared[:_SHOWN]]
     named = [
         f"{first} and {second} at {coordinates(centre)}" for (first, second), centre in zip(pairs, places, strict=True)
     ]
     count = f" ({shared.size} pairs in all)" if shared.size > _SHOWN else ""
-    return f"has cells that fold over each other: {', '.join(named)}{count}"
-
-
-def _remedy(mesh: skfem.Mesh) -> tuple[str, str]:
-    """Return what is allowed, and how to repair the mesh."""
+    fault = f"has cells that fold over each other: {', '.join(named)}{count}"
     allowed = f"needs at most one cell on either side of {'an edge' if mesh.dim() == 2 else 'a face'}"
-    return allowed, "move their nodes back, take out a cell that is there twice, or mesh the body again"
+    repair = "move their nodes back, take out a cell that is there twice, or mesh the body again"
+    return MeshError(where, fault, allowed, repair)
 
 
 Nodes = TypeVar("Nodes", bound=NDArray[np.integer])

@@ -10,17 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.mesh.gmsh_session import Fragments
-from fingerslip.mesh.quality import tetrahedron_margins
-
-__all__ = [
-    "repair_tetrahedra",
-    "scaled_jacobians",
-    "smooth",
-]
-
+from fingerslip.mesh.quality import tetrahedron_margins, turns
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 _SWEEPS = 8
 # A repair counts where the worst cell gets better by this factor, so that repairs come to an end.
@@ -35,26 +29,30 @@ _ON_PLANE = 1e-9
 
 @dataclass
 class _Cells:
-    """Cells that change: `alive` tells which are left, `places` what a node lies on, by bits."""
+    """Tetrahedra that change."""
 
-    points: Floats
-    cells: Integers
-    region: Integers
-    alive: NDArray[np.bool_]
-    places: Integers
+    points: Floats  # (n, 3) [m]
+    cells: Integers  # (m, 4)
+    region: Integers  # (m,)
+    alive: Flags  # (m,), which cells are left
+    borders: Integers  # (n,), what a node lies on, by bits
 
     def around(self, node: int) -> Integers:
         """Return the cells at a node."""
         return np.flatnonzero((self.cells == node).any(axis=1) & self.alive)
 
+    def margins(self, rows: NDArray[np.generic]) -> Floats:
+        """Return how far some cells are inside the limits of quality."""
+        return tetrahedron_margins(self.points[self.cells[rows]])
+
 
 @dataclass(frozen=True)
 class _Change:
-    """What replaces cells: the new corners of those that stay, and where a node goes."""
+    """A node that becomes another, or itself where it only moves, at a position [m], and the least margin after it."""
 
     node: int
     onto: int
-    place: Floats
+    position: Floats
     margin: float
 
 
@@ -64,43 +62,36 @@ def repair_tetrahedra(fragments: Fragments, fixed: Floats) -> Fragments:
     At each refused cell the best of several changes is made, if the worst cell around it gets better and none is turned
     inside out: an edge becomes one of its ends, or a node inside a region moves towards its neighbours or a corner of
     the cell. A node on the border of regions, on the outside or on the plane z = 0 gives way only to one that lies on
-    all of these, and regions keep their volumes but for a tenth of that around the node.
-
-    Arrays: kept (k, 3) [m].
+    all of these, and regions keep their volumes but for a tenth of that around the node. Nodes at the points `fixed`
+    (k, 3) [m] stay.
     """
-    state = _Cells(
-        fragments.points.copy(),
-        fragments.cells.copy(),
-        fragments.region,
-        np.ones(len(fragments.cells), dtype=bool),
-        _places(fragments),
-    )
+    alive = np.ones(len(fragments.cells), dtype=bool)
+    state = _Cells(fragments.points.copy(), fragments.cells.copy(), fragments.region, alive, _borders(fragments))
     stay = {int(np.argmin(((fragments.points - point) ** 2).sum(axis=1))) for point in fixed}
     for _ in range(_SWEEPS):
-        refused = np.flatnonzero(state.alive)[tetrahedron_margins(_corners(state, state.alive)) <= 1.0]
+        refused = np.flatnonzero(alive)[state.margins(alive) <= 1.0]
         if not sum(_repair(state, int(cell), stay) for cell in refused):
             break
-    return _left(state)
+    used, numbers = np.unique(state.cells[alive], return_inverse=True)
+    return Fragments(state.points[used], numbers.reshape(-1, 4), state.region[alive])
 
 
-def _places(fragments: Fragments) -> Integers:
+def _borders(fragments: Fragments) -> Integers:
     """Return what each node lies on as bits: its regions, the outside, the plane z = 0."""
     count = int(fragments.region.max()) + 1
-    places = np.zeros(len(fragments.points), dtype=np.int64)
+    borders = np.zeros(len(fragments.points), dtype=np.int64)
     for number in range(count):
-        places[np.unique(fragments.cells[fragments.region == number])] |= 1 << number
-    faces = np.sort(
-        np.vstack([fragments.cells[:, combination] for combination in itertools.combinations(range(4), 3)]), axis=1
-    )
-    unique, uses = np.unique(faces, axis=0, return_counts=True)
-    places[np.unique(unique[uses == 1])] |= 1 << count
-    places[np.abs(fragments.points[:, 2]) < _ON_PLANE] |= 1 << (count + 1)
-    return places
+        borders[np.unique(fragments.cells[fragments.region == number])] |= 1 << number
+    corners = [list(corners) for corners in itertools.combinations(range(4), 3)]
+    borders[outer_nodes(np.vstack([fragments.cells[:, face] for face in corners]))] |= 1 << count
+    borders[np.abs(fragments.points[:, 2]) < _ON_PLANE] |= 1 << (count + 1)
+    return borders
 
 
-def _corners(state: _Cells, rows: NDArray[np.generic]) -> Floats:
-    corners: Floats = state.points[state.cells[rows]]
-    return corners
+def outer_nodes(sides: Integers) -> Integers:
+    """Return the nodes of those sides of cells (m, k) that are there once."""
+    unique, uses = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
+    return np.unique(unique[uses == 1])
 
 
 def _repair(state: _Cells, cell: int, stay: set[int]) -> bool:
@@ -111,7 +102,7 @@ def _repair(state: _Cells, cell: int, stay: set[int]) -> bool:
     if best is None or best.margin <= 0.0:
         return False
     around = state.around(best.node)
-    state.points[best.node] = best.place
+    state.points[best.node] = best.position
     if best.onto != best.node:
         state.alive[around[(state.cells[around] == best.onto).any(axis=1)]] = False
         state.cells[around] = np.where(state.cells[around] == best.node, best.onto, state.cells[around])
@@ -125,7 +116,7 @@ def _changes(state: _Cells, cell: int, stay: set[int]) -> Iterator[_Change]:
         if node in stay:
             continue
         around = state.around(node)
-        before = float(tetrahedron_margins(_corners(state, around)).min())
+        before = float(state.margins(around).min())
         for onto, target in _targets(state, node, nodes, around):
             margin = _margin_after(state, node, onto, target, around)
             if margin > _BETTER * before:
@@ -134,14 +125,13 @@ def _changes(state: _Cells, cell: int, stay: set[int]) -> Iterator[_Change]:
 
 def _targets(state: _Cells, node: int, nodes: list[int], around: Integers) -> Iterator[tuple[int, Floats]]:
     """Yield what a node may become, itself where it only moves, and where."""
-    position = int(state.places[node])
-    for onto in nodes:
-        if onto != node and position & int(state.places[onto]) == position:
+    borders, others = int(state.borders[node]), [other for other in nodes if other != node]
+    for onto in others:
+        if borders & int(state.borders[onto]) == borders:
             yield onto, state.points[onto].copy()
-    if position & (position - 1) == 0:
+    if borders & (borders - 1) == 0:
         beside = np.unique(state.cells[around])
-        middle = state.points[beside[beside != node]].mean(axis=0)
-        aims = [middle, *state.points[[other for other in nodes if other != node]]]
+        aims = [state.points[beside[beside != node]].mean(axis=0), *state.points[others]]
         for aim, share in itertools.product(aims, _MOVES):
             yield node, state.points[node] + share * (aim - state.points[node])
 
@@ -152,7 +142,7 @@ def _margin_after(state: _Cells, node: int, onto: int, position: Floats, around:
     stays = ~(cells == onto).any(axis=1) if onto != node else np.ones(len(cells), dtype=bool)
     before = state.points[cells]
     after = np.where((cells == node)[..., None], position, before)
-    was, will = _volumes(before), _volumes(after)
+    was, will = (np.linalg.det(corners[:, 1:] - corners[:, :1]) for corners in (before, after))
     if not stays.any() or (was * will <= 0.0)[stays].any():
         return 0.0
     moved = np.bincount(region, np.abs(was)) - np.bincount(region, np.abs(will) * stays)
@@ -161,51 +151,33 @@ def _margin_after(state: _Cells, node: int, onto: int, position: Floats, around:
     return float(tetrahedron_margins(after[stays]).min())
 
 
-def _volumes(corners: Floats) -> Floats:
-    volumes: Floats = np.linalg.det(corners[:, 1:] - corners[:, :1])
-    return volumes
-
-
-def _left(state: _Cells) -> Fragments:
-    """Return the cells that are left, and the points that they use."""
-    cells, region = state.cells[state.alive], state.region[state.alive]
-    used, numbers = np.unique(cells, return_inverse=True)
-    return Fragments(state.points[used], numbers.reshape(cells.shape), region)
-
-
-Flags = NDArray[np.bool_]
-
 _SWEEPS_SMOOTHING = 20
 _GOOD_ENOUGH = 0.7
 
 
 def scaled_jacobians(points: Floats, cells: Integers) -> Floats:
-    """Return the least scaled Jacobian [-] of the corners of each cell, negative where inverted.
-
-    Arrays: points (n, 2); cells (m, 3); returns (m,).
-    """
-    corners = points[cells]
-    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
-    length = np.linalg.norm(ahead, axis=2) * np.linalg.norm(back, axis=2)
-    least: Floats = (cross / np.where(length > 0, length, 1.0)).min(axis=1)
+    """Return the least scaled Jacobian (m,) [-] of the corners of 2D cells (m, k), negative where inverted."""
+    ahead, back, cross = turns(points[cells].transpose(2, 1, 0))
+    length = np.linalg.norm(ahead, axis=0) * np.linalg.norm(back, axis=0)
+    least: Floats = (cross / np.where(length > 0, length, 1.0)).min(axis=0)
     return least
 
 
-def smooth(points: Floats, cells: Integers, fixed: Flags) -> Floats:
-    """Return node positions in which no node's worst cell is worse than before.
+def smooth(points: Floats, cells: Integers, region: Integers) -> Floats:
+    """Return node positions (n, 2) [m] of quadrilaterals (m, 4) in which no node's worst cell is worse than before.
 
-    Each sweep moves the free nodes of badly shaped cells half way to the mean of their neighbours, and takes back
-    every move that makes the worst cell at a node worse.
-
-    Arrays: points (n, 2) [m]; cells (m, 4); fixed (n,); returns (n, 2) [m].
+    Each sweep moves the nodes of badly shaped cells half way to the mean of their neighbours, and takes back every move
+    that makes the worst cell at a node worse. Nodes on the border of a region stay; `region` (m,) is that of each cell.
     """
-    before = points
+    fixed = np.zeros(len(points), dtype=bool)
+    for number in np.unique(region):
+        nodes = cells[region == number]
+        fixed[outer_nodes(np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=-1).reshape(-1, 2))] = True
     for _ in range(_SWEEPS_SMOOTHING):
-        quality = _node_quality(before, cells)
+        quality = _node_quality(points, cells)
         moving = ~fixed & (quality < _GOOD_ENOUGH)
-        before = _accept_moves(before, _move(before, cells, moving), cells, quality)
-    return before
+        points = _accept_moves(points, _move(points, cells, moving), cells, quality)
+    return points
 
 
 def _move(points: Floats, cells: Integers, moving: Flags) -> Floats:
@@ -214,8 +186,7 @@ def _move(points: Floats, cells: Integers, moving: Flags) -> Floats:
     count = np.bincount(first, minlength=len(points))
     total = np.column_stack([np.bincount(first, points[second, k], minlength=len(points)) for k in (0, 1)])
     mean = total / np.maximum(count, 1)[:, None]
-    moved: Floats = np.where(moving[:, None], 0.5 * (points + mean), points)
-    return moved
+    return np.where(moving[:, None], 0.5 * (points + mean), points)
 
 
 def _accept_moves(before: Floats, after: Floats, cells: Integers, quality: Floats) -> Floats:

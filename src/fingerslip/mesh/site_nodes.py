@@ -13,8 +13,6 @@ from fingerslip.errors import InputError
 from fingerslip.sites import Site
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["site_nodes"]
-
 # FA-II alone have a depth of their own, so they alone can end up in the phalanx.
 _REPAIRS = {
     "FA-II": "the tissue is thinner than receptors.fa_ii_depth there: make that smaller or the tissue thicker, or "
@@ -22,57 +20,36 @@ _REPAIRS = {
 }
 
 
-def site_nodes(mesh: skfem.Mesh2D, sites: Sequence[Site]) -> NDArray[np.int64]:
-    """Return for each site the nearest mesh node of its region.
-
-    Arrays: mesh [m]; returns (sites,).
-    """
+def site_nodes(mesh: skfem.Mesh, sites: Sequence[Site]) -> NDArray[np.int64]:
+    """Return for each site the nearest mesh node (n_sites,) of its region."""
     nodes = np.empty(len(sites), dtype=np.int64)
     for region in {site.region for site in sites}:
         chosen = [number for number, site in enumerate(sites) if site.region == region]
-        nodes[chosen] = _nearest(mesh, [sites[number] for number in chosen], _region_cells(mesh, sites[chosen[0]]))
+        nodes[chosen] = _nearest(mesh, [sites[number] for number in chosen])
     return nodes
 
 
-def _region_cells(mesh: skfem.Mesh2D, site: Site) -> NDArray[np.int64]:
-    regions = mesh.subdomains or {}
-    if site.region is None:
-        return np.arange(mesh.t.shape[1])
-    if site.region not in regions:
-        fault = f"region '{site.region}' is not in the mesh"
-        raise InputError(f"site {site.name}", fault, f"it has: {', '.join(regions) or 'no regions'}")
-    cells: NDArray[np.int64] = np.asarray(regions[site.region])
-    return cells
-
-
-def _nearest(mesh: skfem.Mesh2D, sites: Sequence[Site], cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    corners = mesh.t[:, cells]
-    candidates = np.flatnonzero(_among(mesh, corners))
+def _nearest(mesh: skfem.Mesh, sites: Sequence[Site]) -> NDArray[np.int64]:
+    """Return the nearest nodes to sites of one region."""
+    region, regions = sites[0].region, mesh.subdomains or {}
+    if region is not None and region not in regions:
+        allowed = f"it has: {', '.join(regions) or 'no regions'}"
+        raise InputError(f"site {sites[0].name}", f"region '{region}' is not in the mesh", allowed)
     for site in sites:
         if len(site.position) != mesh.dim():
             raise InputError(f"site {site.name}", f"got {len(site.position)} coordinates", f"needs {mesh.dim()}")
+    corners = mesh.t if region is None else mesh.t[:, regions[region]]
+    candidates = np.unique(corners)
     distance, match = cKDTree(mesh.p[:, candidates].T).query([site.position for site in sites])
-    nodes: NDArray[np.int64] = candidates[match]
-    reach = _longest_edges(mesh, corners[:, _among(mesh, nodes)[corners].any(axis=0)])[nodes]
-    outside = np.flatnonzero(distance > reach)
+    nodes: NDArray[np.int64] = candidates[match].astype(np.int64)
+    # The longest edge [m] of the cells at each node.
+    around, longest = corners[:, np.isin(corners, nodes).any(axis=0)], np.zeros(mesh.p.shape[1])
+    edge = np.linalg.norm(mesh.p[:, around] - mesh.p[:, np.roll(around, 1, axis=0)], axis=0).max(axis=0)
+    np.maximum.at(longest, around.ravel(), np.broadcast_to(edge, around.shape).ravel())
+    outside = np.flatnonzero(distance > longest[nodes])
     if len(outside):
-        raise _outside(sites[outside[0]], float(distance[outside[0]]), float(reach[outside[0]]))
+        raise _outside(sites[outside[0]], float(distance[outside[0]]), float(longest[nodes[outside[0]]]))
     return nodes
-
-
-def _among(mesh: skfem.Mesh2D, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which of all nodes are among some (any shape), shape (n_nodes,)."""
-    mask = np.zeros(mesh.p.shape[1], dtype=bool)
-    mask[nodes] = True
-    return mask
-
-
-def _longest_edges(mesh: skfem.Mesh2D, corners: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the longest edge [m] of the cells with some corners (k, n) at each of all nodes, shape (n_nodes,)."""
-    longest = np.zeros(mesh.p.shape[1])
-    edge = np.linalg.norm(mesh.p[:, corners] - mesh.p[:, np.roll(corners, 1, axis=0)], axis=0)
-    np.maximum.at(longest, corners.ravel(), np.broadcast_to(edge.max(axis=0), corners.shape).ravel())
-    return longest
 
 
 def _outside(site: Site, distance: float, reach: float) -> InputError:

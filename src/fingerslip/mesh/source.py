@@ -19,18 +19,6 @@ from fingerslip.units import LengthUnit
 if TYPE_CHECKING:
     import skfem
 
-__all__ = [
-    "InspectedMesh",
-    "MeshFile",
-    "MeshSource",
-    "MeshTable",
-    "choose_source",
-    "inspect_mesh",
-    "marks",
-    "mesh_size_note",
-]
-
-
 Cell = str | float | int
 
 
@@ -55,17 +43,6 @@ class InspectedMesh:
 
 def inspect_mesh(mesh: skfem.Mesh) -> InspectedMesh:
     """Return a mesh with the quality of its cells, region by region."""
-    rows = tuple(
-        (
-            row.region,
-            row.cells,
-            row.scaled_jacobian,
-            math.degrees(row.smallest_angle),
-            math.degrees(row.largest_angle),
-            row.aspect_ratio,
-        )
-        for row in quality_table(mesh)
-    )
     columns = (
         ("region", "", None),
         ("cells", "", None),
@@ -74,7 +51,11 @@ def inspect_mesh(mesh: skfem.Mesh) -> InspectedMesh:
         ("largest angle", "deg", 0),
         ("largest aspect ratio", "", 1),
     )
-    return InspectedMesh(mesh, (MeshTable(columns, rows, note=mesh_size_note(mesh)),))
+    rows = []
+    for row in quality_table(mesh):
+        angles = math.degrees(row.smallest_angle), math.degrees(row.largest_angle)
+        rows.append((row.region, row.cells, row.scaled_jacobian, *angles, row.aspect_ratio))
+    return InspectedMesh(mesh, (MeshTable(columns, tuple(rows), note=mesh_size_note(mesh)),))
 
 
 def mesh_size_note(mesh: skfem.Mesh) -> str:
@@ -186,6 +167,14 @@ def _required_names(source: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(source) if field.default is field.default_factory is MISSING)
 
 
+def content_hash(where: str, file: str, allowed: str) -> str:
+    """Return the hash of what is in a file; an error at `where` in a study where it cannot be read."""
+    try:
+        return file_digest(Path(file))
+    except OSError as error:
+        raise InputError(where, f"cannot read {file} ({error.strerror})", allowed) from None
+
+
 @parameters
 class MeshFile(MeshSource):
     """A mesh that is read instead of built.
@@ -223,11 +212,7 @@ class MeshFile(MeshSource):
         InputError
             Where the file cannot be read.
         """
-        try:
-            return digest(file_digest(Path(self.file)), self.length_unit)
-        except OSError as error:
-            fault = f"cannot read {self.file} ({error.strerror})"
-            raise InputError("mesh.file", fault, "needs a mesh file") from None
+        return digest(content_hash("mesh.file", self.file, "needs a mesh file"), self.length_unit)
 
     def beside(self, folder: Path, /) -> Self:
         """Return the source with an absolute path, where it is relative to a folder."""

@@ -13,19 +13,9 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import parameters
 from fingerslip.parameters.presets import Presets
-from fingerslip.specimens.fingertip.presets import PRESETS as FINGERTIPS
+from fingerslip.specimens.fingertip.fingertip import PRESETS as FINGERTIPS
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.specimens.tactip.tactip import PRESETS as TACTIPS
-
-__all__ = [
-    "SPECIMENS",
-    "SpecimenChoice",
-    "check_mesh",
-    "given_specimen",
-    "preset_names",
-    "presets_of",
-    "specimen_mesh_sources",
-]
 
 #: The presets of every kind of specimen, by the key that names the kind in a study file.
 SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType({"fingertip": FINGERTIPS, "tactip": TACTIPS})

@@ -11,8 +11,6 @@ from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource
 from fingerslip.sites import Site
 
-__all__ = ["ModelUse", "Specimen"]
-
 
 @dataclass(frozen=True)
 class ModelUse:

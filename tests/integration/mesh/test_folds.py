@@ -16,9 +16,8 @@ from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import check_folds, turned_cells
 from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
 from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.section.source import build_section
-from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
-from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
+from fingerslip.specimens.fingertip.meshing.sources import build_section, build_solid
+from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
 from fingerslip.specimens.tactip.tactip import PRESETS
 from places import ROOT
 from unit.ellipsoids import ellipsoid

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.section.source import build_section
+from fingerslip.specimens.fingertip.meshing.sources import build_section
 from fingerslip.specimens.fingertip.sites import receptor_sites
 from unit.fingers import SECTIONS, change
 

@@ -13,7 +13,7 @@ from fingerslip.model.programme import Press, Slide
 from fingerslip.model.timing import TimeStepping
 from fingerslip.slip import Events, find_events
 from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.section.source import build_section
+from fingerslip.specimens.fingertip.meshing.sources import build_section
 from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 

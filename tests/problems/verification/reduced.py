@@ -15,7 +15,7 @@ from fingerslip.model.timing import QuasiStatic, TimeStepping, Timing
 from fingerslip.sites import Site
 from fingerslip.slip import find_events
 from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.section.source import build_section
+from fingerslip.specimens.fingertip.meshing.sources import build_section
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
 __all__ = ["PROBLEMS"]

@@ -1,25 +1,127 @@
-"""Stiffness, mass and loads in 2D and in 3D: exact on linear fields, rigid modes alone free of force."""
+"""Matrices of small strain: the material of every cell, stiffness, mass, loads, and layers that relax."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.fe.cell_materials import cell_materials
-from fingerslip.fe.forms import mass_matrix, stiffness_matrix, traction_load
+from fingerslip.fe.cell_materials import cell_materials, small_strain_law
+from fingerslip.fe.forms import mass_matrix, relaxing_layers, stiffness_matrix, traction_load
+from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
 from fingerslip.fe.recovery import cell_recovery, von_mises
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
 from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.materials.prony import PronyTerm
 from fingerslip.verification.meshes import box
 from problems.blocks import ELEMENTS, distorted, elastic, solve_static, stiffness_of
 
+
+def halves(first, second):
+    grid = np.linspace(0.0, 1.0, 3)
+    return build_space(box("Q4", grid, grid, regions={"a": first, "b": second}))
+
+
+LOW, HIGH = (lambda c: c[1] < 0.5), (lambda c: c[1] > 0.5)
+
+
+def test_materials_follow_the_regions():
+    space = halves(LOW, HIGH)
+    soft, stiff = elastic(1e5, 0.25, 900.0), elastic(2e5, 0.0, 1100.0)
+    found = cell_materials(space, {"b": stiff, "a": soft}, "plane_strain")
+    low, high = space.mesh.subdomains["a"], space.mesh.subdomains["b"]
+    assert {material: cells.tolist() for material, cells in found} == {soft: low.tolist(), stiff: high.tolist()}
+    np.testing.assert_allclose(found.density[low], 900.0)
+    np.testing.assert_allclose(found.density[high], 1100.0)
+
+
+def test_laws_of_large_strain_are_taken_at_rest():
+    law = NeoHookean(34e3, 0.48, 1000.0)
+    found = cell_materials(halves(LOW, HIGH), {"a": law, "b": elastic()}, "plane_strain")
+    assert found.materials == (law.at_rest(), elastic())
+    assert small_strain_law(elastic()) == elastic()
+
+
+BOTH = {"a": elastic(), "b": elastic()}
+CORNER = (LOW, lambda c: (c[1] > 0.5) & (c[0] < 0.5))
+
+
+@pytest.mark.parametrize(
+    ("space", "materials", "formulation", "message"),
+    [
+        (
+            halves(LOW, HIGH),
+            {"nail": elastic()},
+            "plane_strain",
+            r"materials.nail: no such region in the mesh, it has",
+        ),
+        (halves(LOW, HIGH), {"a": elastic()}, "plane_strain", "region 'b' has no material"),
+        (halves(*CORNER), BOTH, "plane_strain", "some cells are in no region"),
+        (
+            halves(LOW, lambda c: c[1] > 0.0),
+            BOTH,
+            "plane_strain",
+            "region 'b' shares cells with another",
+        ),
+        ("Q4", elastic(poisson_ratio=0.5), "plane_strain", "poisson_ratio: got 0.5, .*write 0.4999"),
+        (
+            "T3",
+            elastic(poisson_ratio=0.5),
+            "plane_strain",
+            "take Q4, T6 or integration 'nodal' because T3 locks",
+        ),
+        ("T4", elastic(), "plane_strain", "got plane_strain for a mesh in 3 dimensions, needs solid"),
+        ("Q4", elastic(), "solid", "got solid for a mesh in 2 dimensions, needs plane_strain or plane_stress"),
+    ],
+)
+def test_materials_that_do_not_fit_the_mesh_are_refused(space, materials, formulation, message):
+    if isinstance(space, str):
+        space, materials = build_space(distorted(space, 2)), {"bulk": materials}
+    with pytest.raises(InputError, match=message):
+        cell_materials(space, materials, formulation)
+
+
+def test_tractions_and_integration_have_to_fit_the_element():
+    with pytest.raises(InputError, match=r"tractions.top: got 3 components, needs 2"):
+        traction_load(build_space(distorted("Q4")), {"top": (0.0, 1.0, 0.0)}, 1.0)
+    with pytest.raises(InputError, match="got 'nodal' for H8, needs linear triangles or tetrahedra"):
+        stiffness_of(distorted("H8", 2), SOLID, "solid", "nodal")
+
+
+def test_incompressible_plane_stress_is_allowed():
+    space = build_space(distorted("Q4"))
+    materials = cell_materials(space, {"bulk": elastic(3.0, 0.5)}, "plane_stress")
+    assert stiffness_matrix(space, materials, 1.0, "selective").nnz
+
+
+EVERY_ELEMENT = ("Q4", "T3", "T6", "H8", "T4", "T10")
+
+
+def test_selective_integration_is_for_quadrilaterals_and_hexahedra():
+    assert [element for element in EVERY_ELEMENT if is_mean_of_cell(element, "selective")] == ["Q4", "H8"]
+    assert not any(is_mean_of_cell(element, kind) for element in EVERY_ELEMENT for kind in ("full", "nodal"))
+
+
+@pytest.mark.parametrize("element", EVERY_ELEMENT)
+@pytest.mark.parametrize("integration", get_args(Integration))
+def test_nodal_integration_is_for_linear_simplices(element, integration):
+    if integration == "nodal" and element not in ("T3", "T4"):
+        with pytest.raises(InputError, match=f"integration: got 'nodal' for {element}, .*; write 'selective'"):
+            check_integration(element, integration)
+    else:
+        check_integration(element, integration)
+
+
 VARIANTS = [("Q4", "selective"), ("Q4", "full"), ("T3", "full"), ("T3", "nodal"), ("T6", "full")]
+
 FORMULATIONS = ["plane_strain", "plane_stress"]
 
 GRADIENT = np.array([[1.0e-2, 2.0e-3], [-3.0e-3, -4.0e-3]])
+
 OFFSET = np.array([5.0e-3, -7.0e-3])
 
 
@@ -138,13 +240,10 @@ def test_traction_load_has_the_resultant_and_moment_of_the_traction(element):
     assert moment == pytest.approx(2.0 * -10.0 - 0.5 * 15.0 + 1.0 * 5.0, rel=1e-13)
 
 
-def test_traction_of_the_wrong_length_is_refused():
-    with pytest.raises(InputError, match=r"tractions.top: got 3 components, needs 2"):
-        traction_load(build_space(distorted("Q4")), {"top": (0.0, 1.0, 0.0)}, 1.0)
-
-
 SOLID_VARIANTS = [("H8", "selective"), ("H8", "full"), ("T4", "full"), ("T4", "nodal"), ("T10", "full")]
+
 SOLID_GRADIENT = np.array([[1e-3, 4e-4, -2e-4], [-3e-4, -5e-4, 6e-4], [2e-4, 1e-4, 7e-4]])
+
 SOLID = Elastic(2e5, 0.48, 1200.0)
 
 
@@ -192,11 +291,6 @@ def test_mass_areas_and_loads_are_those_of_the_cube(element):
     assert areas @ space.positions[:, 0] == pytest.approx(0.5, rel=1e-12)
     load = traction_load(space, {"top": (1.0, 2.0, -3.0)}, 1.0).reshape(-1, 3)
     np.testing.assert_allclose(load.sum(axis=0), [1.0, 2.0, -3.0], rtol=1e-12)
-
-
-def test_nodal_integration_is_for_linear_simplices():
-    with pytest.raises(InputError, match="got 'nodal' for H8, needs linear triangles or tetrahedra"):
-        stiffness_of(distorted("H8", 2), SOLID, "solid", "nodal")
 
 
 @dataclass(frozen=True)
@@ -264,3 +358,68 @@ def test_more_cells_than_are_computed_at_once(monkeypatch):
     whole = stiffness_of(distorted("Q4", 5), elastic())[2]
     monkeypatch.setattr("fingerslip.fe.forms._CHUNK", 4)
     assert abs(stiffness_of(distorted("Q4", 5), elastic())[2] - whole).max() <= 1e-14 * abs(whole).max()
+
+
+SOME, OTHER = (PronyTerm(0.3, 0.1),), (PronyTerm(0.3, 0.2),)
+
+
+def space_of(element):
+    grid = np.linspace(0.0, 1.0, 3)
+    regions = {"a": lambda c: c[0] < 0.5, "b": lambda c: c[0] > 0.5}
+    return build_space(box(element, *[grid] * (3 if element in ("H8", "T4", "T10") else 2), regions=regions))
+
+
+def relaxed(law, left):
+    """Return the law with a part of its shear modulus left and the same bulk modulus."""
+    bulk, shear = law.youngs_modulus / (3 * (1 - 2 * law.poisson_ratio)), left * law.shear_modulus
+    young = 9 * bulk * shear / (3 * bulk + shear)
+    return Elastic(young, young / (2 * shear) - 1, law.density)
+
+
+KINDS = [("Q4", "selective"), ("T3", "nodal"), ("T6", "selective"), ("H8", "selective"), ("T4", "nodal")]
+
+
+@pytest.mark.parametrize(("element", "integration"), KINDS)
+def test_stiffness_less_a_share_of_the_shape_is_that_of_relaxed_moduli(element, integration):
+    space, formulation = space_of(element), "solid" if element in ("H8", "T4") else "plane_strain"
+    law, elastic = Elastic(34e3, 0.45, 1000.0, prony=SOME), Elastic(1e5, 0.3, 1000.0)
+    materials = cell_materials(space, {"a": law, "b": elastic}, formulation)
+    (layers,) = relaxing_layers(space, materials, 1.0, integration)
+    assert (layers.prony, layers.thickness, layers.across) == (SOME, None, None)
+    slow = cell_materials(space, {"a": relaxed(law, 0.7), "b": elastic}, formulation)
+    expected = stiffness_matrix(space, slow, 1.0, integration)
+    found = stiffness_matrix(space, materials, 1.0, integration) - 0.3 * layers.shape
+    np.testing.assert_allclose(found.toarray(), expected.toarray(), atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("integration", ["selective", "full"])
+def test_in_plane_stress_both_parts_make_the_elastic_stiffness(integration):
+    space, law = space_of("Q4"), Elastic(34e3, 0.45, 1000.0, prony=SOME)
+    materials = cell_materials(space, {"a": law, "b": law}, "plane_stress")
+    (layers,) = relaxing_layers(space, materials, 2.0, integration)
+    expected = stiffness_matrix(space, materials, 2.0, integration)
+    found = layers.shape + layers.across.along * layers.thickness
+    np.testing.assert_allclose(found.toarray(), expected.toarray(), atol=1e-9 * np.abs(expected).max())
+
+
+def test_layers_are_joined_where_they_relax_alike():
+    space = space_of("Q4")
+    soft, stiff = Elastic(1e4, 0.4, 1.0, prony=SOME), Elastic(1e5, 0.3, 1.0, prony=SOME)
+
+    def count(a, b, formulation):
+        return len(relaxing_layers(space, cell_materials(space, {"a": a, "b": b}, formulation), 1.0, "selective"))
+
+    assert count(soft, stiff, "plane_strain") == 1
+    assert count(soft, stiff, "plane_stress") == 2, "the strain across is another one"
+    assert count(soft, Elastic(1e5, 0.3, 1.0, prony=OTHER), "plane_strain") == 2
+    assert count(Elastic(1e4, 0.4, 1.0), Elastic(1e5, 0.3, 1.0), "plane_strain") == 0
+
+
+def test_layers_know_their_materials_and_take_maps():
+    space, law = space_of("Q4"), Elastic(34e3, 0.45, 1000.0, prony=SOME)
+    (layers,) = relaxing_layers(space, cell_materials(space, {"a": law, "b": law}, "plane_stress"), 1.0, "selective")
+    assert layers.belongs_to(law)
+    assert not layers.belongs_to(Elastic(34e3, 0.3, 1000.0, prony=SOME))
+    assert not layers.belongs_to(Elastic(34e3, 0.45, 1000.0, prony=OTHER))
+    rows = layers.apply_map(lambda matrix: matrix[:2])
+    assert rows.shape.shape == rows.thickness.shape == (2, space.n_dofs)

@@ -1,4 +1,4 @@
-"""Nodes, degrees of freedom, areas, and meshes that are refused."""
+"""The displacement space: nodes, areas, orientation, free edges and rigid motions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,18 @@ import pyvista
 import skfem
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.space import boundary_nodes, build_space, cell_nodes, nodal_areas, region_nodes, vector_dofs
+from fingerslip.fe.space import (
+    Space,
+    boundary_nodes,
+    build_space,
+    cell_nodes,
+    free_edge_distances,
+    free_edge_nodes,
+    free_pieces,
+    nodal_areas,
+    region_nodes,
+    vector_dofs,
+)
 from fingerslip.verification.meshes import box
 from problems.blocks import ELEMENTS, distorted
 
@@ -102,79 +113,6 @@ def test_nodal_areas_do_not_depend_on_where_the_mesh_is(element, distance):
     np.testing.assert_allclose(there, areas, atol=1e-15 * distance / 1e-3 * 10 * areas.max())
 
 
-def test_other_meshes_are_refused():
-    with pytest.raises(MeshError, match="got a MeshLine1, needs one of MeshQuad1, MeshTri1, "):
-        build_space(skfem.MeshLine1())
-
-
-@pytest.mark.parametrize("find", [boundary_nodes, lambda space, name: nodal_areas(space, name, 1.0)])
-def test_an_unknown_boundary_is_answered_with_the_known_ones(find):
-    space = build_space(distorted("Q4"))
-    with pytest.raises(MeshError, match="boundary 'pulp' not in mesh, it has: bottom, left, right, top"):
-        find(space, "pulp")
-
-
-def test_a_mesh_without_names_says_so():
-    with pytest.raises(MeshError, match="it has: none"):
-        boundary_nodes(build_space(skfem.MeshQuad1()), "skin")
-
-
-def test_an_empty_boundary_is_refused():
-    mesh = distorted("Q4").with_boundaries({"nothing": np.zeros(0, dtype=int)})
-    with pytest.raises(MeshError, match="boundary 'nothing' is empty"):
-        boundary_nodes(build_space(mesh), "nothing")
-
-
-def test_an_unknown_region_is_answered_with_the_known_ones():
-    with pytest.raises(MeshError, match="region 'nail' not in mesh, it has: bulk"):
-        region_nodes(build_space(distorted("Q4")), "nail")
-
-
-@pytest.mark.parametrize("element", ["Q4", "T3"])
-def test_a_flat_cell_is_refused_with_its_place(element):
-    mesh = box(element, [0.0, 1.0, 2.0], [0.0, 1.0])
-    points = mesh.p.copy()
-    points[1, points[0] == 2.0] = 0.5
-    points[0, points[0] == 2.0] = 1.0
-    with pytest.raises(MeshError, match=r"cell \d+ at x = .* mm, y = .* mm is inverted or flat"):
-        build_space(type(mesh)(points, mesh.t))
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("element", ["Q4", "T6"])
-def test_a_node_that_is_nowhere_is_refused_by_its_number(element, value):
-    mesh = box(element, np.linspace(0.0, 1.0, 4), [0.0, 1.0, 2.0])
-    points = mesh.p.copy()
-    points[1, 7] = value
-    message = rf"mesh: node 7 is at x = \d.*, y = {value} mm, needs finite coordinates"
-    with pytest.raises(MeshError, match=message):
-        build_space(type(mesh)(points, mesh.t))
-
-
-def test_a_quadrilateral_turned_inside_out_is_refused():
-    mesh = box("Q4", np.linspace(0, 1, 5), [0.0, 1.0])
-    cells = mesh.t.copy()
-    cells[:, 2] = cells[::-1, 2]
-    with pytest.raises(MeshError, match=r"cell 2 at .* all turn the same way; repair or rebuild the mesh"):
-        build_space(skfem.MeshQuad1(mesh.p, cells))
-
-
-def test_a_quadratic_triangle_folded_by_its_mid_side_node_is_refused():
-    mesh = box("T6", [0.0, 1.0], [0.0, 1.0])
-    points = mesh.p.copy()
-    middle = np.flatnonzero((points[0] == 0.5) & (points[1] == 0.0))[0]
-    points[:, middle] = (0.5, 0.9)
-    with pytest.raises(MeshError, match="inverted or flat"):
-        build_space(skfem.MeshTri2(points, mesh.t))
-
-
-def test_a_quadrilateral_with_a_corner_pushed_in_is_refused():
-    """Its Jacobian is negative at that corner alone, between the quadrature points."""
-    points = np.array([[0.0, 1.0, 0.45, 0.0], [0.0, 0.0, 0.45, 1.0]])
-    with pytest.raises(MeshError, match=r"cell 0 at .* is inverted or flat"):
-        build_space(skfem.MeshQuad1(points, np.array([[0], [1], [2], [3]])))
-
-
 @pytest.mark.parametrize(
     ("element", "kind"),
     [
@@ -194,3 +132,200 @@ def test_cells_in_the_order_of_vtk_fill_the_body(element: str, kind: str) -> Non
     sizes = grid.compute_cell_sizes(length=False)["Volume" if space.dim == 3 else "Area"]
     assert sizes.sum() == pytest.approx(1.0)
     assert (sizes > 0.0).all()
+
+
+SIDES = np.linspace(0.0, 1.0, 5)
+
+
+def space_of(element: str) -> Space:
+    """Return the space of a unit block with a boundary ``bottom``."""
+    dim = 2 if element in ("Q4", "T3", "T6") else 3
+    return build_space(box(element, *(SIDES,) * dim))
+
+
+def free(space: Space) -> np.ndarray:
+    return np.zeros((len(space.positions), space.dim), dtype=bool)
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3", "T6", "T4", "T10", "H8"])
+def test_edge_of_a_side_is_its_rim(element: str) -> None:
+    space = space_of(element)
+    own = boundary_nodes(space, "bottom")
+    found = free_edge_nodes(space, "bottom", free(space))
+    across = space.positions[own][:, :-1]
+    rim = own[((across < 1e-12) | (across > 1.0 - 1e-12)).any(axis=1)]
+    assert found.tolist() == rim.tolist()
+    distances = free_edge_distances(space, "bottom", free(space), own)
+    expected = np.minimum(across, 1.0 - across).min(axis=1)
+    np.testing.assert_allclose(distances, expected, atol=0.25 if space.dim == 3 else 1e-12)
+    assert not distances[np.isin(own, rim)].any()
+
+
+def test_an_edge_at_a_held_face_is_no_free_edge() -> None:
+    space = space_of("Q4")
+    held = free(space)
+    held[space.positions[:, 0] < 1e-12] = True
+    nodes = free_edge_nodes(space, "bottom", held)
+    assert space.positions[nodes].tolist() == [[1.0, 0.0]]
+
+
+def test_a_plane_of_symmetry_is_held_and_one_fixed_node_is_not_a_held_face() -> None:
+    space = space_of("T4")
+    held = free(space)
+    held[space.positions[:, 0] < 1e-12, 0] = True
+    nodes = free_edge_nodes(space, "bottom", held)
+    # The corners of the symmetric side belong to the free sides beside it.
+    symmetric = space.positions[nodes][:, 0] < 1e-12
+    assert sorted(space.positions[nodes][symmetric][:, 1]) == pytest.approx([0.0, 1.0])
+    one = free(space)
+    one[0] = True
+    assert free_edge_nodes(space, "bottom", one).tolist() == free_edge_nodes(space, "bottom", free(space)).tolist()
+
+
+def test_components_held_at_different_nodes_do_not_hold_a_face() -> None:
+    space = space_of("Q4")
+    side = np.flatnonzero(space.positions[:, 0] < 1e-12)
+    held = free(space)
+    held[side[::2], 0] = held[side[1::2], 1] = True
+    assert 0.0 in space.positions[free_edge_nodes(space, "bottom", held)][:, 0]
+
+
+def test_a_closed_boundary_has_no_edge() -> None:
+    mesh = skfem.MeshQuad.init_tensor(SIDES, SIDES)
+    space = build_space(mesh.with_boundaries({"all": mesh.boundary_facets()}))
+    assert free_edge_nodes(space, "all", free(space)).size == 0
+    assert np.isinf(free_edge_distances(space, "all", free(space), np.arange(3))).all()
+
+
+GRID = np.linspace(0.0, 4e-3, 5)
+
+X, Y, Z = (f"translation along {axis}" for axis in "xyz")
+
+ABOUT_X, ABOUT_Y, ABOUT_Z = (f"rotation about {axis}" for axis in "xyz")
+
+
+def pieces_of(element, supports):
+    """Return the free pieces of a block whose boundaries are held in some components."""
+    space = build_space(box(element, *(GRID,) * (2 if element in {"Q4", "T3", "T6"} else 3)))
+    held = [np.zeros(0, dtype=np.int64)]
+    for name, components in supports.items():
+        dofs = vector_dofs(boundary_nodes(space, name), space.dim)
+        held.append(dofs[:, ["xyz".index(component) for component in components]].ravel())
+    return free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), np.concatenate(held)))
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
+@pytest.mark.parametrize(
+    ("supports", "motions"),
+    [
+        ({}, (X, Y, ABOUT_Z)),
+        ({"left": "x"}, (Y,)),
+        ({"left": "y"}, (X, ABOUT_Z)),
+        ({"left": "y", "bottom": "y"}, (X,)),
+        ({"left": "xy"}, ()),
+        ({"left": "x", "bottom": "y"}, ()),
+    ],
+)
+def test_motions_in_the_plane(element, supports, motions):
+    assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
+
+
+@pytest.mark.parametrize("element", ["H8", "T4", "T10"])
+@pytest.mark.parametrize(
+    ("supports", "motions"),
+    [
+        ({}, (X, Y, Z, ABOUT_X, ABOUT_Y, ABOUT_Z)),
+        ({"left": "x"}, (Y, Z, ABOUT_X)),
+        ({"left": "x", "bottom": "z"}, (Y,)),
+        ({"left": "xy"}, (Z,)),
+        ({"left": "xyz"}, ()),
+    ],
+)
+def test_motions_in_space(element, supports, motions):
+    assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
+
+
+def test_a_single_held_node_leaves_the_rotation_about_it():
+    space = build_space(box("Q4", GRID, GRID))
+    for corner in (0, len(space.positions) // 2):
+        free = np.setdiff1d(np.arange(space.n_dofs), [2 * corner, 2 * corner + 1])
+        assert [piece.motions for piece in free_pieces(space, free)] == [(ABOUT_Z,)]
+
+
+def test_pieces_that_hang_apart_are_judged_one_by_one():
+    one = box("Q4", GRID, GRID)
+    both = skfem.MeshQuad(np.hstack([one.p, one.p + 10e-3]), np.hstack([one.t, one.t + one.p.shape[1]]))
+    space = build_space(both.with_subdomains({"both": np.arange(both.nelements)}))
+    second = np.arange(one.p.shape[1], both.p.shape[1])
+    held = vector_dofs(np.setdiff1d(np.arange(both.p.shape[1]), second), 2).ravel()
+    (piece,) = free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), held))
+    assert piece.nodes.tolist() == second.tolist()
+    assert piece.motions == (X, Y, ABOUT_Z)
+
+
+def test_size_and_place_of_the_body_make_no_difference():
+    for scale, shift in ((1e-6, 0.0), (1e3, 0.0), (1e-3, 10.0)):
+        mesh = box("Q4", scale * GRID + shift, scale * GRID - shift)
+        space = build_space(mesh)
+        left = vector_dofs(boundary_nodes(space, "left"), 2)[:, 0]
+        (piece,) = free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), left))
+        assert piece.motions == (Y,)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda _: build_space(skfem.MeshLine1()), "got a MeshLine1, needs one of MeshQuad1, MeshTri1, "),
+        (lambda mesh: boundary_nodes(build_space(mesh), "pulp"), "boundary 'pulp' not in mesh, it has: bottom, left, "),
+        (lambda mesh: nodal_areas(build_space(mesh), "pulp", 1.0), "boundary 'pulp' not in mesh, it has: bottom, left"),
+        (lambda _: boundary_nodes(build_space(skfem.MeshQuad1()), "skin"), "it has: none"),
+        (
+            lambda mesh: boundary_nodes(build_space(mesh.with_boundaries({"bare": np.zeros(0, dtype=int)})), "bare"),
+            "boundary 'bare' is empty",
+        ),
+        (lambda mesh: region_nodes(build_space(mesh), "nail"), "region 'nail' not in mesh, it has: bulk"),
+    ],
+)
+def test_names_and_meshes_that_are_not_there(call, message):
+    with pytest.raises(MeshError, match=message):
+        call(distorted("Q4"))
+
+
+def changed(element, number, position, grid=(0.0, 1.0)):
+    """Return a mesh with a node at another position."""
+    mesh = box(element, list(grid), [0.0, 1.0])
+    points = mesh.p.copy()
+    points[:, np.atleast_1d(number(points) if callable(number) else number)] = np.reshape(position, (2, 1))
+    return type(mesh)(points, mesh.t)
+
+
+def with_turned_cell():
+    mesh = box("Q4", np.linspace(0, 1, 5), [0.0, 1.0])
+    cells = mesh.t.copy()
+    cells[:, 2] = cells[::-1, 2]
+    return skfem.MeshQuad1(mesh.p, cells)
+
+
+def lower_middle(points):
+    return np.flatnonzero((points[0] == 0.5) & (points[1] == 0.0))
+
+
+FLAT = r"cell \d+ at x = .* mm, y = .* mm is inverted or flat"
+NOWHERE = r"mesh: node 3 is at x = 1000 mm, y = {} mm, needs finite coordinates"
+# Its Jacobian is negative at that corner alone, between the quadrature points.
+PUSHED_IN = skfem.MeshQuad1(np.array([[0.0, 1.0, 0.45, 0.0], [0.0, 0.0, 0.45, 1.0]]), np.array([[0], [1], [2], [3]]))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        *((changed(kind, lambda p: p[0] == 2.0, (1.0, 0.5), (0.0, 1.0, 2.0)), FLAT) for kind in ("Q4", "T3")),
+        *((changed(kind, 3, (1.0, v)), NOWHERE.format(v)) for kind in ("Q4", "T6") for v in (np.nan, np.inf)),
+        (with_turned_cell(), r"cell 2 at .* all turn the same way; repair or rebuild the mesh"),
+        (changed("T6", lower_middle, (0.5, 0.9)), "inverted or flat"),
+        (PUSHED_IN, r"cell 0 at .* is inverted or flat"),
+    ],
+)
+def test_cells_and_nodes_that_cannot_be_are_refused(mesh, message):
+    with pytest.raises(MeshError, match=message):
+        build_space(mesh)

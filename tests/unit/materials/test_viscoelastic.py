@@ -1,17 +1,206 @@
-"""Stress and stored energy of strains whose dashpots have followed, against integrals over their history."""
+"""Prony terms: their recurrence, small and large strain."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from fingerslip.errors import FingerslipError, InputError
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.prony import PronyTerm, relaxation
+from fingerslip.materials.large_strain import log_volume_of
+from fingerslip.materials.mooney_rivlin import MooneyRivlin
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.materials.ogden import Ogden, OgdenTerm
+from fingerslip.materials.prony import PronyTerm, check_prony, recurrence, relaxation
+from fingerslip.materials.relaxing import StepLaw, constants_of, shape_energy, shape_stress, spring_strain, volume_part
 from fingerslip.materials.viscoelastic import Relaxed, across_of, follow_strains, in_space, stored_energy, stress
+from unit.fe.finite.bodies import LAWS, SOFT
 
-TERMS = (PronyTerm(0.3, 0.1), PronyTerm(0.4, 1.0))
-LAW = Elastic(34e3, 0.4, 1000.0, prony=TERMS)
+TERMS = (PronyTerm(0.3, 0.1), PronyTerm(0.2, 2.0))
+
+
+def test_modulus_falls_from_all_to_what_never_relaxes():
+    times = np.array([0.0, 0.1, 1e6])
+    expected = [1.0, 0.5 + 0.3 * np.exp(-1.0) + 0.2 * np.exp(-0.05), 0.5]
+    np.testing.assert_allclose(relaxation(TERMS, times), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, 0.2])
+def test_recurrence_is_exact_where_strain_is_linear_in_a_step(step):
+    """Of a strain that grows at rate 1 the dashpot is t - tau (1 - exp(-t/tau))."""
+    times = step * np.arange(50)
+    found = recurrence(TERMS, step).follow(times)
+    for term, dashpot in zip(TERMS, found, strict=True):
+        np.testing.assert_allclose(dashpot, times + term.time * np.expm1(-times / term.time), rtol=1e-10, atol=1e-15)
+
+
+def test_recurrence_takes_fields_and_no_times():
+    follow = recurrence(TERMS, 0.1)
+    strains = np.random.default_rng(0).normal(size=(6, 4, 3))
+    strains[0] = 0.0
+    found = follow.follow(strains)
+    assert found.shape == (2, 6, 4, 3)
+    expected = follow.end[0] * strains[1] + follow.start[0] * strains[0]
+    np.testing.assert_allclose(found[0, 1], expected)
+    assert follow.follow(np.zeros((6, 0, 3))).shape == (2, 6, 0, 3)
+
+
+def test_short_steps_leave_no_digits_out():
+    follow = recurrence((PronyTerm(0.3, 1e6),), 1e-6)
+    assert follow.end[0] == pytest.approx(0.5e-12, rel=1e-3)
+    assert follow.start[0] == pytest.approx(0.5e-12, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("share", "time", "message"),
+    [(0.0, 1.0, "share: got 0"), (1.0, 1.0, "share: got 1"), (0.3, 0.0, "time"), (0.3, -1.0, "time")],
+)
+def test_impossible_terms_are_refused(share, time, message):
+    with pytest.raises(InputError, match=message):
+        PronyTerm(share, time)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda terms: Elastic(1e3, 0.4, 1.0, prony=terms),
+        lambda terms: NeoHookean(1e3, 0.4, 1.0, prony=terms),
+        lambda terms: MooneyRivlin(1e3, 1.0, poisson_ratio=0.4, prony=terms),
+        lambda terms: Ogden((OgdenTerm(1e3, 2.0),), 1.0, poisson_ratio=0.4, prony=terms),
+    ],
+)
+def test_every_law_takes_terms_and_hands_them_to_small_strain(make):
+    law = make(TERMS)
+    assert (law if isinstance(law, Elastic) else law.at_rest()).prony == TERMS
+    with pytest.raises(InputError, match=r"prony: has shares with a sum of 1\.2, needs a sum < 1"):
+        make((PronyTerm(0.6, 1.0), PronyTerm(0.6, 2.0)))
+
+
+def test_shares_may_leave_little():
+    check_prony((PronyTerm(0.5, 1.0), PronyTerm(0.49, 1.0)))
+
+
+def test_steps_that_are_controlled_may_be_long():
+    follow = recurrence((PronyTerm(0.3, 1e-3),), 10.0, controlled=True)
+    assert follow.follow(np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
+
+
+def test_times_below_half_the_step_are_refused_with_the_limit():
+    recurrence((PronyTerm(0.3, 0.05),), 0.1)
+    with pytest.raises(InputError) as caught:
+        recurrence((*TERMS, PronyTerm(0.1, 0.04)), 0.1, "materials.skin.prony")
+    assert "materials.skin.prony.2.time: got 0.04 s for a step of 0.1 s, needs at least 0.05 s, half" in str(
+        caught.value
+    )
+
+
+EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+
+
+def strains(count=20, size=0.3, seed=1):
+    return np.random.default_rng(seed).uniform(-size, size, (count, 3))
+
+
+@EVERY_LAW
+def test_constants_are_those_at_rest(law):
+    found = constants_of(replace(law, prony=(PronyTerm(0.3, 1.0),)))
+    assert found.prony == (PronyTerm(0.3, 1.0),)
+    tangent = law.kirchhoff_tangent(np.zeros((1, 3)))[0]
+    assert found.shear_modulus == pytest.approx((tangent[0, 0] - tangent[0, 1]) / 2)
+    assert found.bulk_modulus == pytest.approx(tangent.sum() / 9)
+    assert found.bulk_modulus == pytest.approx(
+        2 * found.shear_modulus * (1 + found.poisson_ratio) / 3 / (1 - 2 * found.poisson_ratio)
+    )
+
+
+@EVERY_LAW
+def test_volume_and_shape_make_up_the_law(law):
+    strain, step = strains(), 1e-6
+    volume = log_volume_of(strain)
+    energy, slope, curvature = volume_part(law, volume)
+    np.testing.assert_allclose(energy + shape_energy(law, strain), law.stored_energy(strain))
+    np.testing.assert_allclose(shape_stress(law, strain) + slope[:, None], law.kirchhoff_stress(strain))
+    ahead, back = (volume_part(law, volume + sign * step) for sign in (1, -1))
+    np.testing.assert_allclose((ahead[0] - back[0]) / 2 / step, slope, atol=1e-8)
+    np.testing.assert_allclose((ahead[1] - back[1]) / 2 / step, curvature, atol=1e-7)
+    assert volume_part(law, np.zeros(1))[2][0] == pytest.approx(constants_of(law).bulk_modulus)
+
+
+@EVERY_LAW
+def test_a_change_of_volume_alone_has_hardly_any_energy_of_shape(law):
+    """None in laws that do not mix shape and volume, and of third order in the neo-Hookean law."""
+    small, double = (shape_energy(law, np.full((1, 3), size))[0] for size in (1e-3, 2e-3))
+    assert abs(small) < 1e-7
+    if abs(small) > 1e-12:
+        assert double / small == pytest.approx(8.0, rel=0.01)
+
+
+@EVERY_LAW
+def test_law_of_a_step_has_the_elastic_law_as_its_limits(law):
+    strain = strains()
+    whole = StepLaw(law, 0.0, np.zeros(20))
+    np.testing.assert_array_equal(whole.kirchhoff_stress(strain), law.kirchhoff_stress(strain))
+    nothing = StepLaw(law, 1.0, np.full(20, 0.2)).kirchhoff_stress(strain)
+    np.testing.assert_allclose(nothing, np.tile(volume_part(law, log_volume_of(strain))[1][:, None] - 0.2, 3))
+
+
+@EVERY_LAW
+def test_tangent_of_a_step_is_the_derivative_of_its_stress(law):
+    strain, step = strains(), 1e-6
+    own = StepLaw(law, 0.4, np.linspace(0.0, 1.0, 20))
+    tangent = own.kirchhoff_tangent(strain)
+    for axis in range(3):
+        change = step * np.eye(3)[axis]
+        slope = (own.kirchhoff_stress(strain + change) - own.kirchhoff_stress(strain - change)) / 2 / step
+        np.testing.assert_allclose(tangent[:, :, axis], slope, atol=1e-6 * np.abs(tangent).max())
+
+
+@settings(max_examples=60)
+@given(
+    law=st.sampled_from(LAWS),
+    parts=st.lists(st.floats(-0.6, 0.6), min_size=3, max_size=3),
+    share=st.floats(0.0, 1.0),
+)
+def test_a_spring_has_the_stress_that_was_given(law, parts, share):
+    strain = np.array([parts])
+    stress = share * (law.kirchhoff_stress(strain) - law.kirchhoff_stress(strain).mean())
+    volume = log_volume_of(strain)
+    found = spring_strain(law, stress, volume, np.zeros((1, 3)))
+    again = law.kirchhoff_stress(found)
+    np.testing.assert_allclose(again - again.mean(), stress, atol=1e-8 * max(1.0, np.abs(stress).max()))
+    np.testing.assert_allclose(log_volume_of(found), volume, atol=1e-12)
+    if share == 1.0:
+        np.testing.assert_allclose(found, strain, atol=1e-6)
+
+
+class _Yielding:
+    """A law whose stress has a limit."""
+
+    def at_rest(self):
+        return SOFT.at_rest()
+
+    def kirchhoff_stress(self, strain):
+        return np.tanh(strain)
+
+    def kirchhoff_tangent(self, strain):
+        return np.einsum("ni,ij->nij", np.cosh(strain) ** -2, np.eye(3))
+
+
+def test_a_stress_that_no_strain_has_is_an_error():
+    with pytest.raises(FingerslipError, match="_Yielding: the strain of a spring of a Prony term was not found"):
+        spring_strain(_Yielding(), np.array([[3.0, -1.5, -1.5]]), np.zeros(1), np.zeros((1, 3)))
+
+
+PRONY = (PronyTerm(0.3, 0.1), PronyTerm(0.4, 1.0))
+
+LAW = Elastic(34e3, 0.4, 1000.0, prony=PRONY)
+
 STEP = 0.05
+
 FORMULATIONS = ("plane_strain", "plane_stress", "solid")
 
 
@@ -46,7 +235,7 @@ def test_deviator_relaxes_and_the_mean_stress_does_not(formulation):
     whole = in_space(strains)
     fine = (np.arange(2000) + 0.5) / 2000
     later = STEP * (len(strains) - 1 - np.arange(len(strains) - 1))
-    kernel = np.array([relaxation(TERMS, end - STEP * fine).mean() for end in later])
+    kernel = np.array([relaxation(PRONY, end - STEP * fine).mean() for end in later])
     mean = whole[..., :3].mean(axis=-1, keepdims=True)
     deviator = whole - np.concatenate([np.repeat(mean, 3, -1), np.zeros_like(whole[..., 3:])], -1)
     expected = 2 * LAW.shear_modulus * np.tensordot(kernel, np.diff(deviator, axis=0), axes=1)
@@ -71,7 +260,7 @@ def test_stored_energy_is_never_above_the_work_and_that_of_the_springs_left_in_t
     strains = np.zeros((4000, 1, 6 if formulation == "solid" else 3))
     strains[1:, :, 0] = 1e-2
     energy = stored_energy(LAW, follow_strains(LAW, strains, formulation, STEP))[:, 0]
-    left = 1 - sum(term.share for term in TERMS)
+    left = 1 - sum(term.share for term in PRONY)
     bulk, shear = 34e3 / (3 * (1 - 0.8)), left * LAW.shear_modulus
     young = 9 * bulk * shear / (3 * bulk + shear)
     slow = Elastic(young, young / (2 * shear) - 1, 1000.0)
@@ -80,9 +269,9 @@ def test_stored_energy_is_never_above_the_work_and_that_of_the_springs_left_in_t
 
 
 def test_incompressible_plane_stress_is_computed():
-    law = Elastic(34e3, 0.5, 1000.0, prony=TERMS)
+    law = Elastic(34e3, 0.5, 1000.0, prony=PRONY)
     strains = history("plane_stress")
     found = stress(law, follow_strains(law, strains, "plane_stress", STEP))
-    nearly = Elastic(34e3, 0.4999999, 1000.0, prony=TERMS)
+    nearly = Elastic(34e3, 0.4999999, 1000.0, prony=PRONY)
     expected = stress(nearly, follow_strains(nearly, strains, "plane_stress", STEP))
     np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())

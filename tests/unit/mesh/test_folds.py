@@ -1,4 +1,4 @@
-"""Cells that fold over their neighbours are refused with their places; everything that lies flat passes."""
+"""Cells that fold over their neighbours are refused with their places, and facets face away from their cells."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ from hypothesis.extra.numpy import arrays
 
 from fingerslip.errors import MeshError
 from fingerslip.fe.space import build_space
+from fingerslip.mesh.facets import are_between, outward_normals
 from fingerslip.mesh.joining import join_meshes
 from fingerslip.mesh.quality import check_folds, turned_cells
 from fingerslip.verification.meshes import box, jiggle
 from problems.blocks import distorted
 
 KINDS = {"Q4": 2, "T3": 2, "T6": 2, "H8": 3, "T4": 3, "T10": 3}
+
 GRID = np.linspace(0.0, 1.0, 4)
 
 
@@ -171,3 +173,45 @@ def areas(points, cells):
     """Return the areas or volumes of simplices in the order of their corners, times two or six."""
     corners = points[:, cells].transpose(2, 1, 0)
     return np.linalg.det(corners[:, 1:] - corners[:, :1])
+
+
+REGIONS = {"low": lambda c: c[-1] < 0.5, "high": lambda c: c[-1] > 0.5}
+
+AXES = {"Q4": 2, "T3": 2, "T6": 2, "T4": 3}
+
+
+def cube(element):
+    mesh = box(element, *[np.linspace(0.0, 1.0, 5)] * AXES[element], regions=REGIONS)
+    region = np.zeros(mesh.nelements, dtype=int)
+    region[mesh.subdomains["high"]] = 1
+    return mesh, region
+
+
+@pytest.mark.parametrize("element", AXES)
+def test_facets_between_two_regions_are_those_of_the_interface(element):
+    mesh, region = cube(element)
+    between = are_between(mesh, region, 0, 1)
+    np.testing.assert_array_equal(between, are_between(mesh, region, 1, 0))
+    np.testing.assert_array_equal(between, np.isclose(mesh.p[-1, mesh.facets], 0.5).all(axis=0))
+    assert not are_between(mesh, region, 1, 2).any()
+
+
+@pytest.mark.parametrize("element", AXES)
+def test_normals_face_away_from_the_cell_behind(element):
+    mesh, region = cube(element)
+    facets = np.flatnonzero(are_between(mesh, region, 0, 1))
+    first, second = mesh.f2t[:, facets]
+    below = np.where(region[first] == 0, first, second)
+    upwards = outward_normals(mesh, facets, below)
+    np.testing.assert_allclose(upwards[-1], 1.0)
+    np.testing.assert_allclose(outward_normals(mesh, facets, first + second - below), -upwards)
+
+
+def test_normals_of_the_outside_close():
+    """The integral of the outward normal over a closed surface is zero."""
+    mesh, _ = cube("T4")
+    outside = mesh.boundary_facets()
+    normals = outward_normals(mesh, outside, mesh.f2t[0, outside])
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=0), 1.0)
+    np.testing.assert_allclose(normals.sum(axis=1), 0.0, atol=1e-12)
+    assert np.sum(normals * mesh.p[:, mesh.facets[:, outside]].mean(axis=1)) > 0.0

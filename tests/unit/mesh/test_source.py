@@ -1,4 +1,4 @@
-"""Mesh sources: what a source of one's own gets for free, and which class the keys of a file mean."""
+"""Mesh sources, what their keys follow, and how element sizes grow."""
 
 from __future__ import annotations
 
@@ -9,14 +9,18 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 import skfem
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh
+from fingerslip.mesh.sizes import GROWTH, check_sizes, grade, size_at, subdivide
 from fingerslip.mesh.source import MeshFile, MeshSource, choose_source, inspect_mesh, mesh_size_note
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
-from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
 from fingerslip.verification.meshes import box
+from unit.study.block import block_mesh
 
 SOURCES = (MeshFile, SurfaceMesh, MeshSizes, SolidSizes)
 
@@ -85,11 +89,6 @@ def test_the_keys_of_a_file_choose_the_source(values: dict[str, Any], source: ty
     assert choose_source(SOURCES, values) is source
 
 
-def test_a_file_that_says_nothing_is_told_what_it_may_say() -> None:
-    with pytest.raises(InputError, match="mesh: does not say where the mesh comes from, needs file or skin, tip, pad"):
-        choose_source((MeshFile, SurfaceMesh), {})
-
-
 def test_tables_of_a_mesh_have_a_row_for_each_region() -> None:
     grid = np.linspace(0.0, 1.0, 5)
     mesh = box("T3", grid, grid, regions={"a": lambda c: c[1] < 0.5, "b": lambda c: c[1] > 0.5})
@@ -99,3 +98,132 @@ def test_tables_of_a_mesh_have_a_row_for_each_region() -> None:
     assert [row[3] for row in table.rows] == pytest.approx([45.0, 45.0])
     assert {len(row) for row in table.rows} == {len(table.columns)}
     assert mesh_size_note(mesh) == "25 nodes, 32 cells; boundaries: left, right, bottom, top"
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "block.msh"
+    write_mesh(block_mesh(), path)
+    return path
+
+
+@pytest.mark.parametrize(("unit", "metres"), [(None, 1.0), ("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)])
+def test_coordinates_are_in_the_unit(file: Path, unit: str | None, metres: float) -> None:
+    source = MeshFile(str(file), unit)
+    assert np.ptp(source.build().p, axis=1) == pytest.approx([10e-3 * metres, 5e-3 * metres])
+    assert source.assumes_metres == (unit is None)
+
+
+def test_only_the_mesh_tells_its_kind_and_size(file: Path) -> None:
+    source = MeshFile(str(file))
+    assert (source.dim, source.element, source.needs_specimen) == (None, None, False)
+    assert source.estimated_cells(None) is None
+    assert source.refined(0.5) is None
+    inspected = source.inspect(None)
+    # Squares of 1.25 mm.
+    ((region, cells, jacobian, *_),) = inspected.tables[0].rows
+    assert (inspected.suffix, region, cells, jacobian) == (".msh", "block", 32, pytest.approx(1.0))
+
+
+def test_key_follows_content_and_unit_but_not_the_name(file: Path) -> None:
+    first = MeshFile(str(file)).key()
+    assert MeshFile(str(file), "mm").key() != first
+    copy = file.with_name("copy.msh")
+    copy.write_bytes(file.read_bytes())
+    assert MeshFile(str(copy)).key() == first
+    copy.write_bytes(file.read_bytes() + b" ")
+    assert MeshFile(str(copy)).key() != first
+
+
+def test_path_is_relative_to_a_folder(file: Path) -> None:
+    assert MeshFile("block.msh", "mm").beside(file.parent) == MeshFile(str(file.resolve()), "mm")
+
+
+LINE = np.linspace(0.0, 10.0, 2001)
+
+
+@pytest.mark.parametrize(("size", "parts"), [(1.0, 10), (0.5, 20), (0.9, 12), (3.0, 4), (100.0, 2)])
+def test_equal_sizes_divide_a_length_into_an_even_number_of_equal_parts(size: float, parts: int) -> None:
+    """The even number next to length over size, at least two."""
+    divided = grade(LINE, np.full(LINE.size, size))
+    assert divided == pytest.approx(np.linspace(0.0, 10.0, parts + 1), abs=1e-9)
+
+
+@given(st.lists(st.floats(0.05, 3.0), min_size=2, max_size=6))
+def test_graded_parts_are_near_the_wanted_sizes_and_grow_slowly(wanted: list[float]) -> None:
+    sizes = np.interp(LINE, np.linspace(0.0, 10.0, len(wanted)), wanted)
+    divided = grade(LINE, sizes)
+    parts = np.diff(divided)
+    assert (divided[0], divided[-1]) == (0.0, 10.0)
+    assert len(parts) % 2 == 0
+    assert np.all(parts > 0.0)
+    if len(parts) > 8:
+        # Rounding to an even number of parts changes all of them alike.
+        assert np.all(parts <= 1.2 * sizes.max() * (1 + 2 / len(parts)))
+        assert np.all(np.abs(np.diff(parts)) <= 1.3 * GROWTH * np.maximum(parts[1:], parts[:-1]))
+
+
+def test_a_small_size_spreads_to_both_sides_at_the_rate_of_growth() -> None:
+    sizes = np.where(np.abs(LINE - 4.0) < 0.01, 0.1, 5.0)
+    divided = grade(LINE, sizes)
+    middles, parts = 0.5 * (divided[1:] + divided[:-1]), np.diff(divided)
+    expected = 0.1 + GROWTH * np.abs(middles - 4.0)
+    assert parts == pytest.approx(expected, rel=0.12)
+
+
+def test_sizes_at_points_grow_from_the_nearest_source_up_to_the_bulk() -> None:
+    points = np.array([[0.0, 0.0], [3.0, 4.0], [0.0, 1.0], [50.0, 0.0]])
+    sources, own = np.array([[0.0, 0.0], [0.0, 2.0]]), np.array([1.0, 0.5])
+    # At (0, 1) the finer source counts: 0.5 + 0.2 of the distance 1.
+    found = size_at(points, sources, own, 2.0)
+    assert found == pytest.approx([0.5 + 0.2 * 2.0, min(1.0 + 0.2 * 5.0, 0.5 + 0.2 * np.hypot(3, 2)), 0.7, 2.0])
+
+
+def circle(radius: float, count: int = 4000) -> np.ndarray:
+    angle = np.linspace(0.0, 2 * np.pi, count)
+    return radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+@pytest.mark.parametrize("turn", [10.0, 18.0, 30.0])
+def test_no_part_of_a_bend_turns_by_more_than_the_limit(turn: float) -> None:
+    curve = circle(1.0)
+    divided = subdivide(curve, np.full(len(curve), 5.0), np.radians(turn))
+    chord = np.linalg.norm(np.diff(divided, axis=0), axis=1)
+    angle = 2 * np.arcsin(chord / 2)
+    assert np.degrees(angle).max() <= turn * 1.001
+    assert len(chord) == np.ceil(360.0 / turn - 1e-6)
+
+
+def test_corners_of_a_curve_become_nodes() -> None:
+    side = np.linspace(0.0, 1.0, 101)
+    path = np.vstack([np.column_stack([side, 0 * side])[:-1], np.column_stack([0 * side + 1.0, side])])
+    divided = subdivide(path, np.full(len(path), 0.3), np.radians(18.0))
+    assert any(np.allclose(node, [1.0, 0.0], atol=1e-12) for node in divided)
+    assert divided[[0, -1]] == pytest.approx(np.array([[0.0, 0.0], [1.0, 1.0]]))
+    # Each side alone: ceil(1 / 0.3) parts.
+    assert len(divided) == 2 * 4 + 1
+
+
+def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
+    line = np.column_stack([LINE, 0 * LINE])
+    sizes = 0.2 + 0.1 * LINE
+    parts = np.diff(subdivide(line, sizes, np.radians(18.0))[:, 0])
+    middles = np.cumsum(parts) - parts / 2
+    assert np.all(parts <= (0.2 + 0.1 * middles) * 1.01)
+    assert np.all(parts >= (0.2 + 0.1 * middles) * 0.9)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: MeshFile("none.msh").key(), r"mesh\.file: cannot read none\.msh \(No such file"),
+        (lambda: check_sizes(0.2e-3, 0.1e-3), r"bulk_size: got 0\.1 mm, needs >= 0\.2 mm \(contact_size\)$"),
+        (
+            lambda: choose_source((MeshFile, SurfaceMesh), {}),
+            "mesh: does not say where the mesh comes from, needs file or skin, tip, pad",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(call, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        call()

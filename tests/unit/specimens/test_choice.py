@@ -1,4 +1,4 @@
-"""Which specimen a study names: one of all kinds, with the presets of all."""
+"""Which specimen a study names, and that every one of them answers the protocol."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import parameters
+from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens import choice
 from fingerslip.specimens.choice import (
     SPECIMENS,
@@ -22,8 +23,9 @@ from fingerslip.specimens.choice import (
     specimen_mesh_sources,
 )
 from fingerslip.specimens.fingertip import Fingertip, preset
-from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
-from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
+from fingerslip.specimens.protocol import Specimen
+from fingerslip.specimens.tactip.sites import GROUPS
 
 FINGER = {"preset": "wang2014-2d"}
 
@@ -86,3 +88,24 @@ def test_names_of_presets_are_unique() -> None:
 def test_mesh_sources_are_those_of_all_kinds() -> None:
     every: Mapping[str, Any] = {source.__name__: source for source in specimen_mesh_sources()}
     assert list(every) == ["MeshSizes", "SolidSizes", "SensorSectionSizes", "SensorSolidSizes"]
+
+
+PRESETS = [(kind, name) for kind, presets in SPECIMENS.items() for name in presets.names]
+
+SITES = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(GROUPS)}
+
+
+@pytest.mark.parametrize(("kind", "name"), PRESETS, ids=[name for _, name in PRESETS])
+def test_a_model_can_be_made_of_every_preset(kind, name):
+    specimen: Specimen = SPECIMENS[kind].read(name)
+    assert dataclasses.is_dataclass(specimen)
+    assert type(specimen.default_mesh) in specimen.mesh_sources
+    assert specimen.depth > 0
+    assert 0 < specimen.largest_extent < 1
+    assert specimen.formulation in ("plane_strain", "plane_stress")
+    assert specimen.materials
+    dim = specimen.default_mesh.dim
+    assert all(set(axes) <= set("xyz"[:dim]) for axes in specimen.supports(dim).values())
+    for site in specimen.sites(SITES[kind], dim):
+        assert len(site.position) == dim
+        assert site.region in specimen.materials

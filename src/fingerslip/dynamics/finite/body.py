@@ -10,7 +10,7 @@ from scipy import sparse
 
 from fingerslip.dynamics.system.coordinates import MeshCoordinates
 from fingerslip.fe.finite.bulk import LargeStrain
-from fingerslip.fe.finite.deformed import Deformed
+from fingerslip.fe.finite.history import Deformed
 
 __all__ = ["Body", "BodyState"]
 

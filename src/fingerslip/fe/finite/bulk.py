@@ -12,27 +12,26 @@ from scipy import sparse
 
 from fingerslip.errors import InvertedCellError
 from fingerslip.fe.cell_materials import CellMaterials
-from fingerslip.fe.finite.assembly import Pattern, pattern_of_cells
-from fingerslip.fe.finite.deformed import Deformed
 from fingerslip.fe.finite.history import (
+    Deformed,
     Left,
     Relaxation,
-    add_forces,
-    add_stiffness,
-    add_thickness,
-    push_forward,
+    end_history,
     relaxation_of,
     selective_excess,
+    spring_excess,
 )
+from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_thickness, push_forward
 from fingerslip.fe.finite.kernels import (
+    Pattern,
     nodal_forces,
     nodal_forces_in_plane,
+    pattern_of_cells,
     stiffness_of_cells,
     strains,
     strains_in_plane,
     volume_slopes,
 )
-from fingerslip.fe.finite.springs import end_history, spring_excess
 from fingerslip.fe.finite.thickness import Pulled, thickness_strain
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
 from fingerslip.fe.integration import Integration, check_integration
@@ -40,8 +39,6 @@ from fingerslip.fe.recovery import cell_dofs, shape_gradients
 from fingerslip.fe.space import Space
 from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.relaxing import StepLaw
-
-__all__ = ["Deformed", "LargeStrain", "large_strain"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -79,19 +76,9 @@ class LargeStrain:
         return replace(state, history=end_history(self.relaxation, self.materials.materials, state))
 
     def deformed(self, displacement: Array, near: Deformed | None = None) -> Deformed:
-        """Return the body at a displacement (n_dofs,) [m].
+        """Return the body at a displacement (n_dofs,) [m]; an error where a cell is turned inside out.
 
-        Parameters
-        ----------
-        displacement : (n_dofs,) array
-            Displacement of all nodes [m].
-        near : Deformed, optional
-            The body at a displacement near it, from which the thickness in plane stress is searched, in the same step.
-
-        Raises
-        ------
-        InvertedCellError
-            Where a cell is turned inside out.
+        `near` is the body at one near it in the same step, from which the thickness in plane stress is searched.
         """
         count, dim = self.weights.size, self.space.dim
         arrays = np.empty((count, dim, dim)), np.empty((count, dim)), np.empty((count, dim, dim))
@@ -360,10 +347,7 @@ def _members_of(material: Indices, number: int) -> Indices | slice:
 def large_strain(
     space: Space, materials: CellMaterials[FiniteMaterial], depth: float, integration: Integration
 ) -> LargeStrain:
-    """Return a body at large strain.
-
-    Units: depth [m].
-    """
+    """Return a body at large strain, of a depth [m]."""
     check_integration(space.element, integration)
     every = np.arange(space.mesh.nelements)
     weights = depth * np.ascontiguousarray(space.full.dx)

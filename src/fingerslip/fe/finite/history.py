@@ -1,4 +1,4 @@
-"""What bodies at large strain remember of their stress, and what of it a step finds at its start.
+"""What bodies at large strain remember of their stress, what of it a step finds at its start, and what springs store.
 
 Dashpots follow, at every quadrature point, the stress of the shape of the law there
 (:mod:`fingerslip.materials.relaxing`), and the logarithms of volumes that elements average, which relax as at small
@@ -9,16 +9,10 @@ strain: with the mean or the local ln J = x, what is integrated from mean volume
 with R of a field that field less sum s_i times its dashpots (:class:`~fingerslip.materials.viscoelastic.Across`). A
 step finds what dashpots leave at its start, and is elastic from there on: it has an energy of its own.
 
-Compiled loops over quadrature points for bodies that relax: what the start of a step leaves in forces and stiffness.
-
-The start of a step leaves a tensor Y in the reference state (:mod:`fingerslip.fe.finite.history`). At its end it
-is y = J^(-2/3) F Y F^T, with its trace q, and takes y - q/3 I from the Kirchhoff stress: the derivative of J^(-2/3)
-Y:C/2. With the gradients g of the shape functions in the current state and eps the change of strain there, this
-stress changes by ::
-
-    2/3 [tr(eps) y + (y:eps) I - q/3 tr(eps) I - q eps]
-
-Tensors are packed: xx, yy, xy, zz in 2D, and xx, yy, zz, xy, yz, xz in 3D.
+The spring of a Prony term carries the stress of the shape less that of its dashpot. It stores what the law stores in
+its shape at the strain where it has the deviator of this stress, at the volume of the body. So a body stores what the
+law says where it had no time to relax, and what the relaxed law says where it had all of it, up to what a law that
+mixes shape and volume stores in its shape where only the volume changes: this is of third order in ln J.
 """
 
 from __future__ import annotations
@@ -27,286 +21,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.fe.cell_materials import CellMaterials
-from fingerslip.fe.finite.kernels import LANES, ROWS, diagonalise
+from fingerslip.fe.finite.history_kernels import follow, leave, principal_values, push_forward, shape_tensors
 from fingerslip.fe.finite.volumes import Volumes
-from fingerslip.materials.large_strain import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.material import Formulation
 from fingerslip.materials.prony import recurrence
-from fingerslip.materials.relaxing import Constants, constants_of
+from fingerslip.materials.relaxing import Constants, constants_of, shape_energy, shape_stress, spring_strain
 from fingerslip.materials.viscoelastic import across_of
-
-__all__ = [
-    "PACKED",
-    "History",
-    "Left",
-    "Relaxation",
-    "Terms",
-    "add_forces",
-    "add_stiffness",
-    "add_thickness",
-    "follow",
-    "leave",
-    "principal_values",
-    "push_forward",
-    "relaxation_of",
-    "selective_excess",
-    "shape_tensors",
-]
-
-
-@numba.njit(cache=True, nogil=True)
-def leave(number, weights, decay, start, stress, dashpots, left):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in what a step leaves (n, m) of values (n, m) and their dashpots (t, n, m) at its start.
-
-    `number` (n,) is the material, `weights`, `decay` and `start` (n_materials, t) are its terms' shares and recurrence.
-    """
-    for p in range(stress.shape[0]):
-        law = number[p]
-        for k in range(stress.shape[1]):
-            total = 0.0
-            for i in range(dashpots.shape[0]):
-                total += weights[law, i] * (decay[law, i] * dashpots[i, p, k] + start[law, i] * stress[p, k])
-            left[p, k] = total
-
-
-@numba.njit(cache=True, nogil=True)
-def follow(number, decay, end, start, given0, strain, dashpots0, dashpots):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in the dashpots (t, n, m) at the end of a step; see :func:`leave`."""
-    for i in range(dashpots.shape[0]):
-        for p in range(strain.shape[0]):
-            law = number[p]
-            for k in range(strain.shape[1]):
-                part_before = decay[law, i] * dashpots0[i, p, k] + start[law, i] * given0[p, k]
-                dashpots[i, p, k] = part_before + end[law, i] * strain[p, k]
-
-
-@numba.njit(cache=True, nogil=True)
-def _unpack(packed, dim, tensor):  # type: ignore[no-untyped-def]
-    """Fill in a tensor (dim, dim), and return its component zz in 2D."""
-    if dim == 2:
-        tensor[0, 0], tensor[1, 1] = packed[0], packed[1]
-        tensor[0, 1] = tensor[1, 0] = packed[2]
-        return packed[3]
-    tensor[0, 0], tensor[1, 1], tensor[2, 2] = packed[0], packed[1], packed[2]
-    tensor[0, 1] = tensor[1, 0] = packed[3]
-    tensor[1, 2] = tensor[2, 1] = packed[4]
-    tensor[0, 2] = tensor[2, 0] = packed[5]
-    return 0.0
-
-
-@numba.njit(cache=True, nogil=True)
-def _pack(tensor, across, dim, packed):  # type: ignore[no-untyped-def]
-    if dim == 2:
-        packed[0], packed[1], packed[2], packed[3] = tensor[0, 0], tensor[1, 1], tensor[0, 1], across
-        return
-    packed[0], packed[1], packed[2] = tensor[0, 0], tensor[1, 1], tensor[2, 2]
-    packed[3], packed[4], packed[5] = tensor[0, 1], tensor[1, 2], tensor[0, 2]
-
-
-@numba.njit(cache=True, nogil=True)
-def push_forward(deformation, log_strain, reference, current):  # type: ignore[no-untyped-def]
-    """Fill in y = J^(-2/3) F Y F^T (n, k) from Y (n, >= k); `log_strain` (n, 3) has the strain across last."""
-    count, dim = deformation.shape[0], deformation.shape[1]
-    tensor, half, rotated = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((dim, dim))
-    for p in range(count):
-        across = _unpack(reference[p], dim, tensor)
-        scale = np.exp(-2.0 / 3.0 * (log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]))
-        for i in range(dim):
-            for j in range(dim):
-                total = 0.0
-                for k in range(dim):
-                    total += deformation[p, i, k] * tensor[k, j]
-                half[i, j] = total
-        for i in range(dim):
-            for j in range(i + 1):
-                total = 0.0
-                for k in range(dim):
-                    total += half[i, k] * deformation[p, j, k]
-                rotated[i, j] = rotated[j, i] = scale * total
-        _pack(rotated, scale * across * np.exp(2.0 * log_strain[p, 2]), dim, current[p])
-
-
-@numba.njit(cache=True, nogil=True)
-def shape_tensors(squared, directions, log_strain, stress, reference):  # type: ignore[no-untyped-def]
-    """Fill in J^(2/3) F^-1 dev(tau) F^-T (n, k), packed, from principal Kirchhoff stresses (n, 3)."""
-    count, dim = squared.shape
-    tensor = np.empty((dim, dim))
-    for p in range(count):
-        mean = (stress[p, 0] + stress[p, 1] + stress[p, 2]) / 3.0
-        scale = np.exp(2.0 / 3.0 * (log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]))
-        tensor[:] = 0.0
-        for k in range(dim):
-            deviatoric = scale * (stress[p, k] - mean) / squared[p, k]
-            for i in range(dim):
-                for j in range(dim):
-                    tensor[i, j] += deviatoric * directions[p, i, k] * directions[p, j, k]
-        _pack(tensor, scale * (stress[p, 2] - mean) * np.exp(-2.0 * log_strain[p, 2]), dim, reference[p])
-
-
-@numba.njit(cache=True, nogil=True)
-def principal_values(current, dim, values):  # type: ignore[no-untyped-def]
-    """Fill in the principal values (n, 3) of the deviators of tensors (n, k), the one across the plane last."""
-    lanes = np.zeros((ROWS, LANES))
-    for start in range(0, len(current), LANES):
-        count = min(LANES, len(current) - start)
-        for lane in range(count):
-            value = current[start + lane]
-            if dim == 2:
-                middle, half = 0.5 * (value[0] + value[1]), 0.5 * (value[0] - value[1])
-                radius = np.sqrt(half * half + value[2] * value[2])
-                lanes[0, lane], lanes[1, lane], lanes[2, lane] = middle + radius, middle - radius, value[3]
-            else:
-                lanes[0, lane], lanes[1, lane], lanes[2, lane] = value[0], value[1], value[2]
-                lanes[3, lane], lanes[4, lane], lanes[5, lane] = value[3], value[5], value[4]
-        if dim == 3:
-            diagonalise(lanes)
-        for lane in range(count):
-            mean = (lanes[0, lane] + lanes[1, lane] + lanes[2, lane]) / 3.0
-            for k in range(3):
-                values[start + lane, k] = lanes[k, lane] - mean
-
-
-@numba.njit(cache=True, nogil=True)
-def _invert(matrix, inverse):  # type: ignore[no-untyped-def]
-    """Fill in the inverse of a deformation gradient."""
-    if len(matrix) == 2:
-        volume = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
-        inverse[0, 0], inverse[1, 1] = matrix[1, 1] / volume, matrix[0, 0] / volume
-        inverse[0, 1], inverse[1, 0] = -matrix[0, 1] / volume, -matrix[1, 0] / volume
-        return
-    for i in range(3):
-        for j in range(3):
-            a, b, c, d = (j + 1) % 3, (j + 2) % 3, (i + 1) % 3, (i + 2) % 3
-            inverse[i, j] = matrix[a, c] * matrix[b, d] - matrix[a, d] * matrix[b, c]
-    volume = matrix[0, 0] * inverse[0, 0] + matrix[0, 1] * inverse[1, 0] + matrix[0, 2] * inverse[2, 0]
-    inverse /= volume
-
-
-@numba.njit(cache=True, nogil=True)
-def _shapes(gradients, inverse, out):  # type: ignore[no-untyped-def]
-    """Fill in the gradients (n_nodes, dim) of the shape functions in the current state."""
-    corners, dim = gradients.shape
-    for a in range(corners):
-        for i in range(dim):
-            total = 0.0
-            for k in range(dim):
-                total += gradients[a, k] * inverse[k, i]
-            out[a, i] = total
-
-
-@numba.njit(cache=True, nogil=True)
-def add_forces(gradients, nodes, weights, deformation, current, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Add the nodal forces (n_nodes_of_mesh, dim) [N] of what the start of a step leaves, y (n_p, k) [Pa]."""
-    cells, points, corners, dim = gradients.shape
-    tensor, inverse, shapes = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((corners, dim))
-    for c in range(cells):
-        for q in range(points):
-            p = c * points + q
-            trace = _unpack(current[p], dim, tensor)
-            for i in range(dim):
-                trace += tensor[i, i]
-            for i in range(dim):
-                tensor[i, i] -= trace / 3.0
-            _invert(deformation[p], inverse)
-            _shapes(gradients[c, q], inverse, shapes)
-            for a in range(corners):
-                for i in range(dim):
-                    total = 0.0
-                    for j in range(dim):
-                        total += tensor[i, j] * shapes[a, j]
-                    forces[nodes[c, a], i] -= weights[p] * total
-
-
-@numba.njit(cache=True, nogil=True)
-def add_stiffness(gradients, weights, deformation, current, matrices):  # type: ignore[no-untyped-def]  # noqa: C901
-    """Add the stiffness of cells (n_cells, n_local, n_local) [N/m] from what the start of a step leaves."""
-    cells, points, corners, dim = gradients.shape
-    tensor, inverse, shapes = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((corners, dim))
-    pulled = np.empty((corners, dim))
-    for c in range(cells):
-        for q in range(points):
-            p = c * points + q
-            trace = _unpack(current[p], dim, tensor)
-            for i in range(dim):
-                trace += tensor[i, i]
-            _invert(deformation[p], inverse)
-            _shapes(gradients[c, q], inverse, shapes)
-            for a in range(corners):
-                for i in range(dim):
-                    total = 0.0
-                    for j in range(dim):
-                        total += tensor[i, j] * shapes[a, j]
-                    pulled[a, i] = total
-            third, size = trace / 3.0, 2.0 / 3.0 * weights[p]
-            for a in range(corners):
-                for b in range(corners):
-                    along = stretched = 0.0
-                    for i in range(dim):
-                        along += shapes[a, i] * shapes[b, i]
-                        stretched += shapes[a, i] * pulled[b, i]
-                    same = -weights[p] * (stretched - third * along) - size * 0.5 * trace * along
-                    for i in range(dim):
-                        matrices[c, a * dim + i, b * dim + i] += same
-                        for j in range(dim):
-                            symmetric = pulled[a, i] * shapes[b, j] + shapes[a, i] * pulled[b, j]
-                            symmetric -= third * shapes[a, i] * shapes[b, j] + 0.5 * trace * shapes[a, j] * shapes[b, i]
-                            matrices[c, a * dim + i, b * dim + j] += size * symmetric
-
-
-@numba.njit(cache=True, nogil=True)
-def _couple(deformation, squared, directions, coupling, current, tensor):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in the derivative of the stress in 2D by the logarithmic strain across, shape (2, 2)."""
-    across = _unpack(current, 2, tensor)
-    third = (across + tensor[0, 0] + tensor[1, 1]) / 3.0
-    for i in range(2):
-        tensor[i, i] += across - third
-    tensor *= 2.0 / 3.0
-    for k in range(2):
-        first_pull = (deformation[0, 0] * directions[0, k] + deformation[0, 1] * directions[1, k]) / np.sqrt(squared[k])
-        other = (deformation[1, 0] * directions[0, k] + deformation[1, 1] * directions[1, k]) / np.sqrt(squared[k])
-        tensor[0, 0] += coupling[k] * first_pull * first_pull
-        tensor[1, 1] += coupling[k] * other * other
-        tensor[0, 1] += coupling[k] * first_pull * other
-        tensor[1, 0] += coupling[k] * first_pull * other
-
-
-@numba.njit(cache=True, nogil=True)
-def add_thickness(  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    gradients, weights, deformation, squared, directions, coupling, current, stiffness, matrices
-):
-    """Take from the stiffness of cells what the thickness in plane stress gives way.
-
-    `coupling` (n_p, 2) [Pa] are the derivatives of the principal Kirchhoff stresses by the logarithmic strain across,
-    to which those of the tensor y are added, and `stiffness` (n_p,) [Pa] is that of the stress across.
-    """
-    cells, points, corners, dim = gradients.shape
-    tensor, inverse, shapes = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((corners, dim))
-    pulled = np.empty((corners, dim))
-    for c in range(cells):
-        for q in range(points):
-            p = c * points + q
-            _couple(deformation[p], squared[p], directions[p], coupling[p], current[p], tensor)
-            _invert(deformation[p], inverse)
-            _shapes(gradients[c, q], inverse, shapes)
-            for a in range(corners):
-                for i in range(dim):
-                    pulled[a, i] = tensor[i, 0] * shapes[a, 0] + tensor[i, 1] * shapes[a, 1]
-            size = weights[p] / stiffness[p]
-            for a in range(corners):
-                for i in range(dim):
-                    for b in range(corners):
-                        for j in range(dim):
-                            matrices[c, a * dim + i, b * dim + j] -= size * pulled[a, i] * pulled[b, j]
-
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# Strain up to which a spring is guessed to be linear.
+_LINEAR = 0.5
 #: Components of a packed tensor, by the dimension of space.
 PACKED = {2: 4, 3: 6}
 
@@ -391,8 +122,8 @@ class Relaxation:
         leave(self.points, *tables, history.points, history.point_dashpots, points)
         leave(self.groups, *tables, history.groups, history.group_dashpots, groups)
         moduli, pairs = self._selective(terms)
-        offsets = _product(pairs[self.points], points[:, self.tensor + 1 :])
-        return Left(terms, points, groups, moduli, offsets, _product(pairs[self.groups], groups))
+        offsets = (pairs[self.points] * points[:, self.tensor + 1 :]).sum(axis=1)
+        return Left(terms, points, groups, moduli, offsets, (pairs[self.groups] * groups).sum(axis=1))
 
     def _selective(self, terms: Terms) -> tuple[Array, Array]:
         """Return what the step adds to the selective modulus, (n_materials,), and its derivatives by what is left."""
@@ -410,18 +141,10 @@ class Relaxation:
         return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])
 
     def after(self, history: History, left: Left, tensors: Array, log_volume: Array, groups: Array) -> History:
-        """Return what is remembered at the end of a step.
+        """Return what is remembered at the end of a step, from the history at its start and what the step found there.
 
-        Parameters
-        ----------
-        history : History
-            At its start.
-        left : Left
-            What the step found there.
-        tensors : (n_p, k + 1) array
-            Stress of the shape and its pressure at the end [Pa].
-        log_volume, groups : (n_p,) and (n_groups,) array
-            ln J at the end, local and of mean volumes; of areas in 2D [-].
+        At the end the stress of the shape and its pressure are `tensors` (n_p, k + 1) [Pa], and ln J, of areas in 2D,
+        `log_volume` (n_p,), and `groups` (n_groups,) of mean volumes [-].
         """
         updated = np.column_stack(
             [tensors, self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]
@@ -441,11 +164,6 @@ class Relaxation:
         return np.column_stack([log_volume, now * log_volume + earlier * (rest[:, 0] + 2.0 * rest[:, 1])])
 
 
-def _product(first: Array, other: Array) -> Array:
-    product: Array = (first * other).sum(axis=1)
-    return product
-
-
 def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes: Volumes | None) -> Relaxation | None:
     """Return how a body relaxes; None where all its materials are elastic."""
     constants = tuple(constants_of(material) for material in materials.materials)
@@ -458,7 +176,7 @@ def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes
 def selective_excess(constants: Constants, modulus: float, values: Array, dashpots: Sequence[Array]) -> Array:
     """Return by how much the stored energy of what is integrated from mean volumes is above the elastic, (n,) [J/m^3].
 
-    Arrays: modulus [Pa]; values (n, 2) [-]; dashpots (n, 2).
+    The modulus [Pa] is the elastic one; `values` and each of the dashpots are (n, 2) [-].
     """
     weights = [1.0 - sum(term.share for term in constants.prony), *(term.share for term in constants.prony)]
     along, across = values.T
@@ -466,4 +184,66 @@ def selective_excess(constants: Constants, modulus: float, values: Array, dashpo
     for weight, dashpot in zip(weights, [np.zeros_like(values), *dashpots], strict=False):
         strain, thin = (values - dashpot).T
         excess += weight * constants.shear_modulus * (thin**2 - (strain - thin) ** 2 / 3.0)
+    return excess
+
+
+@dataclass(frozen=True)
+class Deformed:
+    """A body at one displacement, at its n_p quadrature points."""
+
+    deformation: Array  # (n_p, dim, dim), deformation gradients F [-]
+    squared: Array  # (n_p, dim), squares of the principal stretches [-]
+    directions: Array  # (n_p, dim, dim), principal directions in the reference state, as columns [-]
+    log_strain: Array  # (n_p, 3), principal logarithmic strains, the one across the plane last [-]
+    stress: Array  # (n_p, 3), principal Kirchhoff stresses with the pressure of mean volumes [Pa]
+    mean_volume: Array | None  # (n_groups,), mean ratios of current to reference volume [-]
+    pressure: Array | None  # (n_p,), what mean volumes make the points feel [Pa]
+    left: Left | None = None  # what the start of the step leaves
+    pulled: Array | None = None  # (n_p, k) [Pa]
+    history: History | None = None  # what the body remembers
+
+    @property
+    def log_volume(self) -> Array:
+        """Logarithm of the ratio of volumes, of areas in 2D, shape (n_p,) [-]."""
+        return log_volume_of(self.log_strain[:, : self.squared.shape[1]])
+
+    @property
+    def volume(self) -> Array:
+        """Ratio of current to reference volume, of areas in 2D, shape (n_p,) [-]."""
+        result: Array = np.sqrt(self.squared[:, 0] * self.squared[:, 1])
+        return result if self.squared.shape[1] == 2 else result * np.sqrt(self.squared[:, 2])
+
+
+def end_history(relaxation: Relaxation, materials: tuple[FiniteMaterial, ...], state: Deformed) -> History:
+    """Return what a body remembers at the end of a step, from its state there with the history of the start."""
+    if state.left is None or state.history is None:
+        raise ValueError("the step was not begun")
+    stress = np.zeros_like(state.log_strain)
+    for number, material in enumerate(materials):
+        if relaxation.constants[number].prony:
+            rows = relaxation.points == number
+            stress[rows] = shape_stress(material, state.log_strain[rows])
+    tensors = np.empty((len(stress), relaxation.tensor))
+    shape_tensors(state.squared, state.directions, state.log_strain, stress, tensors)
+    groups = np.zeros(0) if state.mean_volume is None else np.log(state.mean_volume)
+    stresses = np.column_stack([tensors, log_volume_of(stress) / 3.0])
+    return relaxation.after(state.history, state.left, stresses, state.log_volume, groups)
+
+
+def spring_excess(
+    relaxation: Relaxation, number: int, material: FiniteMaterial, state: Deformed, points: NDArray[np.int64]
+) -> Array:
+    """Return by how much springs store more than the law does at once, shape (n,) [J/m^3], at points (n,)."""
+    excess, constants = np.zeros(len(points)), relaxation.constants[number]
+    if state.history is None or not constants.prony:
+        return excess
+    strain, deformation = state.log_strain[points], state.deformation[points]
+    whole, elastic = log_volume_of(strain), shape_energy(material, strain)
+    source = state.history.points[points, : relaxation.tensor]
+    for term, dashpots in zip(constants.prony, state.history.point_dashpots, strict=False):
+        current, stress = np.empty_like(source), np.empty_like(strain)
+        push_forward(deformation, strain, source - dashpots[points, : relaxation.tensor], current)
+        principal_values(current, deformation.shape[1], stress)
+        guess = np.clip(stress / (2.0 * constants.shear_modulus), -_LINEAR, _LINEAR)
+        excess += term.share * (shape_energy(material, spring_strain(material, stress, whole, guess)) - elastic)
     return excess

@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.fe.finite.bulk import LargeStrain
-from fingerslip.fe.finite.deformed import Deformed
+from fingerslip.fe.finite.history import Deformed
 from fingerslip.fe.recovery import cells_around
 from fingerslip.materials.material import SHEARS
-
-__all__ = ["FiniteRecovery", "finite_cell_recovery", "finite_site_recovery"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -80,10 +78,7 @@ def finite_cell_recovery(bulk: LargeStrain) -> FiniteRecovery:
 
 
 def finite_site_recovery(bulk: LargeStrain, nodes: Integers, regions: Sequence[str | None]) -> FiniteRecovery:
-    """Recover at nodes: the mean over the cells around each, weighted by size, on the given region's side.
-
-    Arrays: nodes (n_sites,).
-    """
+    """Recover at nodes (n_sites,): the mean over the cells around each, weighted by size, on a given region's side."""
     return _over_cells(bulk, cells_around(bulk.space, nodes, regions))
 
 

@@ -12,8 +12,6 @@ from fingerslip.errors import FingerslipError, InputError
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.relaxing import StepLaw
 
-__all__ = ["Pulled", "check_thickness", "thickness_strain"]
-
 Array = NDArray[np.float64]
 
 _LIMIT, _RENEWED = 60, 6
@@ -48,10 +46,7 @@ class Pulled:
 
 
 def thickness_strain(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> Array:
-    """Return the logarithmic strain across the plane, shape (n,).
-
-    Arrays: log_strain (n, 3) [-].
-    """
+    """Return the logarithmic strain across the plane, shape (n,), searched from strains (n, 3) [-]."""
     trial, nothing = log_strain.copy(), np.zeros(len(log_strain))
     for iteration in range(_LIMIT):
         added, stiffer = (nothing, nothing) if pulled is None else pulled.stress(trial)

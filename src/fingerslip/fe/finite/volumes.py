@@ -20,8 +20,6 @@ from fingerslip.fe.space import Space
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation
 
-__all__ = ["Volumes", "mean_volumes", "selective_energy"]
-
 Array = NDArray[np.float64]
 
 
@@ -37,10 +35,7 @@ class Volumes:
 def mean_volumes(
     space: Space, materials: CellMaterials[FiniteMaterial], weights: Array, integration: Integration
 ) -> Volumes | None:
-    """Return the groups of an element and integration; None where every point stands for itself.
-
-    Arrays: weights (n_cells, n_q) [m^3].
-    """
+    """Return the groups of points of weights (n_cells, n_q) [m^3]; None where every point stands for itself."""
     cells = np.arange(weights.shape[0])
     if is_mean_of_cell(space.element, integration):
         return _groups(cells[:, None], weights, np.ones(cells.size), materials.number)

@@ -8,7 +8,6 @@ import functools
 import os
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any, ClassVar
@@ -18,8 +17,6 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.errors import FingerslipError
-
-__all__ = ["SOLVER", "Pardiso", "PardisoFactor", "PardisoSeries"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -40,12 +37,20 @@ _SPIN = "KMP_BLOCKTIME", "0"
 _NONE = np.zeros(0, dtype=np.int64)
 
 
-@dataclass(frozen=True)
 class Pardiso:
-    """MKL PARDISO: see :class:`fingerslip.linear.solver.LinearSolver`."""
+    """MKL PARDISO: see :class:`fingerslip.linear.solver.LinearSolver`.
+
+    As a series it keeps the analysis for matrices of the same pattern; `single` are factors around unknowns of single
+    precision.
+    """
 
     name: ClassVar[str] = "MKL PARDISO"
     preference: ClassVar[int] = 10
+
+    def __init__(self, *, is_series: bool = False, single: bool = False) -> None:
+        self._is_series = is_series
+        self._analysis: _Analysis | None = None
+        self._around = np.float32 if single else np.float64
 
     def is_available(self) -> bool:
         """Tell whether MKL is installed, and load it if so."""
@@ -55,58 +60,20 @@ class Pardiso:
             return False
         return True
 
-    def series(self) -> PardisoSeries:
+    def series(self) -> Pardiso:
         """Return a solver for matrices one after the other, which analyses a pattern once."""
-        return PardisoSeries()
+        return self if self._is_series else Pardiso(is_series=True)
 
-    def rough(self) -> PardisoSeries:
+    def rough(self) -> Pardiso:
         """Return a series whose factors around unknowns are of single precision."""
-        return PardisoSeries(single=True)
-
-    def factorise(self, matrix: sparse.csr_matrix) -> PardisoFactor:
-        """Factorise a matrix (n, n)."""
-        return self.series().factorise(matrix)
-
-    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
-        """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
-        return self.series().factorise_around(matrix, interface)
-
-    def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
-        """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
-        return self.series().bytes_around(matrix, interface)
-
-
-SOLVER = Pardiso()
-
-
-class PardisoSeries:
-    """MKL PARDISO for matrices one after the other: the analysis serves as long as their pattern stays."""
-
-    name: ClassVar[str] = Pardiso.name
-    preference: ClassVar[int] = Pardiso.preference
-
-    def __init__(self, *, single: bool = False) -> None:
-        self._analysis: _Analysis | None = None
-        self._around = np.float32 if single else np.float64
-
-    def is_available(self) -> bool:
-        """Tell whether MKL is installed, and load it if so."""
-        return SOLVER.is_available()
-
-    def series(self) -> PardisoSeries:
-        """Return this series."""
-        return self
-
-    def rough(self) -> PardisoSeries:
-        """Return another series, whose factors around unknowns are of single precision."""
-        return SOLVER.rough()
+        return Pardiso(is_series=True, single=True)
 
     def factorise(self, matrix: sparse.csr_matrix) -> PardisoFactor:
         """Factorise a matrix (n, n)."""
         return self._factorise(self._analyse(matrix, _NONE))
 
     def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
-        """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
+        """Factorise a matrix (n, n) but for unknowns (m,); also return their Schur complement (m, m)."""
         # PARDISO does not check the sign of unknowns without neighbours here.
         if not (matrix.diagonal() > 0.0).all():
             raise FingerslipError(f"{self.name}: {_NOT_DEFINITE}")
@@ -114,17 +81,19 @@ class PardisoSeries:
         return self._factorise(self._analyse(matrix, interface), schur), schur
 
     def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
-        """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
+        """Return the memory that the factors around unknowns (m,) take, with their Schur complement [bytes]."""
         return self._analyse(matrix, interface).bytes
 
     def _analyse(self, matrix: sparse.csr_matrix, interface: Indices) -> _Analysis:
         """Return the analysis of a matrix: the last one, unless the pattern is another or its factors are in use."""
         upper = sparse.triu(matrix, format="csr")
         upper.sort_indices()
-        if self._analysis is None or not self._analysis.takes(upper, interface):
-            self._analysis = None  # there may be no memory for both
-            self._analysis = _Analysis(upper, interface, self._around if interface.size else np.float64)
-        return self._analysis
+        if self._analysis is not None and self._analysis.takes(upper, interface):
+            return self._analysis
+        self._analysis = None  # there may be no memory for both
+        analysis = _Analysis(upper, interface, self._around if interface.size else np.float64)
+        self._analysis = analysis if self._is_series else None
+        return analysis
 
     def _factorise(self, analysis: _Analysis, schur: Array | None = None) -> PardisoFactor:
         try:
@@ -134,11 +103,11 @@ class PardisoSeries:
             raise
 
 
-class PardisoFactor:
-    """Cholesky factors of a matrix, of all its unknowns or of all but some.
+SOLVER = Pardiso()
 
-    Arrays: schur (m, m).
-    """
+
+class PardisoFactor:
+    """Cholesky factors of a matrix, of all its unknowns or of all but some, whose Schur complement is filled in."""
 
     substitutions = 1
 
@@ -157,7 +126,7 @@ class PardisoFactor:
         """Return the solution from a forward half (n,) or (n, k), same shape."""
         solution = self._call(_BACKWARD, halfway).astype(np.float64, copy=False)
         # What was put in is not to be rounded to the precision of the factors.
-        solution[self._analysis.kept] = halfway[self._analysis.kept]
+        solution[self._analysis.interface] = halfway[self._analysis.interface]
         return solution
 
     def transposed_backward(self, right_hand_side: Array) -> Array:
@@ -166,13 +135,16 @@ class PardisoFactor:
 
 
 class _Analysis:
-    """The pattern of a matrix, analysed for factors of all unknowns or of all but `kept`: for one factor at a time."""
+    """The pattern of a matrix, analysed for factors of all unknowns or all but some: for one factor at a time."""
 
     def __init__(self, upper: sparse.csr_matrix, interface: Indices, precision: type[np.floating[Any]]) -> None:
-        self.call, self.kept = (
-            _schur_call(upper, interface, precision) if interface.size else _Call(upper, precision),
-            interface,
-        )
+        self.call, self.interface = _Call(upper, precision), interface
+        if interface.size:
+            self.call.order = np.zeros(self.call.size, dtype=np.int32)
+            self.call.order[interface] = 1
+            self.call.settings[_SCHUR] = _RETURN_SCHUR_KEEP_FACTORS
+            # With a Schur complement, substitutions use several threads only so (measured).
+            self.call.settings[_PARALLEL] = _TWO_LEVELS
         self.user: Callable[[], PardisoFactor | None] = lambda: None
         none = np.zeros(self.call.size)
         weakref.finalize(self, self.call.release, _RELEASE)
@@ -182,17 +154,7 @@ class _Analysis:
 
     def takes(self, upper: sparse.csr_matrix, interface: Indices) -> bool:
         """Take the values of another upper triangle; tell whether that was possible."""
-        return self.user() is None and np.array_equal(interface, self.kept) and self.call.takes(upper)
-
-
-def _schur_call(upper: sparse.csr_matrix, interface: Indices, precision: type[np.floating[Any]]) -> _Call:
-    call = _Call(upper, precision)
-    call.order = np.zeros(call.size, dtype=np.int32)
-    call.order[interface] = 1
-    call.settings[_SCHUR] = _RETURN_SCHUR_KEEP_FACTORS
-    # With a Schur complement, substitutions use several threads only so (measured).
-    call.settings[_PARALLEL] = _TWO_LEVELS
-    return call
+        return self.user() is None and np.array_equal(interface, self.interface) and self.call.takes(upper)
 
 
 class _Call:

@@ -1,4 +1,9 @@
-"""SuperLU, the solver that comes with SciPy."""
+"""SuperLU, the solver that comes with SciPy, with an order of elimination that keeps factors small.
+
+Nested dissection by level sets: the middle level of a breadth-first search from one end of a sparse graph cuts it in
+two. Both halves are ordered first and the cut last, and the halves are cut in the same manner (George 1973). On meshes
+in 3D the factors become a fraction of those of a minimum-degree order.
+"""
 
 from __future__ import annotations
 
@@ -9,18 +14,17 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse import linalg
+from scipy.sparse import csgraph, linalg
 
 from fingerslip.errors import FingerslipError
-from fingerslip.linear.ordering import nested_dissection
-
-__all__ = ["SOLVER", "SuperLU", "SuperLUFactor", "SuperLUSchurFactor"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Unknowns from which nested dissection gives smaller factors than SuperLU's own minimum degree (measured in 3D).
 _LARGE = 20_000
+# Unknowns that are not cut further.
+_LEAF = 60
 # Values with their indices and the room that SuperLU takes in advance; SciPy's copies of the factors.
 _BYTES_PER_ENTRY, _BYTES_OF_COPY = 16, 12
 
@@ -56,7 +60,8 @@ class SuperLU:
     def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return about what memory factors around unknowns `kept` (m,) take [bytes], by counting their entries."""
         order = _last(matrix, interface)
-        entries = [_entries(matrix, order), _entries(matrix, order[: order.size - interface.size])]
+        parts_ordered = [sparse.csr_matrix(matrix[rows][:, rows]) for rows in (order, order[: -interface.size or None])]
+        entries = [int(_count_entries(ordered.indptr, ordered.indices)) for ordered in parts_ordered]
         return 2 * max((_BYTES_PER_ENTRY + _BYTES_OF_COPY) * entries[0], _BYTES_PER_ENTRY * entries[1])
 
 
@@ -108,11 +113,6 @@ class SuperLUSchurFactor:
         right = halfway[self._others] - self._coupling.T @ halfway[self._kept]
         solution[self._others] = self._factor.backward(right)
         return solution
-
-
-def _entries(matrix: sparse.csr_matrix, order: Indices) -> int:
-    ordered = sparse.csr_matrix(matrix[order][:, order])
-    return int(_count_entries(ordered.indptr, ordered.indices))
 
 
 def _schur(matrix: sparse.csr_matrix, interface: Indices) -> Array:
@@ -170,3 +170,54 @@ def _factors(matrix: sparse.csr_matrix, order: Indices, column_order: str) -> li
         )
     except RuntimeError as error:
         raise FingerslipError(f"SuperLU: {error}; the matrix is not positive definite") from error
+
+
+def nested_dissection(matrix: sparse.csr_matrix) -> Indices:
+    """Return an order (n,) of the unknowns of a matrix with symmetric pattern."""
+    groups, members = _groups(matrix)
+    order = np.zeros(groups.shape[0], dtype=np.int64)
+    waiting = [(np.arange(groups.shape[0]), 0)]
+    while waiting:
+        vertices, first = waiting.pop()
+        halves = _cut(groups, vertices) if vertices.size > _LEAF else [vertices]
+        position = first
+        for part in halves[:-1]:
+            waiting.append((part, position))
+            position += part.size
+        order[position : position + halves[-1].size] = halves[-1]
+    return np.concatenate([members[group] for group in order]) if order.size else order
+
+
+def _groups(matrix: sparse.csr_matrix) -> tuple[sparse.csr_matrix, list[Indices]]:
+    """Join unknowns with the same neighbours, such as those of a node; return their graph and the members."""
+    pattern = sparse.csr_matrix((np.ones(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
+    marks = np.random.default_rng(0).random(matrix.shape[0])
+    _, first, group = np.unique(np.round(pattern @ marks, 9), return_index=True, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    members = np.split(order, np.cumsum(np.bincount(group))[:-1])
+    return sparse.csr_matrix(pattern[first][:, first]), members
+
+
+def _cut(graph: sparse.csr_matrix, vertices: Indices) -> list[Indices]:
+    """Return two or more parts without edges between them but for those to the last part, the cut."""
+    subgraph = graph[vertices][:, vertices]
+    count, label = csgraph.connected_components(subgraph, directed=False)
+    if count > 1:
+        return [*(vertices[label == number] for number in range(count)), vertices[:0]]
+    level = _levels(subgraph)
+    if level.max() < 2:
+        return [vertices]
+    middle = int(np.clip(np.searchsorted(np.cumsum(np.bincount(level)), 0.5 * level.size), 1, level.max() - 1))
+    below, cut, above = level < middle, level == middle, level > middle
+    # Only the vertices of the middle level with neighbours above are needed to separate the halves.
+    needed = cut & (subgraph @ above.astype(float) > 0.0)
+    return [vertices[below | (cut & ~needed)], vertices[above], vertices[needed]]
+
+
+def _levels(graph: sparse.csr_matrix) -> Indices:
+    """Return the distances from a vertex at an end of a connected graph."""
+    start, level = 0, np.zeros(0)
+    for _ in range(3):
+        level = csgraph.dijkstra(graph, directed=False, indices=start, unweighted=True)
+        start = int(np.argmax(level))
+    return level.astype(np.int64)

@@ -1,31 +1,74 @@
-"""From the files of a scan to a layered mesh."""
+"""From the files of a scan to a layered mesh, and how good the mesh is: its cells, and how far it lies off the scan."""
 
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from fingerslip.errors import InputError, MeshError
-from fingerslip.mesh.scan.layered import LayerSizes
-from fingerslip.mesh.scan.quality import ScanMesh, deviation, layer_quality, skin_range
-from fingerslip.mesh.source import InspectedMesh, MeshSource, MeshTable, mesh_size_note
+from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
+from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
+from fingerslip.mesh.scan.repair import Repairs, repair_surface
+from fingerslip.mesh.scan.surfaces import Surface, decimate_surface, distances, outermost, read_surface
+from fingerslip.mesh.source import InspectedMesh, MeshSource, MeshTable, content_hash, mesh_size_note
 from fingerslip.parameters import Angle, FileName, PositiveLength, as_mapping, parameters
-from fingerslip.storage.files import digest, file_digest
+from fingerslip.storage.files import digest
 from fingerslip.units import LengthUnit
 
 if TYPE_CHECKING:
     import skfem
 
-__all__ = [
-    "ScanMesh",
-    "SurfaceMesh",
-    "mesh_scan",
-    "scan_cells",
-    "scan_tables",
-]
+
+@dataclass(frozen=True)
+class LayerQuality:
+    """Quality of the tetrahedra of one region; lengths in metres."""
+
+    region: str
+    cells: int
+    volume: float
+    shortest_edge: float
+    mean_edge: float
+    longest_edge: float
+    least_radius_ratio: float
+    mean_radius_ratio: float
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Mean and largest distance [m] of a boundary of the mesh and the surface that it stands for from each other."""
+
+    boundary: str
+    mean: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class ScanMesh:
+    """The mesh of a scan, and what is to be known of it.
+
+    Parameters
+    ----------
+    mesh : skfem.MeshTet1
+        The mesh with its regions and boundaries.
+    repairs : mapping of str to Repairs
+        What was repaired, for each file.
+    layers : tuple of LayerQuality
+        Quality of each region.
+    deviations : tuple of Deviation
+        Distance of the mesh from the repaired scan.
+    thickness : tuple of float
+        Least, mean and largest distance of the inside of the skin from the scanned skin [m].
+    """
+
+    mesh: skfem.MeshTet1
+    repairs: dict[str, Repairs]
+    layers: tuple[LayerQuality, ...]
+    deviations: tuple[Deviation, ...]
+    thickness: tuple[float, float, float]
 
 
 @parameters
@@ -85,8 +128,10 @@ class SurfaceMesh(MeshSource):
             Where a file cannot be read.
         """
         values = as_mapping(self)
-        content = {name: _content(name, values[name]) for name in ("skin", "phalanx") if values[name] is not None}
-        return digest(values | content)
+        files = {name: values[name] for name in ("skin", "phalanx") if values[name] is not None}
+        return digest(
+            values | {name: content_hash(f"mesh.{name}", file, "needs a surface file") for name, file in files.items()}
+        )
 
     def estimated_cells(self, _specimen: Any = None, /) -> float:
         """Return about how many tetrahedra the mesh will have; see :func:`scan_cells`."""
@@ -96,13 +141,6 @@ class SurfaceMesh(MeshSource):
         """Return the source with absolute paths, where they are relative to a folder."""
         phalanx = None if self.phalanx is None else str((folder / self.phalanx).resolve())
         return dataclasses.replace(self, skin=str((folder / self.skin).resolve()), phalanx=phalanx)
-
-
-def _content(name: str, file: str) -> str:
-    try:
-        return file_digest(Path(file))
-    except OSError as error:
-        raise InputError(f"mesh.{name}", f"cannot read {file} ({error.strerror})", "needs a surface file") from None
 
 
 def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
@@ -126,12 +164,6 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
         Where a file cannot be read, is of the wrong size for its unit or open beyond repair, the phalanx is not inside
         the skin, or no mesh comes out.
     """
-    from fingerslip.mesh.scan.layered import build_from_surfaces
-    from fingerslip.mesh.scan.offset import decimate_surface
-    from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
-    from fingerslip.mesh.scan.repair import repair_surface
-    from fingerslip.mesh.scan.surfaces import read_surface
-
     files = [settings.skin] + ([settings.phalanx] if settings.phalanx else [])
     if len(set(files)) < len(files):
         raise InputError("phalanx", f"got '{settings.phalanx}', the file of the skin", "needs a file of its own")
@@ -158,8 +190,6 @@ def scan_cells(settings: SurfaceMesh) -> float:
     """
     from scipy.spatial import ConvexHull, QhullError
 
-    from fingerslip.mesh.scan.surfaces import read_surface
-
     points = read_surface(settings.skin, settings.unit).points
     try:
         volume = float(ConvexHull(points).volume)
@@ -167,6 +197,44 @@ def scan_cells(settings: SurfaceMesh) -> float:
         raise MeshError(settings.skin, "is flat", "needs a surface around a body") from None
     share = min(settings.layers.cut / float(np.ptp(points, axis=0).max()), 1.0) if settings.layers.cut else 1.0
     return 6.0 * float(np.sqrt(2.0)) * share * volume / settings.layers.bulk_size**3
+
+
+def layer_quality(mesh: skfem.MeshTet1) -> tuple[LayerQuality, ...]:
+    """Return the quality of each region of a mesh of tetrahedra."""
+    import pyvista
+
+    grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: mesh.t.T}, mesh.p.T)
+    measured = grid.cell_quality(["volume", "radius_ratio"])
+    volumes, ratios = np.abs(measured["volume"]), 1.0 / np.abs(measured["radius_ratio"])
+    first, second = mesh.p[:, mesh.t[[0, 0, 0, 1, 1, 2]]], mesh.p[:, mesh.t[[1, 2, 3, 2, 3, 3]]]
+    edges = np.linalg.norm(first - second, axis=0)
+
+    def row(name: str, cells: Any) -> LayerQuality:
+        of_cells, good = edges[:, cells], ratios[cells]
+        spread = (of_cells.min(), of_cells.mean(), of_cells.max(), good.min(), good.mean())
+        return LayerQuality(name, len(cells), float(volumes[cells].sum()), *map(float, spread))
+
+    regions = mesh.subdomains or {"mesh": np.arange(mesh.t.shape[1])}
+    return tuple(row(name, cells) for name, cells in regions.items())
+
+
+def deviation(mesh: skfem.MeshTet1, boundary: str, surface: Surface) -> Deviation:
+    """Measure how far a boundary and a surface are from each other, at the points of both and the facets' centres."""
+    used, numbered = np.unique(mesh.facets[:, mesh.boundaries[boundary]].T, return_inverse=True)
+    meshed = Surface(mesh.p.T[used], numbered.reshape(-1, 3), boundary)
+    from_mesh = distances(surface, np.vstack([meshed.points, meshed.corners.mean(axis=1)]))
+    bounding = surface.points[np.unique(outermost(surface).triangles)]
+    scanned = bounding[bounding[:, 0] > meshed.points[:, 0].min() + from_mesh.max()]
+    both = np.concatenate([from_mesh, distances(meshed, scanned)])
+    return Deviation(boundary, float(both.mean()), float(both.max()))
+
+
+def skin_range(mesh: skfem.MeshTet1, skin: Surface) -> tuple[float, float, float]:
+    """Return the least, mean and largest distance [m] of the inside of the skin from the scanned skin."""
+    if "skin_tissue" not in mesh.boundaries:
+        return 0.0, 0.0, 0.0
+    depth = distances(skin, mesh.p.T[np.unique(mesh.facets[:, mesh.boundaries["skin_tissue"]])])
+    return float(depth.min()), float(depth.mean()), float(depth.max())
 
 
 _LAYERS = (
@@ -193,21 +261,10 @@ _REPAIRS = (
 def scan_tables(scan: ScanMesh) -> tuple[MeshTable, MeshTable, MeshTable]:
     """Return what is worth knowing of the mesh of a scan: quality, distance from the scan, repairs; in millimetres."""
     quality = tuple(
-        (
-            layer.region,
-            layer.cells,
-            layer.volume * 1e9,
-            layer.shortest_edge * 1e3,
-            layer.mean_edge * 1e3,
-            layer.longest_edge * 1e3,
-            layer.least_radius_ratio,
-            layer.mean_radius_ratio,
-        )
-        for layer in scan.layers
+        (region, cells, volume * 1e9, *(edge * 1e3 for edge in edges), least, mean)
+        for region, cells, volume, *edges, least, mean in map(dataclasses.astuple, scan.layers)
     )
-    distances = tuple(
-        (deviation.boundary, deviation.mean * 1e3, deviation.largest * 1e3) for deviation in scan.deviations
-    )
+    apart = tuple((deviation.boundary, deviation.mean * 1e3, deviation.largest * 1e3) for deviation in scan.deviations)
     least, mean, largest = (value * 1e3 for value in scan.thickness)
     thickness = f"Thickness of the skin: {least:.3g} to {largest:.3g} mm, mean {mean:.3g} mm."
     repairs = tuple(
@@ -223,6 +280,6 @@ def scan_tables(scan: ScanMesh) -> tuple[MeshTable, MeshTable, MeshTable]:
     )
     return (
         MeshTable(_LAYERS, quality, note=mesh_size_note(scan.mesh)),
-        MeshTable(_DEVIATIONS, distances, "Distance of the mesh from the scan", thickness),
+        MeshTable(_DEVIATIONS, apart, "Distance of the mesh from the scan", thickness),
         MeshTable(_REPAIRS, repairs, "Repairs", "Holes left open lie behind the cut."),
     )

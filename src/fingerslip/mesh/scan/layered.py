@@ -12,18 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.facets import connected_pieces, with_groups
 from fingerslip.mesh.quality import positive_tetrahedra
-from fingerslip.mesh.scan.offset import clip_surface, distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
-from fingerslip.mesh.scan.surfaces import Surface, check_enclosure, contains
+from fingerslip.mesh.scan.surfaces import Surface, check_enclosure, clip_surface, contains, distances, offset_inwards
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.units import coordinates, millimetres
 
 if TYPE_CHECKING:
     import skfem
-
-__all__ = ["LayerSizes", "build_from_surfaces"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -204,10 +202,7 @@ def _soup(bodies: _Bodies) -> tuple[Floats, Integers]:
 
 
 def _size_field(points: Floats, bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, NDArray[np.int32], Floats]:
-    """Return a background mesh and the wanted edge length at its nodes.
-
-    It grows with the distance from the skin that can touch.
-    """
+    """Return nodes (n, 3) [m] and cells (m, 4) of a background mesh, and the wanted edge lengths (n,) [m] there."""
     import pyvista
 
     # fTetWild meshes a box that is larger by some of the largest edge lengths.
@@ -217,19 +212,18 @@ def _size_field(points: Floats, bodies: _Bodies, sizes: LayerSizes) -> tuple[Flo
     grid: Any = pyvista.ImageData(dimensions=tuple(count), spacing=tuple(spacing), origin=tuple(low - margin))
     tetrahedra = grid.to_tetrahedra(6)
     nodes = np.asarray(tetrahedra.points, dtype=float)
-    cells = np.asarray(tetrahedra.cells, dtype=np.int32).reshape(-1, 5)[:, 1:]
-    return nodes, np.ascontiguousarray(cells), _wanted_sizes(nodes, float(spacing.max()), bodies, sizes)
+    cells = np.ascontiguousarray(np.asarray(tetrahedra.cells, dtype=np.int32).reshape(-1, 5)[:, 1:])
+    return nodes, cells, _wanted_sizes(nodes, float(spacing.max()), bodies, sizes)
 
 
 def _wanted_sizes(nodes: Floats, spacing: float, bodies: _Bodies, sizes: LayerSizes) -> Floats:
-    """Return the wanted edge length, the contact size at all nodes whose cells may reach the pad."""
+    """Return the contact size at all nodes whose cells may reach the pad, growing with the distance from there."""
     skin = bodies.skin
     triangles = skin.triangles[skin.corners[:, :, 0].max(axis=1) > bodies.cut]
     lowest = skin.points[triangles, 1].min(axis=1)
     touching = dataclasses.replace(skin, triangles=triangles[lowest <= lowest.min() + sizes.contact_reach])
     beyond = np.maximum(distances(touching, nodes) - spacing, 0.0)
-    wanted: Floats = np.minimum(sizes.contact_size + _GROWTH * beyond, sizes.bulk_size)
-    return wanted
+    return np.minimum(sizes.contact_size + _GROWTH * beyond, sizes.bulk_size)
 
 
 def _layers(whole: skfem.MeshTet1, bodies: _Bodies) -> Integers:
@@ -253,7 +247,7 @@ def _without_crumbs(layer: Integers, neighbours: Integers) -> Integers:
     """
     for _ in range(3):
         same = layer[neighbours[0]] == layer[neighbours[1]]
-        piece = _pieces(len(layer), neighbours[:, same])
+        piece = connected_pieces(len(layer), neighbours[:, same])
         size = np.bincount(piece)
         for number in range(_LAYERS):
             members = np.unique(piece[layer == number])
@@ -272,44 +266,25 @@ def _given_away(layer: Integers, crumbs: Booleans, neighbours: Integers) -> Inte
     return np.where(chosen, votes.argmax(axis=1), layer)
 
 
-def _pieces(count: int, neighbours: Integers) -> Integers:
-    """Return the number of the connected piece of each of `count` cells."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_matrix((np.ones(neighbours.shape[1]), tuple(neighbours)), shape=(count, count))
-    labels: Integers = connected_components(graph, directed=False)[1]
-    return labels
-
-
 def _name_groups(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: LayerSizes) -> skfem.MeshTet1:
     """Keep the cells of the body, and name its regions and boundaries."""
     names = {"skin": _SKIN, "tissue": _TISSUE, "phalanx": _PHALANX}
     if sizes.phalanx == "hole":
         del names["phalanx"]
-    body = _largest_piece(np.isin(layer, list(names.values())), whole.f2t)
-    regions = {name: np.flatnonzero(body & (layer == number)) for name, number in names.items()}
+    body = np.isin(layer, list(names.values()))
+    inner = (whole.f2t[1] >= 0) & body[whole.f2t].all(axis=0)
+    # Cells that hang on the body by an edge or a point alone are none of it.
+    piece = connected_pieces(len(body), whole.f2t[:, inner])
+    body &= piece == np.bincount(piece[body]).argmax()
     at_cut = (np.abs(whole.p[0, whole.facets] - cut) <= sizes.tolerance).all(axis=0)
-    bounds = _boundaries(whole, layer, body, at_cut & (layer == _PROXIMAL).any())
-    bounds["pad"] = _pad(whole, bounds["skin"], sizes.contact_reach)
-    named = whole.with_subdomains(_fill(regions)).with_boundaries(_fill(bounds))
-    return named.restrict(np.flatnonzero(body))
+    regions = {name: body & (layer == number) for name, number in names.items()}
+    boundaries = _boundaries(whole, layer, body, at_cut & (layer == _PROXIMAL).any())
+    boundaries["pad"] = _pad(whole, boundaries["skin"], sizes.contact_reach)
+    return with_groups(whole, regions, boundaries).restrict(np.flatnonzero(body))
 
 
-def _fill(groups: dict[str, Integers]) -> dict[str, NDArray[np.int32]]:
-    return {name: members.astype(np.int32) for name, members in groups.items() if len(members)}
-
-
-def _largest_piece(selected: Booleans, sides: Integers) -> Booleans:
-    """Drop cells that hang on the body by an edge or a point alone."""
-    inner = (sides[1] >= 0) & selected[sides].all(axis=0)
-    piece = _pieces(len(selected), sides[:, inner])
-    largest: Booleans = selected & (piece == np.bincount(piece[selected]).argmax())
-    return largest
-
-
-def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans, at_cut: Booleans) -> dict[str, Integers]:
-    """Return the facets of the body's boundaries, by the layers of the two cells of each.
+def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans, at_cut: Booleans) -> dict[str, Booleans]:
+    """Return which facets are on the body's boundaries, by the layers of the two cells of each.
 
     The position of a facet alone would not do: where cells straddle the cut, facets of the base lie far off its plane.
     Beyond the cut there is no skin, so that the cell at a facet of the base may count as outside.
@@ -317,20 +292,19 @@ def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans, at_cut: 
     beyond = whole.f2t < 0
     low, high = np.sort(np.where(beyond, _OUTSIDE, layer[whole.f2t]), axis=0)
     touched = (body[whole.f2t] & ~beyond).any(axis=0)
-    facets = {
-        "skin": (low == _OUTSIDE) & ~at_cut,
-        "skin_tissue": (low == _SKIN) & (high == _TISSUE),
-        "phalanx_surface": (low >= _SKIN) & (low != _PHALANX) & (high == _PHALANX),
-        "base": (low == _PROXIMAL) | ((low == _OUTSIDE) & at_cut),
+    return {
+        "skin": touched & (low == _OUTSIDE) & ~at_cut,
+        "skin_tissue": touched & (low == _SKIN) & (high == _TISSUE),
+        "phalanx_surface": touched & (low >= _SKIN) & (low != _PHALANX) & (high == _PHALANX),
+        "base": touched & ((low == _PROXIMAL) | ((low == _OUTSIDE) & at_cut)),
     }
-    return {name: np.flatnonzero(touched & chosen) for name, chosen in facets.items()}
 
 
-def _pad(whole: skfem.MeshTet1, skin: Integers, contact_reach: float) -> Integers:
-    """Return the facets of the skin that lie wholly within a height above its lowest point."""
-    heights = whole.p[1, whole.facets[:, skin]]
-    pad: Integers = skin[heights.max(axis=0) <= heights.min() + contact_reach]
-    if not len(pad):
+def _pad(whole: skfem.MeshTet1, skin: Booleans, contact_reach: float) -> Booleans:
+    """Return which facets of the skin lie wholly within a height above its lowest point."""
+    highest = whole.p[1, whole.facets].max(axis=0)
+    pad: Booleans = skin & (highest <= whole.p[1, whole.facets[:, skin]].min() + contact_reach)
+    if not pad.any():
         problem = f"no facet of the skin lies within {millimetres(contact_reach)} of its lowest point"
         raise MeshError("pad", problem, "needs some", "write a larger contact_reach or a smaller contact_size")
     return pad

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.surfaces import Surface
 
-__all__ = ["Placement", "place_surface", "placement_from_directions", "placement_from_landmarks"]
-
 Floats = NDArray[np.float64]
 
 _FAR = np.radians(45.0)
@@ -83,8 +81,10 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
         Where no long axis lies within 45 degrees of `tip`.
     """
     towards = _unit("tip", tip)
-    axes = _principal_axes(skin)
-    axis = axes[:, -1] * (1.0 if axes[:, -1] @ towards >= 0 else -1.0)
+    centres, weights = skin.corners.mean(axis=1), skin.areas / skin.area
+    off = centres - weights @ centres
+    longest = np.linalg.eigh((off * weights[:, None]).T @ off)[1][:, -1]
+    axis = longest if longest @ towards >= 0 else -longest
     if axis @ towards < np.cos(_FAR):
         angle = np.degrees(np.arccos(axis @ towards))
         fault = f"its long axis is {angle:.0f} degrees off the direction of the tip"
@@ -141,11 +141,3 @@ def _unit(name: str, direction: ArrayLike) -> Floats:
         raise InputError(name, f"got {direction!r}", "needs three numbers that are not all zero")
     unit: Floats = vector / np.linalg.norm(vector)
     return unit
-
-
-def _principal_axes(surface: Surface) -> Floats:
-    """Return the principal axes of the area as columns, the longest last."""
-    centres, weights = surface.corners.mean(axis=1), surface.areas / surface.area
-    off = centres - weights @ centres
-    axes: Floats = np.linalg.eigh((off * weights[:, None]).T @ off)[1]
-    return axes

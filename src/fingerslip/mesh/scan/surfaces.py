@@ -1,4 +1,4 @@
-"""Triangulated surfaces of skin and phalanx, as scanners and segmented images give them."""
+"""Triangulated surfaces of skin and phalanx, as scanners and segmented images give them, and operations on them."""
 
 from __future__ import annotations
 
@@ -6,29 +6,17 @@ import dataclasses
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import MeshError
+from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.units import METRES, LengthUnit, coordinates, metres, millimetres
 
 if TYPE_CHECKING:
-    import meshio
-
-__all__ = [
-    "Surface",
-    "boundary_loops",
-    "check_area",
-    "check_enclosure",
-    "contains",
-    "join_points",
-    "outermost",
-    "read_surface",
-    "write_surface",
-]
+    import pyvista
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -36,6 +24,9 @@ Integers = NDArray[np.int64]
 # What is scanned for this program: from a small phalanx to a hand with its forearm.
 _SMALLEST, _LARGEST = 2e-3, 0.6
 _MERGED = 1e-7
+_EQUILATERAL = np.sqrt(3.0) / 4.0
+_FINE = 1 / 25
+_GRID_LIMIT = 20_000_000
 
 
 @dataclass(frozen=True)
@@ -69,9 +60,14 @@ class Surface:
     @property
     def areas(self) -> Floats:
         """Area of each triangle, shape (m,) [m^2]."""
-        a, b, c = np.moveaxis(self.corners, 1, 0)
-        areas: Floats = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        areas: Floats = np.linalg.norm(self.normals, axis=1) / 2
         return areas
+
+    @property
+    def normals(self) -> Floats:
+        """Normals of the triangles, twice as long as their area, shape (m, 3) [m^2]."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        return np.cross(b - a, c - a)
 
     @property
     def volume(self) -> float:
@@ -107,13 +103,27 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     """
     scale, file = metres(unit), Path(path)
     data = read_file(file, "needs a surface such as .stl, .ply or .obj")
-    triangles = _triangles(file, data)
-    points = np.asarray(data.points, dtype=float)
+    blocks = [block.data for block in data.cells if block.type == "triangle"]
+    quadrilaterals = [block.data for block in data.cells if block.type == "quad"]
+    blocks += [nodes[:, half] for nodes in quadrilaterals for half in ([0, 1, 2], [0, 2, 3])]
+    if not sum(map(len, blocks)):
+        kinds = ", ".join(sorted({str(block.type) for block in data.cells})) or "no cells"
+        raise MeshError(str(file), f"has {kinds}", "needs triangles")
+    triangles, points = np.vstack(blocks).astype(np.int64), np.asarray(data.points, dtype=float)
     _check_size(file, points[np.unique(triangles)], unit)
-    points, triangles = join_points(points * scale, triangles)
-    surface = Surface(points, triangles, file.name)
+    surface = Surface(*join_points(points * scale, triangles), file.name)
     check_area(surface)
     return surface
+
+
+def _check_size(file: Path, points: Floats, unit: str) -> None:
+    """Refuse a surface of a size that no finger has, and name the unit in which it would have one."""
+    extent = float(np.ptp(points, axis=0).max())
+    fitting = [other for other, factor in METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
+    if unit not in fitting:
+        repair = f"is its unit '{fitting[-1]}'?" if fitting else ""
+        fault = f"is {extent * METRES[unit]:.3g} m long when its unit is '{unit}'"
+        raise MeshError(str(file), fault, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)
 
 
 def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -> None:
@@ -135,64 +145,69 @@ def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -
     """
     import meshio
 
-    file = Path(path)
     data = meshio.Mesh(surface.points / METRES[unit], [("triangle", surface.triangles)])
-    write_file(file, data, ".stl, .ply, .obj")
+    write_file(Path(path), data, ".stl, .ply, .obj")
 
 
 def join_points(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
-    """Join points at the same place, and drop unused ones and triangles that shrink to a line.
-
-    Parameters
-    ----------
-    points : (n, 3) array
-        Positions [m].
-    triangles : (m, 3) array
-        Points of the triangles.
-
-    Returns
-    -------
-    tuple
-        The points that are left, and the triangles on them.
-    """
+    """Join points (n, 3) [m] at the same place, and drop unused ones and triangles (m, 3) that shrink to a line."""
     used, triangles = np.unique(triangles, return_inverse=True)
     points, triangles = points[used], triangles.reshape(-1, 3)
     grain = _MERGED * max(float(np.ptp(points, axis=0).max()), np.finfo(float).tiny)
     _, first, same = np.unique(np.round(points / grain), axis=0, return_index=True, return_inverse=True)
     triangles = same.ravel()[triangles]
     a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
-    unique, numbered = np.unique(triangles, return_inverse=True)
+    unique, numbered = np.unique(triangles[(a != b) & (b != c) & (c != a)], return_inverse=True)
     return points[first][unique], numbered.reshape(-1, 3).astype(np.int64)
 
 
 def boundary_loops(surface: Surface) -> tuple[Integers, ...]:
-    """Return the points around each hole, in the order of the edges that a lid would have.
-
-    The triangles must be consistently oriented.
-
-    Parameters
-    ----------
-    surface : Surface
-        The surface.
-    """
+    """Return the points around each hole of consistent triangles, in the order of the edges that a lid would have."""
     following: dict[int, list[int]] = {}
-    for start, end in _open_edges(surface.triangles):
-        following.setdefault(int(end), []).append(int(start))
+    for start, end in _open_edges(surface.triangles).tolist():
+        following.setdefault(end, []).append(start)
     loops = []
     while following:
         loops.append(_walk(following))
     return tuple(loops)
 
 
-def check_enclosure(surface: Surface) -> None:
-    """Refuse a surface that does not enclose a body from outside.
+def _open_edges(triangles: Integers) -> Integers:
+    """Return the directed edges that no triangle has the other way round, shape (k, 2)."""
+    edges = edges_of(triangles)
+    sign = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+    unique, number = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    balance = np.bincount(number.ravel(), weights=sign, minlength=len(unique)).astype(int)
+    directed = np.where(balance[:, None] < 0, unique[:, ::-1], unique)
+    return np.repeat(directed, np.abs(balance), axis=0)
 
-    Raises
-    ------
-    MeshError
-        That names the largest hole, or says that the normals face inwards.
-    """
+
+def edges_of(triangles: Integers) -> Integers:
+    """Return the directed edges of triangles (m, 3): all first ones, all second ones, all third ones, (3 m, 2)."""
+    return np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+
+
+def _walk(following: dict[int, list[int]]) -> Integers:
+    """Take one loop out of the open edges."""
+    node = start = next(iter(following))
+    order = {start: 0}
+    while True:
+        ahead = following[node].pop()
+        if not following[node]:
+            del following[node]
+        if ahead in order or ahead not in following:
+            break
+        order[ahead] = len(order)
+        node = ahead
+    loop, knot = list(order), order.get(ahead, 0)
+    # Where two holes meet in a point, the way to it goes back.
+    for before, after in itertools.pairwise(loop[: knot + 1]):
+        following.setdefault(before, []).append(after)
+    return np.array(loop[knot:])
+
+
+def check_enclosure(surface: Surface) -> None:
+    """Refuse a surface that does not enclose a body from outside: open, or with normals that face inwards."""
     loops = boundary_loops(surface)
     if loops:
         sizes = [float(np.linalg.norm(np.ptp(surface.points[loop], axis=0))) for loop in loops]
@@ -206,21 +221,13 @@ def check_enclosure(surface: Surface) -> None:
 
 
 def check_area(surface: Surface) -> None:
-    """Refuse a surface whose triangles are all lines and points; raise MeshError."""
+    """Refuse a surface whose triangles are all lines and points."""
     if not (len(surface.triangles) and surface.area > 0):
         raise MeshError(surface.name, "has no triangle with an area", "needs the surface of a body")
 
 
 def contains(surface: Surface, points: Floats) -> NDArray[np.bool_]:
-    """Tell which points are inside a surface, by the winding number, which small defects do not upset.
-
-    Parameters
-    ----------
-    surface : Surface
-        A surface that is closed up to small defects, its normals outwards.
-    points : (n, 3) array
-        Positions [m].
-    """
+    """Tell which points (n, 3) [m] are inside a surface, by the winding number, which small defects do not upset."""
     # Compiled code is loaded where it is needed and nowhere else.
     from fingerslip.mesh.scan.winding import winding_numbers
 
@@ -232,76 +239,144 @@ def outermost(surface: Surface) -> Surface:
     """Return the triangles that somewhere have the inside on one side and the outside on the other.
 
     Where a surface crosses itself or a piece lies inside another, the rest bounds nothing.
-
-    Parameters
-    ----------
-    surface : Surface
-        A surface that is closed up to small defects, its normals outwards.
     """
     from fingerslip.mesh.scan.winding import winding_numbers
 
-    a, b, c = np.moveaxis(surface.corners, 1, 0)
-    across = np.cross(b - a, c - a)
+    across = surface.normals
     # A hundredth of the triangle's size off it: near enough to be beside it.
     step = 0.01 * across / np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)[:, None] ** 0.5
     centre = surface.corners.mean(axis=1)
     bounds = np.zeros(len(centre), dtype=bool)
-    for point in (centre, *(0.1 * centre + 0.9 * corner for corner in (a, b, c))):
+    for point in (centre, *(0.1 * centre + 0.9 * corner for corner in np.moveaxis(surface.corners, 1, 0))):
         asked = np.flatnonzero(~bounds)
         # Through the triangle the winding number grows by one.
         bounds[asked] = np.abs(winding_numbers(surface.corners, (point + step)[asked])) < 0.5
     return dataclasses.replace(surface, triangles=surface.triangles[bounds])
 
 
-def _walk(following: dict[int, list[int]]) -> Integers:
-    """Take one loop out of the open edges."""
-    node = start = next(iter(following))
-    places = {start: 0}
-    while True:
-        ahead = following[node].pop()
-        if not following[node]:
-            del following[node]
-        if ahead in places or ahead not in following:
-            break
-        places[ahead] = len(places)
-        node = ahead
-    loop, knot = list(places), places.get(ahead, 0)
-    # Where two holes meet in a point, the way to it goes back.
-    for before, after in itertools.pairwise(loop[: knot + 1]):
-        following.setdefault(before, []).append(after)
-    return np.array(loop[knot:])
+def distances(surface: Surface, points: Floats) -> Floats:
+    """Return how far points (n, 3) [m] are from a surface, shape (n,) [m]."""
+    import pyvista
+
+    # The arithmetic of VTK keeps points in single precision, which suits lengths near one.
+    scale = 1.0 / max(float(np.ptp(surface.points, axis=0).max()), np.finfo(float).tiny)
+    measured = pyvista.PolyData(points * scale).compute_implicit_distance(_polydata(surface, scale))
+    lengths: Floats = np.abs(np.asarray(measured["implicit_distance"], dtype=float)) / scale
+    return lengths
 
 
-def _open_edges(triangles: Integers) -> Integers:
-    """Return the directed edges that no triangle has the other way round, shape (k, 2)."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    count = int(triangles.max()) + 1
-    sign = np.where(edges[:, 0] < edges[:, 1], 1, -1)
-    low, high = np.sort(edges, axis=1).T
-    keys, first, edge_number = np.unique(low * count + high, return_index=True, return_inverse=True)
-    balance = np.bincount(edge_number.ravel(), weights=sign, minlength=len(keys)).astype(int)
-    directed = np.sort(edges[first], axis=1)
-    directed[balance < 0] = directed[balance < 0][:, ::-1]
-    return np.repeat(directed, np.abs(balance), axis=0)
+def clip_surface(surface: Surface, lowest: float) -> Surface:
+    """Return what of a surface lies above a value of x [m]; triangles that cross it are cut there."""
+    clipped = _polydata(surface).clip(normal="-x", origin=(lowest, 0.0, 0.0)).triangulate().clean()
+    return _surface(clipped, surface.name)
 
 
-def _triangles(file: Path, data: meshio.Mesh) -> Integers:
-    blocks = [block.data for block in data.cells if block.type == "triangle"]
-    for block in data.cells:
-        if block.type == "quad":
-            blocks += [block.data[:, [0, 1, 2]], block.data[:, [0, 2, 3]]]
-    if not sum(map(len, blocks)):
-        kinds = ", ".join(sorted({str(block.type) for block in data.cells})) or "no cells"
-        raise MeshError(str(file), f"has {kinds}", "needs triangles")
-    return np.vstack(blocks).astype(np.int64)
+def decimate_surface(surface: Surface, edge_length: float) -> Surface:
+    """Take triangles away until they are about as long as wanted, by quadric error (Garland & Heckbert 1997).
+
+    Flat places lose most of them. A surface that is as coarse already stays as it is.
+
+    Parameters
+    ----------
+    surface : Surface
+        The surface.
+    edge_length : float
+        Edge of the equilateral triangles that would cover the area [m].
+
+    Returns
+    -------
+    Surface
+        The surface with fewer triangles.
+
+    Raises
+    ------
+    InputError
+        Where the edge length is not positive.
+    """
+    if not edge_length > 0:
+        raise InputError("edge_length", f"got {edge_length}", "needs a length > 0")
+    wanted = surface.area / (_EQUILATERAL * edge_length**2)
+    if wanted >= len(surface.triangles):
+        return surface
+    reduced = _polydata(surface).decimate(1.0 - wanted / len(surface.triangles), volume_preservation=True)
+    return _outwards(_surface(reduced, surface.name))
 
 
-def _check_size(file: Path, points: Floats, unit: str) -> None:
-    """Refuse a surface of a size that no finger has, and name the unit in which it would have one."""
-    extent = float(np.ptp(points, axis=0).max())
-    if _SMALLEST <= extent * METRES[unit] <= _LARGEST:
-        return
-    others = [other for other, factor in METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
-    repair = f"is its unit '{others[-1]}'?" if others else ""
-    fault = f"is {extent * METRES[unit]:.3g} m long when its unit is '{unit}'"
-    raise MeshError(str(file), fault, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)
+def offset_inwards(surface: Surface, thickness: float) -> Surface:
+    """Return the surface at a depth below another: all points inside it that are `thickness` away from it.
+
+    It is a level set of the distance on a grid, so it cannot fold where the surface is curved more than its depth.
+
+    Parameters
+    ----------
+    surface : Surface
+        A closed surface with its normals outwards.
+    thickness : float
+        The depth [m].
+
+    Returns
+    -------
+    Surface
+        The closed inner surface, its normals outwards.
+
+    Raises
+    ------
+    InputError
+        Where the thickness is not positive.
+    MeshError
+        Where nothing is as deep, or the thickness is too small against the size of the surface.
+    """
+    if not thickness > 0:
+        raise InputError("thickness", f"got {thickness}", "needs a length > 0")
+    grid = _grid(surface, thickness / 3)
+    grid["level"] = _depth(surface, grid, thickness) - thickness
+    if grid["level"].max() <= 0:
+        problem = f"is nowhere {millimetres(thickness)} deep"
+        raise MeshError(surface.name, problem, "needs tissue below the skin", "write a smaller skin_thickness")
+    inner = _outwards(_surface(grid.contour([0.0], "level"), f"{surface.name} offset"))
+    return decimate_surface(inner, min(thickness, _FINE * float(np.ptp(inner.points, axis=0).max())))
+
+
+def _grid(surface: Surface, spacing: float) -> pyvista.ImageData:
+    import pyvista
+
+    low, extent = surface.points.min(axis=0) - spacing, np.ptp(surface.points, axis=0) + 2 * spacing
+    count = np.ceil(extent / spacing).astype(int) + 1
+    if count.prod() > _GRID_LIMIT:
+        fault = f"got {3e3 * spacing:.3g} mm on a body {millimetres(extent.max(), 3)} long"
+        raise MeshError(surface.name, fault, "needs a thicker skin", "or cut the finger shorter")
+    return pyvista.ImageData(dimensions=tuple(count), spacing=(spacing,) * 3, origin=tuple(low))
+
+
+def _depth(surface: Surface, grid: pyvista.ImageData, thickness: float) -> Floats:
+    """Return the distance from the surface at the nodes of a grid: its negative outside, unsigned within a cell of it.
+
+    Nodes that are joined without coming near the surface are on the same side, so one of them is asked.
+    """
+    from scipy import ndimage
+
+    points = np.asarray(grid.points, dtype=float)
+    depth = distances(outermost(surface), points)
+    shape = tuple(reversed(grid.dimensions))
+    region = ndimage.label((depth > thickness / 3).reshape(shape))[0].ravel()
+    numbers, asked = np.unique(region, return_index=True)
+    outside = numbers[~contains(surface, points[asked]) & (numbers > 0)]
+    return np.where(np.isin(region, outside), -depth, depth)
+
+
+def _polydata(surface: Surface, scale: float = 1.0) -> pyvista.PolyData:
+    import pyvista
+
+    faces: Any = surface.triangles
+    data: pyvista.PolyData = pyvista.PolyData.from_regular_faces(surface.points * scale, faces)
+    return data
+
+
+def _surface(data: pyvista.PolyData, name: str) -> Surface:
+    return Surface(np.asarray(data.points, dtype=float), np.asarray(data.regular_faces, dtype=np.int64), name)
+
+
+def _outwards(surface: Surface) -> Surface:
+    """Return a surface turned outwards as a whole."""
+    check_area(surface)
+    return surface if surface.volume >= 0 else dataclasses.replace(surface, triangles=surface.triangles[:, ::-1])

@@ -8,8 +8,6 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["winding_numbers"]
-
 Floats = NDArray[np.float64]
 
 
@@ -17,9 +15,7 @@ def winding_numbers(corners: Floats, points: Floats) -> Floats:
     """Return the generalised winding number of a surface around points (Jacobson, Kavan & Sorkine-Hornung 2013).
 
     It is the solid angle under which the surface is seen, over 4 pi: 1 inside and 0 outside a closed surface whose
-    normals face outwards, and in between near a hole.
-
-    Arrays: corners (m, 3, 3) [m]; points (n, 3) [m]; returns (n,) [-].
+    normals face outwards, and in between near a hole; (n,) for points (n, 3) [m] and corners (m, 3, 3) [m].
     """
     numbers: Floats = _winding_numbers(np.ascontiguousarray(corners), np.ascontiguousarray(points))
     return numbers

@@ -1,8 +1,14 @@
 """What a fingertip is, in numbers: layers, phalanx, ridges, fingerprint, receptors, and the presets that ship."""
 
 from fingerslip.parameters.presets import PresetValue
-from fingerslip.specimens.fingertip.fingertip import Fingertip
-from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
+from fingerslip.specimens.fingertip.fingertip import (
+    Fingertip,
+    fingertip_from,
+    preset,
+    preset_header,
+    preset_names,
+    preset_table,
+)
 from fingerslip.specimens.fingertip.numbers import (
     REGIONS,
     Fingerprint,
@@ -20,9 +26,8 @@ from fingerslip.specimens.fingertip.numbers import (
     TransverseOutline,
     TransversePhalanx,
 )
-from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, interface_depth, outline_curve, surface_depth
 from fingerslip.specimens.fingertip.phalanx import PhalanxSurface, phalanx_contour, phalanx_surface, reaches_cut
-from fingerslip.specimens.fingertip.presets import fingertip_from, preset, preset_header, preset_names, preset_table
 from fingerslip.specimens.fingertip.skin import (
     below_skin,
     depth_below_skin,

@@ -1,4 +1,4 @@
-"""The fingertip as a specimen: its numbers, and what a model takes from them."""
+"""The fingertip as a specimen: its numbers, what a model takes from them, and the published fingertips."""
 
 from __future__ import annotations
 
@@ -7,26 +7,28 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from fingerslip.errors import InputError
+from fingerslip.materials.choice import kept_values
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import as_mapping, parameters
+from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.sites import RECEPTOR_KINDS, Site
-from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
-from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, skin_markers, solid_receptor_sites
-from fingerslip.specimens.fingertip.usage import unused_reason
 from fingerslip.specimens.protocol import ModelUse
-
-__all__ = ["REFERENCE_NODES", "Fingertip"]
 
 #: Group of the reference nodes h1 to h7 and v1 to v7 of a fingertip in 3D.
 REFERENCE_NODES = "reference_nodes"
 
 #: Groups of sites that only a fingertip in 3D has.
-_IN_SPACE: Mapping[str, Callable[[FingertipNumbers], tuple[Site, ...]]] = MappingProxyType(
+_IN_3D: Mapping[str, Callable[[FingertipNumbers], tuple[Site, ...]]] = MappingProxyType(
     {REFERENCE_NODES: reference_sites, "external_markers": skin_markers}
 )
 _OF_NO_EFFECT = frozenset({"materials", "receptors"})
+# Groups of values that are lengths and angles of the shape, and those of sections alone.
+_SHAPE = ("section", "sagittal", "transverse", "layers", "phalanx", "ridges", "fingerprint", "solid")
+_OF_SECTIONS = ("section", "formulation", "depth")
+_KIND_OF_DEPTH = {"receptors.sa_ii_height": "SA-II", "receptors.fa_ii_depth": "FA-II"}
 
 
 @parameters
@@ -93,24 +95,163 @@ class Fingertip(FingertipNumbers):
         InputError
             For reference nodes and markers of a section, and for unknown groups.
         """
-        _check_groups(groups, dim)
+        available = (*RECEPTOR_KINDS, *_IN_3D)
+        unknown = next((group for group in groups if group not in available), None)
+        if unknown is not None:
+            raise InputError("record", f"a fingertip has no '{unknown}'", f"needs some of {', '.join(available)}")
+        flat = next((group for group in _IN_3D if group in groups and dim == 2), None)
+        if flat is not None:
+            raise InputError(f"record.{flat}", "without a fingertip in 3D", "needs mesh.element T4 or T10")
         receptors = set(groups) & set(RECEPTOR_KINDS)
         candidates: tuple[Site, ...] = ()
         if receptors:
             candidates = solid_receptor_sites(self) if dim == 3 else receptor_sites(self)
-        in_space = [site for group in _IN_SPACE if group in groups for site in _IN_SPACE[group](self)]
-        return (*(site for site in candidates if site.kind in receptors), *in_space)
+        only_3d = [site for group in _IN_3D if group in groups for site in _IN_3D[group](self)]
+        return (*(site for site in candidates if site.kind in receptors), *only_3d)
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``phalanx.tissue_thickness``, makes no difference to a model; see `ModelUse`."""
-        return unused_reason(self, path, use)
+        return next((reason for rule in _RULES for reason in (rule(self, path, use),) if reason), "")
 
 
-def _check_groups(groups: Sequence[str], dim: int) -> None:
-    available = (*RECEPTOR_KINDS, *_IN_SPACE)
-    unknown = next((group for group in groups if group not in available), None)
-    if unknown is not None:
-        raise InputError("record", f"a fingertip has no '{unknown}'", f"needs some of {', '.join(available)}")
-    flat = next((group for group in _IN_SPACE if group in groups and dim == 2), None)
-    if flat is not None:
-        raise InputError(f"record.{flat}", "without a fingertip in 3D", "needs mesh.element T4 or T10")
+def _has_receptors(use: ModelUse) -> bool:
+    return not use.groups.isdisjoint(RECEPTOR_KINDS)
+
+
+def _of_another_model(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+    group = path.partition(".")[0]
+    if use.dim == 3:
+        return "of 2D sections only" if group in _OF_SECTIONS or path == "ridges.enabled" else ""
+    other = "transverse" if fingertip.section == "sagittal" else "sagittal"
+    if group == "solid":
+        return "of the fingertip in 3D only"
+    of_other = group == other or path.startswith(f"phalanx.{other}.")
+    # The phalanx of a section that is the cut x = 0 of a finger is as high as in the sagittal section.
+    is_cut = fingertip.solid is not None and other == "sagittal" and fingertip.phalanx.variant != "scaled"
+    return f"of the {other} section only" if of_other and not (is_cut and ".zone." not in path) else ""
+
+
+def _of_another_mesh(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+    """Look at a mesh from a file, for which the shape gives the recorded sites at most."""
+    group = path.partition(".")[0]
+    if use.meshed or group not in _SHAPE or path == "phalanx.rigid":
+        return ""
+    bare = group in ("phalanx", "fingerprint") or path.startswith(("solid.phalanx.", "solid.nail."))
+    return "the mesh comes from a file" if bare or not use.groups else ""
+
+
+def _of_another_phalanx(fingertip: FingertipNumbers, path: str, _use: ModelUse) -> str:
+    variant = fingertip.phalanx.variant
+    if variant == "scaled":
+        shaped = path.startswith(("phalanx.sagittal.", "phalanx.transverse.", "solid.phalanx."))
+        return "not of the scaled phalanx" if shaped else ""
+    if path == "phalanx.tissue_thickness":
+        return "of the scaled phalanx only"
+    if variant == "flattened" and ".concavity_" in path:
+        return "of the original phalanx only"
+    flattened = path == "phalanx.transverse.palmar_level"
+    return "of the flattened phalanx only" if flattened and variant == "original" else ""
+
+
+def _of_other_supports(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+    return "the study gives its own supports" if path == "phalanx.rigid" and not use.held else ""
+
+
+def _switched_off(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+    """Look at ridges and fingerprint. Receptors sit at the ridges, also where these are switched off."""
+    group, _, name = path.partition(".")
+    if group == "fingerprint":
+        return "switched off" if name != "enabled" and not fingertip.fingerprint.enabled else ""
+    if group != "ridges" or name == "enabled" or (name == "pitch" and _has_receptors(use)):
+        return ""
+    if use.dim == 3:
+        return "of 2D sections and receptors only" if name == "pitch" else "of 2D sections only"
+    return "" if fingertip.ridges.enabled else "switched off"
+
+
+def _of_an_empty_zone(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+    """Look at the zones: in 3D the one across the finger bounds the fingerprint alone."""
+    outline, _, name = path.partition(".")
+    if not name.startswith("zone."):
+        return ""
+    relief = fingertip.fingerprint.enabled or (fingertip.ridges.enabled and use.dim == 2)
+    receptors = _has_receptors(use) and not (use.dim == 3 and outline == "transverse")
+    return "" if (relief and use.meshed) or receptors else "nothing lies in the zone"
+
+
+def _recording_reason(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+    kind = _KIND_OF_DEPTH.get(path)
+    return f"no {kind} receptors are recorded" if kind and kind not in use.groups else ""
+
+
+_RULES: tuple[Callable[[FingertipNumbers, str, ModelUse], str], ...] = (
+    _of_another_model,
+    _of_another_mesh,
+    _of_another_phalanx,
+    _of_other_supports,
+    _switched_off,
+    _of_an_empty_zone,
+    _recording_reason,
+)
+
+PRESETS = Presets(Fingertip, "fingerslip.specimens.fingertip", kept_values)
+
+
+def preset_names() -> tuple[str, ...]:
+    """Return the names of all presets."""
+    return PRESETS.names
+
+
+def preset(name: str) -> Fingertip:
+    """Return the fingertip of a preset.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`preset_names`.
+
+    Raises
+    ------
+    InputError
+        Where no preset has that name.
+    """
+    return PRESETS.read(name)
+
+
+def preset_table(name: str) -> tuple[PresetValue, ...]:
+    """Return every value of a preset with its source, the assumed ones first.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`preset_names`.
+
+    Raises
+    ------
+    InputError
+        Where no preset has that name.
+    """
+    return PRESETS.table(name)
+
+
+def preset_header(name: str) -> dict[str, str]:
+    """Return what a preset says of itself, `citation`, `published` and `claims_not`; `name` as of :func:`preset`."""
+    return PRESETS.header(name)
+
+
+def fingertip_from(mapping: Mapping[str, Any], where: str = "") -> Fingertip:
+    """Return the fingertip of a study: a preset and what the study changes in it.
+
+    Parameters
+    ----------
+    mapping : mapping
+        Nested plain data as YAML gives it, with the key ``preset``; the other keys override the preset's values.
+    where : str, optional
+        What errors put first, such as ``studies/x.yaml: fingertip``.
+
+    Raises
+    ------
+    InputError
+        For an unknown preset, or for all unknown keys and values that do not fit.
+    """
+    return PRESETS.changed(mapping, where)

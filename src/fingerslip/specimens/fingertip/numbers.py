@@ -9,28 +9,13 @@ from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import Angle, Length, NonNegativeLength, PositiveLength, parameters
 from fingerslip.units import millimetres
 
-__all__ = [
-    "REGIONS",
-    "Fingerprint",
-    "FingertipNumbers",
-    "Layers",
-    "Nail",
-    "Phalanx",
-    "Receptors",
-    "RidgeZone",
-    "Ridges",
-    "SagittalOutline",
-    "SagittalPhalanx",
-    "Section",
-    "SolidPhalanx",
-    "SolidShape",
-    "TransverseOutline",
-    "TransversePhalanx",
-    "skin_room",
-]
-
-
 _LONGEST = 1.0  # m
+
+
+def _check_below(name: str, value: float, limit: float, reason: str) -> None:
+    """Refuse a length that is not below a limit [m], which the reason explains."""
+    if value >= limit:
+        raise InputError(name, f"got {millimetres(value)}", f"needs a value < {millimetres(limit)}{reason}")
 
 
 @parameters
@@ -83,9 +68,7 @@ class SagittalOutline:
 
     def __post_init__(self) -> None:
         _check_lengths(self, "half_height", "pad_length", "tip_length")
-        if self.pad_rise >= 2 * self.half_height:
-            allowed = f"needs a value < {millimetres(2 * self.half_height)} (twice half_height)"
-            raise InputError("pad_rise", f"got {millimetres(self.pad_rise)}", allowed)
+        _check_below("pad_rise", self.pad_rise, 2 * self.half_height, " (twice half_height)")
 
 
 @parameters
@@ -132,9 +115,7 @@ class Layers:
     epidermis_thickness: PositiveLength
 
     def __post_init__(self) -> None:
-        if self.epidermis_thickness >= self.skin_thickness:
-            allowed = f"needs a value < {millimetres(self.skin_thickness)} (skin_thickness)"
-            raise InputError("epidermis_thickness", f"got {millimetres(self.epidermis_thickness)}", allowed)
+        _check_below("epidermis_thickness", self.epidermis_thickness, self.skin_thickness, " (skin_thickness)")
 
     @property
     def dermis_thickness(self) -> float:
@@ -237,9 +218,7 @@ class SagittalPhalanx:
 
     def __post_init__(self) -> None:
         height = self.dorsal_level - self.palmar_level
-        if self.concavity_depth >= height:
-            allowed = f"needs a value < {millimetres(height)} (dorsal_level - palmar_level)"
-            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
+        _check_below("concavity_depth", self.concavity_depth, height, " (dorsal_level - palmar_level)")
 
 
 @parameters
@@ -269,9 +248,7 @@ class TransversePhalanx:
         if abs(self.palmar_level) >= self.half_height:
             allowed = f"needs a value within +-{millimetres(self.half_height)} (half_height)"
             raise InputError("palmar_level", f"got {millimetres(self.palmar_level)}", allowed)
-        if self.concavity_depth >= self.half_height:
-            allowed = f"needs a value < {millimetres(self.half_height)} (half_height)"
-            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
+        _check_below("concavity_depth", self.concavity_depth, self.half_height, " (half_height)")
 
 
 @parameters
@@ -304,42 +281,30 @@ class Phalanx:
 
     def __post_init__(self) -> None:
         height = self.sagittal.dorsal_level - self.sagittal.palmar_level
-        if 2 * self.corner_radius >= height:
-            allowed = f"needs a value < {millimetres(height / 2)} (half of dorsal_level - palmar_level)"
-            raise InputError("corner_radius", f"got {millimetres(self.corner_radius)}", allowed)
+        _check_below("corner_radius", self.corner_radius, height / 2, " (half of dorsal_level - palmar_level)")
 
 
 def skin_room(outline: SagittalOutline | TransverseOutline, phalanx: Phalanx) -> tuple[float, str]:
     """Return an upper limit of the thickness of the skin, and the value that sets it.
 
-    The limit is where the skin reaches a face of the phalanx or, of a `scaled` phalanx, the centre of the section. The
-    corners of the phalanx may come nearer; that shows with its contour.
-
-    Units: returns [m].
+    The limit [m] is where the skin reaches a face of the phalanx or, of a `scaled` phalanx, the centre of the section.
+    The corners of the phalanx may come nearer; that shows with its contour.
     """
     if isinstance(outline, SagittalOutline):
-        centre, faces = "sagittal.half_height", _sagittal_limits(outline, phalanx)
+        centre, along = "sagittal.half_height", phalanx.sagittal
+        faces = {
+            "phalanx.sagittal.palmar_level": outline.half_height + along.palmar_level,
+            "phalanx.sagittal.dorsal_level": outline.half_height - along.dorsal_level,
+            "phalanx.sagittal.distal_end": outline.tip_length - along.distal_end,
+        }
     else:
-        centre, faces = "transverse.half_height", _transverse_limits(outline, phalanx)
+        centre, across = "transverse.half_height", phalanx.transverse
+        faces = {
+            "phalanx.transverse.half_height": outline.half_height - across.half_height,
+            "phalanx.transverse.half_width": outline.half_width - across.half_width,
+        }
     limits = {centre: outline.half_height} | (faces if phalanx.variant != "scaled" else {})
     return min((room, path) for path, room in limits.items())
-
-
-def _sagittal_limits(outline: SagittalOutline, phalanx: Phalanx) -> dict[str, float]:
-    element = phalanx.sagittal
-    return {
-        "phalanx.sagittal.palmar_level": outline.half_height + element.palmar_level,
-        "phalanx.sagittal.dorsal_level": outline.half_height - element.dorsal_level,
-        "phalanx.sagittal.distal_end": outline.tip_length - element.distal_end,
-    }
-
-
-def _transverse_limits(outline: TransverseOutline, phalanx: Phalanx) -> dict[str, float]:
-    element = phalanx.transverse
-    return {
-        "phalanx.transverse.half_height": outline.half_height - element.half_height,
-        "phalanx.transverse.half_width": outline.half_width - element.half_width,
-    }
 
 
 @parameters
@@ -446,7 +411,10 @@ class FingertipNumbers:
     solid: SolidShape | None = None
 
     def __post_init__(self) -> None:
-        _check_materials(self)
+        has_nail = self.solid is not None and self.solid.nail is not None
+        needed = (*REGIONS, "nail") if has_nail else REGIONS
+        if set(self.materials) != set(needed):
+            raise InputError("materials", f"has {', '.join(self.materials) or 'nothing'}", f"needs {', '.join(needed)}")
         _check_skin(self)
         _check_ridges(self)
         _check_fingerprint(self)
@@ -463,13 +431,6 @@ class FingertipNumbers:
     def zone(self) -> RidgeZone:
         """The ridge zone of the chosen section."""
         return self.outline.zone
-
-
-def _check_materials(fingertip: FingertipNumbers) -> None:
-    has_nail = fingertip.solid is not None and fingertip.solid.nail is not None
-    needed, materials = (*REGIONS, "nail") if has_nail else REGIONS, fingertip.materials
-    if set(materials) != set(needed):
-        raise InputError("materials", f"has {', '.join(materials) or 'nothing'}", f"needs {', '.join(needed)}")
 
 
 def _check_solid(fingertip: FingertipNumbers, solid: SolidShape) -> None:
@@ -505,9 +466,8 @@ def _check_ridges(fingertip: FingertipNumbers) -> None:
         return
     room = layers.dermis_thickness + ridges.mean_height
     for name in ("intermediate_height", "limiting_height"):
-        if getattr(ridges, name) >= room:
-            allowed = f"needs a value < {millimetres(room)}, above which the ridge pierces the dermis"
-            raise InputError(f"ridges.{name}", f"got {millimetres(getattr(ridges, name))}", allowed)
+        reason = ", above which the ridge pierces the dermis"
+        _check_below(f"ridges.{name}", getattr(ridges, name), room, reason)
     if ridges.mean_height >= layers.epidermis_thickness:
         fault = f"mean height {millimetres(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
         repair = "make them lower or the epidermis thicker, which between ridges is thinner by that height"
@@ -517,20 +477,17 @@ def _check_ridges(fingertip: FingertipNumbers) -> None:
 
 
 def _check_fingerprint(fingertip: FingertipNumbers) -> None:
-    if not fingertip.fingerprint.enabled:
-        return
     ridges = fingertip.ridges
     room = fingertip.layers.epidermis_thickness - (ridges.mean_height if ridges.enabled else 0.0)
-    if fingertip.fingerprint.height / 2 >= room:
-        allowed = f"needs a value < {millimetres(2 * room)}, above which the grooves reach the dermis"
-        raise InputError("fingerprint.height", f"got {millimetres(fingertip.fingerprint.height)}", allowed)
+    if fingertip.fingerprint.enabled:
+        reason = ", above which the grooves reach the dermis"
+        _check_below("fingerprint.height", fingertip.fingerprint.height, 2 * room, reason)
 
 
 def _check_receptors(fingertip: FingertipNumbers) -> None:
     receptors, layers = fingertip.receptors, fingertip.layers
-    if receptors.sa_ii_height >= layers.dermis_thickness:
-        allowed = f"needs a value < {millimetres(layers.dermis_thickness)} (thickness of the dermis)"
-        raise InputError("receptors.sa_ii_height", f"got {millimetres(receptors.sa_ii_height)}", allowed)
+    reason = " (thickness of the dermis)"
+    _check_below("receptors.sa_ii_height", receptors.sa_ii_height, layers.dermis_thickness, reason)
     if receptors.fa_ii_depth <= layers.skin_thickness:
         allowed = f"needs a value > {millimetres(layers.skin_thickness)} (skin_thickness)"
         raise InputError("receptors.fa_ii_depth", f"got {millimetres(receptors.fa_ii_depth)}", allowed)

@@ -1,4 +1,4 @@
-"""The outer skin outline as a curve by arc length, and points at a depth below it."""
+"""The outer skin outline as a curve by arc length, points below it, and the depths of fingerprint and epidermis."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.numbers import FingertipNumbers, SagittalOutline, TransverseOutline
-
-__all__ = ["Curve", "arc_length_at_cut", "at_depth", "inward_normal", "outline_curve", "position"]
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers, RidgeZone, SagittalOutline, TransverseOutline
 
 Floats = NDArray[np.float64]
 
@@ -33,68 +31,21 @@ def outline_curve(fingertip: FingertipNumbers) -> Curve:
     the cut.
     """
     outline = fingertip.outline
-    if isinstance(outline, SagittalOutline):
-        return _sagittal(outline)
-    return _transverse(outline)
-
-
-def position(curve: Curve, arc_length: Floats) -> Floats:
-    """Return the (n, 2) points of `curve` [m] at (n,) arc lengths [m]."""
-    return _interpolate(curve, curve.points, arc_length)
-
-
-def inward_normal(curve: Curve, arc_length: Floats) -> Floats:
-    """Return the (n, 2) unit normals [-] into the finger at (n,) arc lengths [m]."""
-    tangent = _interpolate(curve, curve.tangents, arc_length)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    return np.column_stack([-tangent[:, 1], tangent[:, 0]])
-
-
-def at_depth(curve: Curve, arc_length: Floats, depth: Floats | float) -> Floats:
-    """Return the (n, 2) points at `depth` [m] below the outline, negative above it."""
-    inward = np.broadcast_to(np.asarray(depth, dtype=float), np.shape(arc_length))
-    return position(curve, arc_length) + inward[:, None] * inward_normal(curve, arc_length)
-
-
-def arc_length_at_cut(fingertip: FingertipNumbers, curve: Curve, depth: float) -> tuple[float, float]:
-    """Return the arc lengths at which the curve at `depth` meets its palmar and its dorsal end.
-
-    The ends are the proximal cut of the sagittal section; a transverse section is closed and ends on its back.
-    """
-    if curve.closed:
-        return float(curve.arc_length[0]), float(curve.arc_length[-1])
-    beyond = at_depth(curve, curve.arc_length, depth)[:, 0] + fingertip.sagittal.pad_length
-    crossing = np.flatnonzero(np.diff(np.sign(beyond)))
-    first, last = (_root(curve.arc_length, beyond, index) for index in (crossing[0], crossing[-1]))
-    return first, last
-
-
-def _root(arc_length: Floats, values: Floats, index: np.intp) -> float:
-    share = values[index] / (values[index] - values[index + 1])
-    return float(arc_length[index] + share * (arc_length[index + 1] - arc_length[index]))
-
-
-def _interpolate(curve: Curve, values: Floats, arc_length: Floats) -> Floats:
-    return np.column_stack([np.interp(arc_length, curve.arc_length, component) for component in values.T])
+    return _sagittal(outline) if isinstance(outline, SagittalOutline) else _transverse(outline)
 
 
 def _sagittal(outline: SagittalOutline) -> Curve:
     # The layers below lean by up to the slope at the cut; one half height beyond it is ample.
     beyond = -outline.pad_length - outline.half_height
-    pad = _pad(outline, _steps(beyond, 0.0))
-    tip = _ellipse(outline.tip_length, outline.half_height, -np.pi / 2, np.pi / 2)
+    x, share = _steps(beyond, 0.0), outline.pad_rise / outline.pad_length**2
+    pad = np.column_stack([x, -outline.half_height + share * x**2])
+    pad_tangents = _unit(np.column_stack([np.ones_like(x), 2 * share * x]))
+    tip, tip_tangents = _ellipse(outline.tip_length, outline.half_height, -np.pi / 2, np.pi / 2)
     x = _steps(0.0, beyond)
     back = np.column_stack([x, np.full_like(x, outline.half_height)])
-    flat = np.tile([-1.0, 0.0], (len(x), 1))
-    points = np.vstack([pad[0][:-1], tip[0][:-1], back])
-    tangents = np.vstack([pad[1][:-1], tip[1][:-1], flat])
-    return _curve(points, tangents, start=len(pad[0]) - 1, closed=False)
-
-
-def _pad(outline: SagittalOutline, x: Floats) -> tuple[Floats, Floats]:
-    share = outline.pad_rise / outline.pad_length**2
-    points = np.column_stack([x, -outline.half_height + share * x**2])
-    return points, _unit(np.column_stack([np.ones_like(x), 2 * share * x]))
+    points = np.vstack([pad[:-1], tip[:-1], back])
+    tangents = np.vstack([pad_tangents[:-1], tip_tangents[:-1], np.tile([-1.0, 0.0], (len(x), 1))])
+    return _curve(points, tangents, start=len(pad) - 1, closed=False)
 
 
 def _transverse(outline: TransverseOutline) -> Curve:
@@ -114,10 +65,92 @@ def _steps(first: float, last: float) -> Floats:
 
 
 def _unit(vectors: Floats) -> Floats:
-    unit: Floats = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    return unit
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
 def _curve(points: Floats, tangents: Floats, start: int, closed: bool) -> Curve:
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     return Curve(length - length[start], points, tangents, closed)
+
+
+def position(curve: Curve, arc_length: Floats) -> Floats:
+    """Return the (n, 2) points of `curve` [m] at (n,) arc lengths [m]."""
+    return _interpolate(curve, curve.points, arc_length)
+
+
+def inward_normal(curve: Curve, arc_length: Floats) -> Floats:
+    """Return the (n, 2) unit normals [-] into the finger at (n,) arc lengths [m]."""
+    tangent = _unit(_interpolate(curve, curve.tangents, arc_length))
+    return np.column_stack([-tangent[:, 1], tangent[:, 0]])
+
+
+def _interpolate(curve: Curve, values: Floats, arc_length: Floats) -> Floats:
+    return np.column_stack([np.interp(arc_length, curve.arc_length, component) for component in values.T])
+
+
+def at_depth(curve: Curve, arc_length: Floats, depth: Floats | float) -> Floats:
+    """Return the (n, 2) points at `depth` [m] below the outline, negative above it."""
+    inward = np.broadcast_to(np.asarray(depth, dtype=float), np.shape(arc_length))
+    return position(curve, arc_length) + inward[:, None] * inward_normal(curve, arc_length)
+
+
+def nearest(points: Floats, places: Floats) -> tuple[Floats, NDArray[np.int64]]:
+    """Return how far places (n, dim) are from the nearest of some points (m, dim) [m], and the rows of these points."""
+    # SciPy's trees are slow to import, and only meshes need them.
+    from scipy.spatial import cKDTree
+
+    distances, rows = cKDTree(points).query(places)
+    return distances, rows
+
+
+def arc_length_at_cut(fingertip: FingertipNumbers, curve: Curve, depth: float) -> tuple[float, float]:
+    """Return the arc lengths at which the curve at `depth` meets its palmar and its dorsal end.
+
+    The ends are the proximal cut of the sagittal section; a transverse section is closed and ends on its back.
+    """
+    s = curve.arc_length
+    if curve.closed:
+        return float(s[0]), float(s[-1])
+    beyond = at_depth(curve, s, depth)[:, 0] + fingertip.sagittal.pad_length
+    crossing = np.flatnonzero(np.diff(np.sign(beyond)))
+    ends = []
+    for k in (crossing[0], crossing[-1]):
+        share = beyond[k] / (beyond[k] - beyond[k + 1])
+        ends.append(float(s[k] + share * (s[k + 1] - s[k])))
+    return ends[0], ends[1]
+
+
+def fade(zone: RidgeZone, arc_length: Floats) -> Floats:
+    """Return the share [-] of ridges and ripples at arc lengths (n,) [m]: 1 in the zone, smoothly to 0 at its ends."""
+    inside = np.minimum(arc_length - zone.start, zone.end - arc_length)
+    return smooth_step(inside / zone.fade)
+
+
+def smooth_step(share: Floats) -> Floats:
+    """Return shares that grow from 0 to 1, without bends at both ends."""
+    clipped = np.clip(share, 0.0, 1.0)
+    weight: Floats = clipped**2 * (3.0 - 2.0 * clipped)
+    return weight
+
+
+def surface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
+    """Return the depth [m] of the outer skin surface at arc lengths (n,) [m]: negative on fingerprint crests."""
+    fingerprint = fingertip.fingerprint
+    if not fingerprint.enabled:
+        return np.zeros_like(arc_length)
+    ripple = np.cos(2 * np.pi * arc_length / fingerprint.pitch + fingerprint.phase)
+    depth: Floats = -0.5 * fingerprint.height * ripple * fade(fingertip.zone, arc_length)
+    return depth
+
+
+def interface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
+    """Return the depth [m] of the epidermis-dermis interface at arc lengths (n,) [m]; mean: the epidermis thickness."""
+    thickness = fingertip.layers.epidermis_thickness
+    if not fingertip.ridges.enabled:
+        return np.full_like(arc_length, thickness)
+    # Squared cosines, both kinds of ridges in turn.
+    ridges, wave = fingertip.ridges, np.cos(2 * np.pi * arc_length / fingertip.ridges.pitch)
+    height = np.where(wave > 0.0, ridges.intermediate_height, ridges.limiting_height)
+    profile = height * wave**2 - ridges.mean_height
+    depth: Floats = thickness + profile * fade(fingertip.zone, arc_length)
+    return depth

@@ -1,9 +1,8 @@
 """The phalanx inside a fingertip: its contour in a section and its surface in 3D.
 
-The surface of the distal phalanx in 3D: sections across the finger, each with the shape of the transverse one.
-
-The section at x lies between the palmar and the dorsal line of the sagittal contour; its width is the phalanx's there.
-So the cut z = 0 is the sagittal contour, and the cut x = 0 the transverse one.
+In 3D sections across the finger have the shape of the transverse contour. The one at x lies between the palmar and the
+dorsal line of the sagittal contour, with the phalanx's width there: so the cut z = 0 is the sagittal contour, and the
+cut x = 0 the transverse one.
 """
 
 from __future__ import annotations
@@ -17,19 +16,9 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, SagittalPhalanx
-from fingerslip.specimens.fingertip.outline import Curve, at_depth, inward_normal, outline_curve
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, inward_normal, nearest, outline_curve
 from fingerslip.specimens.fingertip.skin import depth_below_skin, skin_section, solid_shape
 from fingerslip.units import coordinates, millimetres
-
-__all__ = [
-    "PhalanxSurface",
-    "heights_in_the_middle",
-    "palmar_face",
-    "phalanx_contour",
-    "phalanx_surface",
-    "reaches_cut",
-]
-
 
 Floats = NDArray[np.float64]
 
@@ -42,14 +31,23 @@ def phalanx_contour(fingertip: FingertipNumbers) -> Floats:
     A contour that ends on the proximal cut is open there, from the palmar to the dorsal end; else its last point is
     the first one again.
     """
-    if fingertip.phalanx.variant == "scaled":
-        contour = _scale(fingertip)
-    elif fingertip.section == "sagittal":
-        contour = _sagittal(fingertip)
-    else:
-        contour = _transverse(fingertip)
-    _check_tissue(fingertip, contour)
+    shape = _sagittal if fingertip.section == "sagittal" else _transverse
+    contour = (_scale if fingertip.phalanx.variant == "scaled" else shape)(fingertip)
+    curve = outline_curve(fingertip)
+    _, rows = nearest(curve.points, contour)
+    inward = inward_normal(curve, curve.arc_length[rows])
+    _check_tissue(fingertip, contour, np.sum((contour - curve.points[rows]) * inward, axis=1))
     return contour
+
+
+def _check_tissue(fingertip: FingertipNumbers, points: Floats, depth: Floats) -> None:
+    """Refuse a phalanx whose points (n, dim) at depths (n,) [m] are nearer to the dermis than a tenth of the skin."""
+    thickness = depth - fingertip.layers.skin_thickness
+    needed, thinnest = 0.1 * fingertip.layers.skin_thickness, int(thickness.argmin())
+    if thickness[thinnest] < needed:
+        fault = f"{millimetres(thickness[thinnest], 3)} of tissue at {coordinates(points[thinnest], 3)}"
+        allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
+        raise InputError("phalanx", fault, allowed, "make the skin thinner or the phalanx smaller")
 
 
 def reaches_cut(contour: Floats) -> bool:
@@ -62,7 +60,10 @@ def palmar_face(fingertip: FingertipNumbers, x: Floats) -> Floats:
     phalanx = fingertip.phalanx.sagittal
     hollow = np.exp(-(((x - phalanx.concavity_position) / phalanx.concavity_width) ** 2))
     depth = phalanx.concavity_depth if fingertip.phalanx.variant == "original" else 0.0
-    limit = _palmar_limit(fingertip, fingertip.layers.skin_thickness + phalanx.minimum_tissue, x)
+    # The palmar curve below the skin and the least tissue, behind the lowest point.
+    curve = outline_curve(dataclasses.replace(fingertip, section="sagittal"))
+    behind = curve.arc_length[curve.arc_length <= 0.0]
+    limit = np.interp(x, *at_depth(curve, behind, fingertip.layers.skin_thickness + phalanx.minimum_tissue).T)
     return _rounded_maximum(phalanx.palmar_level + depth * hollow, limit, fingertip.phalanx.corner_radius / 2)
 
 
@@ -71,14 +72,6 @@ def _rounded_maximum(first: Floats, second: Floats | float, width: float) -> Flo
     near = np.maximum(width - np.abs(first - second), 0.0)
     larger: Floats = np.maximum(first, second) + near**2 / (4.0 * width)
     return larger
-
-
-def _palmar_limit(fingertip: FingertipNumbers, depth: float, x: Floats) -> Floats:
-    """Return the heights y of the palmar curve at `depth` below the skin, behind the lowest point."""
-    curve = outline_curve(dataclasses.replace(fingertip, section="sagittal"))
-    palmar = curve.arc_length <= 0.0
-    points = at_depth(curve, curve.arc_length[palmar], depth)
-    return np.interp(x, points[:, 0], points[:, 1])
 
 
 def _sagittal(fingertip: FingertipNumbers) -> Floats:
@@ -120,22 +113,24 @@ def _transverse(fingertip: FingertipNumbers) -> Floats:
     angle = np.linspace(0.0, 2 * np.pi, count)
     x, y = phalanx.half_width * np.cos(angle), phalanx.half_height * np.sin(angle)
     palmar = y < 0.0
-    y[palmar] = _transverse_face(fingertip, x[palmar], y[palmar])
+    if fingertip.phalanx.variant == "flattened":
+        y[palmar] = _rounded_maximum(y[palmar], phalanx.palmar_level, fingertip.phalanx.corner_radius / 2)
+    else:
+        # The hollow ends on the widest line of the phalanx, so that the contour stays a function of x on either side.
+        share = y[palmar] / -phalanx.half_height
+        y[palmar] += phalanx.concavity_depth * share * np.exp(-((x[palmar] / phalanx.concavity_width) ** 2))
     contour = np.column_stack([x, y])
     contour[-1] = contour[0]
-    return contour if fingertip.solid is None else _stretch(fingertip, contour)
-
-
-def _stretch(fingertip: FingertipNumbers, contour: Floats) -> Floats:
-    """Stretch a transverse contour to the height of the sagittal one above the lowest point of the skin."""
-    phalanx = fingertip.phalanx
-    if phalanx.sagittal.distal_end <= phalanx.corner_radius:
-        fault, allowed = f"got {millimetres(phalanx.sagittal.distal_end)}", "needs to reach beyond x = 0 in 3D"
+    if fingertip.solid is None:
+        return contour
+    # In 3D it is stretched to the height of the sagittal one above the lowest point of the skin.
+    along = fingertip.phalanx.sagittal
+    if along.distal_end <= fingertip.phalanx.corner_radius:
+        fault, allowed = f"got {millimetres(along.distal_end)}", "needs to reach beyond x = 0 in 3D"
         raise InputError("phalanx.sagittal.distal_end", fault, allowed)
-    lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), phalanx.sagittal.dorsal_level
-    palmar, dorsal = heights_in_the_middle(contour)
-    height = lowest + (contour[:, 1] - palmar) * (highest - lowest) / (dorsal - palmar)
-    return np.column_stack([contour[:, 0], height])
+    lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), along.dorsal_level
+    bottom, top = heights_in_the_middle(contour)
+    return np.column_stack([contour[:, 0], lowest + (contour[:, 1] - bottom) * (highest - lowest) / (top - bottom)])
 
 
 def heights_in_the_middle(contour: Floats) -> tuple[float, float]:
@@ -145,16 +140,6 @@ def heights_in_the_middle(contour: Floats) -> tuple[float, float]:
     share = x[crossing] / (x[crossing] - x[crossing + 1])
     heights = y[crossing] + share * (y[crossing + 1] - y[crossing])
     return float(heights.min()), float(heights.max())
-
-
-def _transverse_face(fingertip: FingertipNumbers, x: Floats, y: Floats) -> Floats:
-    phalanx = fingertip.phalanx.transverse
-    if fingertip.phalanx.variant == "flattened":
-        return _rounded_maximum(y, phalanx.palmar_level, fingertip.phalanx.corner_radius / 2)
-    # The hollow ends on the widest line of the phalanx, so that the contour stays a function of x on either side.
-    share = y / -phalanx.half_height
-    face: Floats = y + phalanx.concavity_depth * share * np.exp(-((x / phalanx.concavity_width) ** 2))
-    return face
 
 
 def _scale(fingertip: FingertipNumbers) -> Floats:
@@ -175,22 +160,19 @@ def _rounded_offset(curve: Curve, offset: float, radius: float) -> Floats:
     A circle of that radius inside the curve touches it wherever its centre, deeper by the radius, has no other part
     of the outline nearer to it; the parts it cannot touch become arcs about its last centre.
     """
-    from scipy.spatial import cKDTree
-
     arc_length = curve.arc_length[:-1] if curve.closed else curve.arc_length
     centres = at_depth(curve, arc_length, offset + radius)
-    distance, _ = cKDTree(curve.points).query(centres)
+    distance, _ = nearest(curve.points, centres)
     rows = np.flatnonzero(distance > (offset + radius) * (1 - 1e-9))
     if len(rows) == 0:
         return np.empty((0, 2))
     points, after = at_depth(curve, arc_length[rows], offset), np.roll(rows, -1)
-    pieces = []
-    for number in range(len(rows)):
-        pieces.append(points[number : number + 1])
-        if (after[number] - rows[number]) % len(arc_length) > 1:
-            centre = (centres[rows[number]] + centres[after[number]]) / 2
-            pieces.append(_arc(centre, points[number], points[(number + 1) % len(rows)]))
-    return np.vstack([*pieces, points[:1]])
+    pieces, start = [], 0
+    for number in np.flatnonzero((after - rows) % len(arc_length) > 1).tolist():
+        centre = (centres[rows[number]] + centres[after[number]]) / 2
+        pieces += [points[start : number + 1], _arc(centre, points[number], points[(number + 1) % len(rows)])]
+        start = number + 1
+    return np.vstack([*pieces, points[start:], points[:1]])
 
 
 def _arc(centre: Floats, start: Floats, end: Floats) -> Floats:
@@ -198,8 +180,7 @@ def _arc(centre: Floats, start: Floats, end: Floats) -> Floats:
     first, last = (np.arctan2(*(point - centre)[::-1]) for point in (start, end))
     angle = first + np.linspace(0.0, (last - first) % (2 * np.pi), 200)[1:-1]
     radius = np.linspace(np.linalg.norm(start - centre), np.linalg.norm(end - centre), 200)[1:-1]
-    circle: Floats = centre + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    return circle
+    return np.asarray(centre + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
 
 
 def _clip(fingertip: FingertipNumbers, ring: Floats) -> Floats:
@@ -210,38 +191,15 @@ def _clip(fingertip: FingertipNumbers, ring: Floats) -> Floats:
     inside = ring[:-1, 0] > limit
     if inside.all() or not inside.any():
         return ring if inside.any() else ring[:0]
-    first = int(np.flatnonzero(inside & ~np.roll(inside, 1))[0])
-    body, before = np.roll(ring[:-1], -first, axis=0)[: np.count_nonzero(inside)], np.roll(ring[:-1], 1, axis=0)[first]
-    after = np.roll(ring[:-1], -first, axis=0)[np.count_nonzero(inside)]
-    ends = [_at_x(before, body[0], limit), _at_x(body[-1], after, limit)]
-    return np.vstack([ends[0], body, ends[1]] if reaching else [ends[0], body, ends[1], ends[0]])
+    first, count = int(np.flatnonzero(inside & ~np.roll(inside, 1))[0]), np.count_nonzero(inside)
+    turned = np.roll(ring[:-1], -first, axis=0)
 
+    def end(start: Floats, stop: Floats) -> Floats:
+        share = (limit - start[0]) / (stop[0] - start[0])
+        return np.array([[limit, start[1] + share * (stop[1] - start[1])]])
 
-def _at_x(start: Floats, end: Floats, x: float) -> Floats:
-    share = (x - start[0]) / (end[0] - start[0])
-    return np.array([[x, start[1] + share * (end[1] - start[1])]])
-
-
-def _check_tissue(fingertip: FingertipNumbers, contour: Floats) -> None:
-    """Refuse a phalanx that comes nearer to the dermis than a tenth of the skin's thickness."""
-    thickness = _depth_below_skin(fingertip, contour) - fingertip.layers.skin_thickness
-    needed = 0.1 * fingertip.layers.skin_thickness
-    thinnest = int(thickness.argmin())
-    if thickness[thinnest] < needed:
-        fault = f"{millimetres(thickness[thinnest], 3)} of tissue at {coordinates(contour[thinnest], 3)}"
-        allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
-        raise InputError("phalanx", fault, allowed, "make the skin thinner or the phalanx smaller")
-
-
-def _depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
-    """Return the depths [m] of (n, 2) points below the outline, negative outside."""
-    from scipy.spatial import cKDTree
-
-    curve = outline_curve(fingertip)
-    _, nearest = cKDTree(curve.points).query(points)
-    inward = inward_normal(curve, curve.arc_length[nearest])
-    depth: Floats = np.sum((points - curve.points[nearest]) * inward, axis=1)
-    return depth
+    piece = [end(turned[-1], turned[0]), turned[:count], end(turned[count - 1], turned[count])]
+    return np.vstack(piece if reaching else [*piece, piece[0]])
 
 
 _ROW_SPACING = 1e-4
@@ -286,7 +244,8 @@ def phalanx_surface(fingertip: FingertipNumbers) -> PhalanxSurface:
     x = np.broadcast_to(rows.x[:, None], (len(rows.x), len(up)))
     y = middle[:, None] + half[:, None] * up
     surface = np.stack([x, y, rows.half_width[:, None] * across], axis=-1)
-    _check_tissue_phalanx_surface(fingertip, surface)
+    points = surface[::_CHECKED, ::2].reshape(-1, 3)
+    _check_tissue(fingertip, points, depth_below_skin(fingertip, points))
     return PhalanxSurface(surface, rows.open)
 
 
@@ -294,21 +253,15 @@ def _shape(fingertip: FingertipNumbers) -> tuple[Floats, Floats]:
     """Return the transverse contour, its half width and its half height in the middle plane scaled to one."""
     contour = phalanx_contour(dataclasses.replace(fingertip, section="transverse"))
     palmar, dorsal = heights_in_the_middle(contour)
-    half = _right_half(contour)
+    ring = contour[:-1]
+    first = int(np.flatnonzero((ring[:, 0] > 0.0) & (np.roll(ring[:, 0], 1) <= 0.0))[0])
+    right = np.roll(ring, -first, axis=0)
+    half = np.vstack([[[0.0, palmar]], right[: int(np.argmin(right[:, 0] > 0.0))], [[0.0, dorsal]]])
     across = half[:, 0] / half[:, 0].max()
     up = 2 * (half[:, 1] - palmar) / (dorsal - palmar) - 1.0
     widest = int(across.argmax())
     across, up = _evenly(across, up, [0, widest, len(across) - 1])
     return np.concatenate([across, -across[-2:0:-1]]), np.concatenate([up, up[-2:0:-1]])
-
-
-def _right_half(contour: Floats) -> Floats:
-    """Return the part of a counter-clockwise contour at x >= 0, from its palmar to its dorsal end."""
-    ring = contour[:-1]
-    first = int(np.flatnonzero((ring[:, 0] > 0.0) & (np.roll(ring[:, 0], 1) <= 0.0))[0])
-    right = np.roll(ring, -first, axis=0)
-    palmar, dorsal = heights_in_the_middle(contour)
-    return np.vstack([[[0.0, palmar]], right[: int(np.argmin(right[:, 0] > 0.0))], [[0.0, dorsal]]])
 
 
 def _evenly(x: Floats, y: Floats, stops: list[int]) -> tuple[Floats, Floats]:
@@ -324,7 +277,9 @@ def _rows(fingertip: FingertipNumbers) -> _Rows:
     phalanx, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
     start, stop = -fingertip.sagittal.pad_length, phalanx.distal_end - radius
     phalanx_contour(dataclasses.replace(fingertip, section="sagittal"))
-    body = _through_origin(start, stop)
+    # Positions from start to stop, one of them at zero.
+    before = np.linspace(start, 0.0, int(np.ceil(-start / _ROW_SPACING)) + 1)
+    body = np.concatenate([before[:-1], np.linspace(0.0, stop, int(np.ceil(stop / _ROW_SPACING)) + 1)])
     turn = np.linspace(0.0, np.pi / 2, _CORNER_ROWS)[1:]
     shrinking = np.linspace(1.0, 0.0, _FACE_ROWS)[1:]
     x = np.concatenate([body, stop + radius * np.sin(turn), np.full(len(shrinking), phalanx.distal_end)])
@@ -336,28 +291,21 @@ def _rows(fingertip: FingertipNumbers) -> _Rows:
     return _Rows(x, middle - share * half, middle + share * half, share * width, open=True)
 
 
-def _through_origin(start: float, stop: float) -> Floats:
-    """Return positions from start to stop, one of them at zero."""
-    before = np.linspace(start, 0.0, int(np.ceil(-start / _ROW_SPACING)) + 1)
-    return np.concatenate([before[:-1], np.linspace(0.0, stop, int(np.ceil(stop / _ROW_SPACING)) + 1)])
-
-
 def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
     """Return the half width [m] of the phalanx: base, waist, tuft and end joined by a monotone curve."""
     from scipy.interpolate import PchipInterpolator
 
     phalanx, widths = fingertip.phalanx, solid_shape(fingertip).phalanx
-    places = [-fingertip.sagittal.pad_length, widths.waist_position, 0.0, phalanx.sagittal.distal_end]
-    widths_given = [
-        widths.base_half_width,
-        widths.waist_half_width,
-        phalanx.transverse.half_width,
-        widths.end_half_width,
-    ]
     if widths.end_half_width <= phalanx.corner_radius:
         fault, allowed = f"got {millimetres(widths.end_half_width)}", f"needs > {millimetres(phalanx.corner_radius)}"
         raise InputError("solid.phalanx.end_half_width", fault, f"{allowed} (phalanx.corner_radius)")
-    half_width: Floats = PchipInterpolator(places, widths_given)(x)
+    points = {
+        -fingertip.sagittal.pad_length: widths.base_half_width,
+        widths.waist_position: widths.waist_half_width,
+        0.0: phalanx.transverse.half_width,
+        phalanx.sagittal.distal_end: widths.end_half_width,
+    }
+    half_width: Floats = PchipInterpolator(list(points), list(points.values()))(x)
     return half_width
 
 
@@ -407,24 +355,8 @@ def _planform(fingertip: FingertipNumbers, x: Floats, ends: tuple[float, float],
     ahead = np.interp(np.maximum(x, 0.0) / ends[1], moved[order, 0] / moved[:, 0].max(), moved[order, 1])
     behind = np.maximum(skin_section(fingertip, np.minimum(x, 0.0))[2] - offset, 0.0) / (widest - offset)
     share: Floats = np.where(x > 0.0, ahead / (widest - offset), behind)
-    return share if is_open else share * _rounded_end(x, ends[0], min(widest - offset, -ends[0]))
-
-
-def _rounded_end(x: Floats, first: float, length: float) -> Floats:
-    """Return the share of the width where an end that lies inside the finger closes as an ellipse."""
-    back = np.clip((first + length - x) / length, 0.0, 1.0)
-    share: Floats = np.sqrt(1.0 - back**2)
-    return share
-
-
-def _check_tissue_phalanx_surface(fingertip: FingertipNumbers, surface: Floats) -> None:
-    """Refuse a phalanx that comes nearer to the dermis than a tenth of the skin's thickness."""
-    points = surface[::_CHECKED, ::2].reshape(-1, 3)
-    thickness = depth_below_skin(fingertip, points) - fingertip.layers.skin_thickness
-    needed = 0.1 * fingertip.layers.skin_thickness
-    thinnest = int(thickness.argmin())
-    if thickness[thinnest] < needed:
-        position = coordinates(points[thinnest], 3)
-        allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
-        fault = f"{millimetres(thickness[thinnest], 3)} of tissue at {position}"
-        raise InputError("phalanx", fault, allowed, "make the skin thinner or the phalanx smaller")
+    if is_open:
+        return share
+    # An end that lies inside the finger closes as an ellipse.
+    length = min(widest - offset, -ends[0])
+    return share * np.sqrt(1.0 - np.clip((ends[0] + length - x) / length, 0.0, 1.0) ** 2)

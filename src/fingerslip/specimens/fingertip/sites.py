@@ -11,18 +11,9 @@ from numpy.typing import NDArray
 
 from fingerslip.marker_layouts import hexagonal_layout
 from fingerslip.sites import Site
-from fingerslip.specimens.fingertip.interfaces import interface_depth
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, Section
-from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
+from fingerslip.specimens.fingertip.outline import at_depth, interface_depth, outline_curve
 from fingerslip.specimens.fingertip.skin import pose_points, skin_section, solid_shape
-
-__all__ = [
-    "receptor_sites",
-    "reference_sites",
-    "skin_markers",
-    "solid_receptor_sites",
-]
-
 
 Floats = NDArray[np.float64]
 
@@ -40,34 +31,28 @@ def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     fingertip : FingertipNumbers
         Gives ridges, layers and depths.
     """
-    intermediate = _ridges_in_zone(fingertip, shift=0.0)
-    limiting = _ridges_in_zone(fingertip, shift=0.5)
-    receptors, layers, curve = fingertip.receptors, fingertip.layers, outline_curve(fingertip)
-    border = np.full_like(intermediate, layers.skin_thickness - receptors.sa_ii_height)
-    deep = np.full_like(intermediate, receptors.fa_ii_depth)
-    return (
-        *_sites(curve, "FA-I", limiting, interface_depth(fingertip, limiting), "dermis"),
-        *_sites(curve, "SA-I", intermediate, interface_depth(fingertip, intermediate), "epidermis"),
-        *_sites(curve, "FA-II", intermediate, deep, "tissue"),
-        *_sites(curve, "SA-II", intermediate, border, "dermis"),
+    zone, pitch, curve = fingertip.zone, fingertip.ridges.pitch, outline_curve(fingertip)
+
+    def ridges(shift: float) -> Floats:
+        """Return the arc lengths (k + shift) pitch at which ridges have their full height."""
+        first = np.ceil((zone.start + zone.fade) / pitch - shift)
+        last = np.floor((zone.end - zone.fade) / pitch - shift)
+        arc_length: Floats = (np.arange(first, last + 1) + shift) * pitch
+        return arc_length
+
+    intermediate, limiting = ridges(0.0), ridges(0.5)
+    border = fingertip.layers.skin_thickness - fingertip.receptors.sa_ii_height
+    rows = (
+        ("FA-I", limiting, interface_depth(fingertip, limiting), "dermis"),
+        ("SA-I", intermediate, interface_depth(fingertip, intermediate), "epidermis"),
+        ("FA-II", intermediate, fingertip.receptors.fa_ii_depth, "tissue"),
+        ("SA-II", intermediate, border, "dermis"),
     )
-
-
-def _ridges_in_zone(fingertip: FingertipNumbers, shift: float) -> Floats:
-    """Return the arc lengths (k + shift) pitch at which ridges have their full height."""
-    zone, pitch = fingertip.zone, fingertip.ridges.pitch
-    first = np.ceil((zone.start + zone.fade) / pitch - shift)
-    last = np.floor((zone.end - zone.fade) / pitch - shift)
-    arc_length: Floats = (np.arange(first, last + 1) + shift) * pitch
-    return arc_length
-
-
-def _sites(curve: Curve, kind: str, arc_length: Floats, depth: Floats, region: str) -> list[Site]:
-    points = at_depth(curve, arc_length, depth)
-    return [
-        Site(name=f"{kind}-{number:02d}", kind=kind, position=(float(x), float(y)), region=region)
-        for number, (x, y) in enumerate(points, start=1)
-    ]
+    return tuple(
+        Site(f"{kind}-{number:02d}", kind, _position(point), region)
+        for kind, arc_length, depth, region in rows
+        for number, point in enumerate(at_depth(curve, arc_length, depth), start=1)
+    )
 
 
 _LINES: Mapping[str, Section] = MappingProxyType({"h": "sagittal", "v": "transverse"})
@@ -150,30 +135,22 @@ def _line(fingertip: FingertipNumbers, line: str, spacing: float, depth: float) 
 
 
 def _position(point: Floats) -> tuple[float, ...]:
-    return tuple(float(value) for value in point)
-
-
-_KIND = "external marker"
+    return tuple(map(float, point))
 
 
 def skin_markers(fingertip: FingertipNumbers, spacing: float = 1.5e-3, layers: int = 4) -> tuple[Site, ...]:
     """Return dots on the skin around its lowest point: a hexagonal lattice where it is seen from straight below.
 
-    No paper prints such dots with dimensions; spacing and number are assumed.
-
-    Units: spacing [m].
+    No paper prints such dots with dimensions; spacing [m] and number are assumed.
     """
     solid_shape(fingertip)
     layout = hexagonal_layout(spacing, layers)
-    places = pose_points(fingertip, _lowest(fingertip, *layout.position.T))
+    x, z = layout.position.T
+    centre, height, width = skin_section(fingertip, x)
+    palmar = np.column_stack([x, centre - height * np.sqrt(1.0 - (z / width) ** 2), z])
+    places = pose_points(fingertip, palmar)
     first = np.searchsorted(layout.ring, layout.ring)
     return tuple(
-        Site(f"external-marker-{ring}-{number:02d}", _KIND, tuple(map(float, point)), "epidermis")
+        Site(f"external-marker-{ring}-{number:02d}", "external marker", _position(point), "epidermis")
         for ring, number, point in zip(layout.ring, np.arange(layout.count) - first + 1, places, strict=True)
     )
-
-
-def _lowest(fingertip: FingertipNumbers, x: Floats, z: Floats) -> Floats:
-    """Return the (n, 3) points of the palmar skin above (n,) points x, z of a plane [m]; all are within the finger."""
-    centre, height, width = skin_section(fingertip, x)
-    return np.column_stack([x, centre - height * np.sqrt(1.0 - (z / width) ** 2), z])

@@ -1,6 +1,4 @@
-"""The skin of a fingertip: its surface, its relief, and how the plate finds it.
-
-The outer surface of the fingertip in 3D: its points, its normals, and what lies below it.
+"""The outer surface of the fingertip in 3D: its points, its normals, what lies below it, and how the plate finds it.
 
 Every section across the finger is an ellipse between the lowest and the highest line of the sagittal outline; the tip
 is an ellipsoid. Axes as in the sagittal section: x along the finger towards the tip, y up, z across.
@@ -14,23 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.interfaces import fade, surface_depth
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers, SolidShape
-from fingerslip.specimens.fingertip.outline import outline_curve
-
-__all__ = [
-    "below_skin",
-    "depth_below_skin",
-    "inward_skin_normal",
-    "onto_skin",
-    "pose_points",
-    "relief_depth",
-    "skin_grid",
-    "skin_ring",
-    "skin_section",
-    "solid_shape",
-]
-
+from fingerslip.specimens.fingertip.outline import fade, nearest, outline_curve, surface_depth
 
 Floats = NDArray[np.float64]
 
@@ -41,19 +24,19 @@ def relief_depth(fingertip: FingertipNumbers, points: Floats) -> Floats:
     Crests run across the finger; along it the ripples are those of the sagittal section. They fade at the ends of the
     ridge zones of both sections, and there are none on the back.
     """
-    along = _palmar_arc_length(dataclasses.replace(fingertip, section="sagittal"), points[:, 0])
-    across = _palmar_arc_length(dataclasses.replace(fingertip, section="transverse"), points[:, 2])
-    ripple = surface_depth(dataclasses.replace(fingertip, section="sagittal"), along)
-    depth: Floats = ripple * fade(fingertip.transverse.zone, across) * (points[:, 1] < 0.0)
+
+    def palmar_arc_length(section: FingertipNumbers, along: Floats) -> Floats:
+        """Return the arc lengths of the palmar half of a section at positions along its horizontal axis [m]."""
+        curve = outline_curve(section)
+        widest = curve.points[:, 0].argmax()
+        palmar = slice(int(curve.points[:widest, 0].argmin()), int(widest) + 1)
+        return np.interp(along, curve.points[palmar, 0], curve.arc_length[palmar])
+
+    sagittal, transverse = (dataclasses.replace(fingertip, section=name) for name in ("sagittal", "transverse"))
+    ripple = surface_depth(sagittal, palmar_arc_length(sagittal, points[:, 0]))
+    share = fade(fingertip.transverse.zone, palmar_arc_length(transverse, points[:, 2]))
+    depth: Floats = ripple * share * (points[:, 1] < 0.0)
     return depth
-
-
-def _palmar_arc_length(fingertip: FingertipNumbers, point: Floats) -> Floats:
-    """Return the arc lengths of the palmar half of a section at positions along its horizontal axis [m]."""
-    curve = outline_curve(fingertip)
-    widest = curve.points[:, 0].argmax()
-    palmar = slice(int(curve.points[:widest, 0].argmin()), int(widest) + 1)
-    return np.interp(point, curve.points[palmar, 0], curve.arc_length[palmar])
 
 
 _PROJECTIONS = 20
@@ -85,8 +68,7 @@ def skin_section(fingertip: FingertipNumbers, x: Floats) -> tuple[Floats, Floats
 def inward_skin_normal(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the (n, 3) unit normals into the finger at (n, 3) points on its outer surface [m]."""
     _, gradient = _level(fingertip, points)
-    normal: Floats = -gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
-    return normal
+    return np.asarray(-gradient / np.linalg.norm(gradient, axis=1, keepdims=True))
 
 
 def onto_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
@@ -104,8 +86,7 @@ def onto_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
 def below_skin(fingertip: FingertipNumbers, points: Floats, depth: Floats | float) -> Floats:
     """Return the (n, 3) points at `depth` [m] below (n, 3) points of the outer surface, along its normals."""
     inward = np.broadcast_to(np.asarray(depth, dtype=float), len(points))
-    below: Floats = points + inward[:, None] * inward_skin_normal(fingertip, points)
-    return below
+    return points + inward[:, None] * inward_skin_normal(fingertip, points)
 
 
 def skin_ring(fingertip: FingertipNumbers, x: Floats, angle: Floats) -> Floats:
@@ -134,29 +115,21 @@ def skin_grid(fingertip: FingertipNumbers) -> Floats:
 
 def depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the depths [m] of (n, 3) points below the outer surface, negative outside; good to some micrometres."""
-    from scipy.spatial import cKDTree
-
     surface = skin_grid(fingertip).reshape(-1, 3)
-    _, nearest = cKDTree(surface).query(points)
-    inward = inward_skin_normal(fingertip, surface[nearest])
-    depth: Floats = np.sum((points - surface[nearest]) * inward, axis=1)
+    surface = surface[nearest(surface, points)[1]]
+    depth: Floats = np.sum((points - surface) * inward_skin_normal(fingertip, surface), axis=1)
     return depth
 
 
 def _level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:
     """Return of (n, 3) points a function that is zero on the surface and negative inside, and its (n, 3) gradient."""
-    ahead = points[:, 0] > 0.0
+    ahead, outline = points[:, 0] > 0.0, fingertip.sagittal
     level, gradient = np.empty(len(points)), np.empty((len(points), 3))
-    for chosen, part in ((ahead, _tip_level), (~ahead, _pad_level)):
-        level[chosen], gradient[chosen] = part(fingertip, points[chosen])
+    axes = [outline.tip_length, outline.half_height, fingertip.transverse.half_width]
+    share = points[ahead] / axes
+    level[ahead], gradient[ahead] = np.sum(share**2, axis=1) - 1.0, 2 * share / axes
+    level[~ahead], gradient[~ahead] = _pad_level(fingertip, points[~ahead])
     return level, gradient
-
-
-def _tip_level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:
-    outline = fingertip.sagittal
-    share = points / [outline.tip_length, outline.half_height, fingertip.transverse.half_width]
-    gradient = 2 * share / [outline.tip_length, outline.half_height, fingertip.transverse.half_width]
-    return np.sum(share**2, axis=1) - 1.0, gradient
 
 
 def _pad_level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:
@@ -176,14 +149,11 @@ def pose_points(fingertip: FingertipNumbers, points: Floats) -> Floats:
 
     The finger is turned about z and shifted so that the lowest point of its skin is at x = 0, y = -`half_height`.
     """
-    turn = _turn(solid_shape(fingertip).angle)
+    cosine, sine = np.cos(solid_shape(fingertip).angle), np.sin(solid_shape(fingertip).angle)
+    turn = np.array([[cosine, -sine], [sine, cosine]])
     curve = outline_curve(dataclasses.replace(fingertip, section="sagittal"))
     skin = curve.points[curve.points[:, 0] >= -fingertip.sagittal.pad_length] @ turn.T
     lowest = skin[skin[:, 1].argmin()]
     turned = points.copy()
     turned[:, :2] = points[:, :2] @ turn.T - lowest - [0.0, fingertip.sagittal.half_height]
     return turned
-
-
-def _turn(angle: float) -> Floats:
-    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

@@ -9,12 +9,9 @@ import numpy as np
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.tactip.layout import marker_places
 from fingerslip.specimens.tactip.parts import Dome, Markers, Rods, Skin, Window
-from fingerslip.specimens.tactip.profile import place_points
+from fingerslip.specimens.tactip.profile import marker_places, place_points
 from fingerslip.units import millimetres
-
-__all__ = ["REGIONS", "Part", "TacTipNumbers"]
 
 #: What of the sensor is modelled: its section in 2D, its half z >= 0 or the whole of it in 3D.
 Part = Literal["section", "half", "whole"]
@@ -41,10 +38,17 @@ class TacTipNumbers:
     depth: PositiveLength
 
     def __post_init__(self) -> None:
-        _check_materials(self)
-        _check_skin(self)
+        if set(self.materials) != set(REGIONS):
+            fault = f"has {', '.join(self.materials) or 'nothing'}"
+            raise InputError("materials", fault, f"needs {', '.join(REGIONS)}")
+        deepest, room = self.skin.relief + self.skin.thickness, min(self.dome.radius, self.dome.height)
+        if deepest >= room:
+            allowed = f"needs < {millimetres(room)} (dome.radius, dome.height)"
+            raise InputError("skin", f"got {millimetres(deepest)} from crowns to its inside", allowed)
         _check_rods(self)
-        _check_layout(self)
+        _check_ends(self)
+        if self.skin.ridges.enabled:
+            _check_layout(self)
 
     @property
     def marker_depth(self) -> float:
@@ -57,20 +61,6 @@ class TacTipNumbers:
         return self.skin.thickness - self.rods.embedding
 
 
-def _check_materials(sensor: TacTipNumbers) -> None:
-    if set(sensor.materials) != set(REGIONS):
-        fault = f"has {', '.join(sensor.materials) or 'nothing'}"
-        raise InputError("materials", fault, f"needs {', '.join(REGIONS)}")
-
-
-def _check_skin(sensor: TacTipNumbers) -> None:
-    deepest = sensor.skin.relief + sensor.skin.thickness
-    room = min(sensor.dome.radius, sensor.dome.height)
-    if deepest >= room:
-        allowed = f"needs < {millimetres(room)} (dome.radius, dome.height)"
-        raise InputError("skin", f"got {millimetres(deepest)} from crowns to its inside", allowed)
-
-
 def _check_rods(sensor: TacTipNumbers) -> None:
     rods, thickness = sensor.rods, sensor.skin.thickness
     if rods.embedding >= thickness:
@@ -80,7 +70,6 @@ def _check_rods(sensor: TacTipNumbers) -> None:
     if ridges.enabled and rods.radius >= 0.9 * (ridges.bend_radius + thickness / 2):
         allowed = f"needs < {millimetres(0.9 * (ridges.bend_radius + thickness / 2))}, inside its ridge"
         raise InputError("rods.radius", f"got {millimetres(rods.radius)}", allowed)
-    _check_ends(sensor)
 
 
 def _check_ends(sensor: TacTipNumbers) -> None:
@@ -91,7 +80,7 @@ def _check_ends(sensor: TacTipNumbers) -> None:
     fault = f"markers {millimetres(sensor.marker_depth)} below the crowns"
     if sensor.marker_depth >= sensor.dome.radius:
         raise InputError("rods.length", fault, f"needs < {millimetres(sensor.dome.radius)} (dome.radius)")
-    distance, height = place_points(sensor.dome, places.along, np.full(len(places.along), sensor.marker_depth)).T
+    distance, height = place_points(sensor.dome, places.along, sensor.marker_depth).T
     if height.max() + rods.radius >= sensor.dome.height:
         raise InputError("rods.length", fault, "needs markers below the window", "make the rods shorter")
     ends = np.column_stack([distance * np.cos(places.azimuth), height, distance * np.sin(places.azimuth)])
@@ -103,9 +92,8 @@ def _check_ends(sensor: TacTipNumbers) -> None:
 
 
 def _check_layout(sensor: TacTipNumbers) -> None:
+    """Refuse markers that are not one ring in the crown of each ridge."""
     markers, ridges = sensor.markers, sensor.skin.ridges
-    if not ridges.enabled:
-        return
     if markers.layout != "rings":
         fault = "is hexagonal under concentric ridges"
         allowed = "needs rings, as a rod begins in the crown of a ridge and a ridge is a ring"

@@ -11,11 +11,6 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import NonNegativeLength, PositiveLength, parameters
 from fingerslip.units import millimetres
 
-__all__ = ["Dome", "Layout", "Markers", "Ridges", "Rods", "Skin", "Window"]
-
-#: How internal markers are arranged.
-Layout = Literal["rings", "hexagonal"]
-
 _Count = Annotated[int, pydantic.Field(ge=1, le=1000)]
 
 
@@ -136,7 +131,7 @@ class Markers:
         From ring to ring, or from neighbour to neighbour, along the outermost surface [m].
     """
 
-    layout: Layout
+    layout: Literal["rings", "hexagonal"]
     rings: tuple[_Count, ...]
     layers: _Count
     spacing: PositiveLength

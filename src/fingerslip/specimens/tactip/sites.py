@@ -9,11 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.sites import Site
-from fingerslip.specimens.tactip.layout import MarkerPlaces, marker_places
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
-from fingerslip.specimens.tactip.profile import place_points
-
-__all__ = ["GROUPS", "marker_name", "marker_sites", "modelled_places", "points_at"]
+from fingerslip.specimens.tactip.profile import MarkerPlaces, marker_places, place_points
 
 Floats = NDArray[np.float64]
 
@@ -21,18 +18,6 @@ Floats = NDArray[np.float64]
 GROUPS: Mapping[str, str] = MappingProxyType(
     {"internal_markers": "internal marker", "rod_feet": "rod foot", "external_markers": "external marker"}
 )
-_REGIONS = MappingProxyType({"internal_markers": "rods", "rod_feet": "rods", "external_markers": "skin"})
-
-
-def marker_name(kind: str, ring: int, number: int) -> str:
-    """Return the name of a site.
-
-    Examples
-    --------
-    >>> marker_name("internal marker", 2, 5)
-    'internal-marker-2-05'
-    """
-    return f"{kind.replace(' ', '-')}-{ring}-{number:02d}"
 
 
 def modelled_places(sensor: TacTipNumbers) -> MarkerPlaces:
@@ -45,7 +30,7 @@ def modelled_places(sensor: TacTipNumbers) -> MarkerPlaces:
 
 def points_at(sensor: TacTipNumbers, places: MarkerPlaces, depth: float) -> Floats:
     """Return the points at a depth [m] under marker places, shape (n, 2) for a section, else (n, 3) [m]."""
-    distance, height = place_points(sensor.dome, places.along, np.full(len(places.along), depth)).T
+    distance, height = place_points(sensor.dome, places.along, depth).T
     x = distance * np.cos(places.azimuth)
     if sensor.part == "section":
         return np.column_stack([x, height])
@@ -54,12 +39,12 @@ def points_at(sensor: TacTipNumbers, places: MarkerPlaces, depth: float) -> Floa
 
 
 def marker_sites(sensor: TacTipNumbers, group: str) -> tuple[Site, ...]:
-    """Return the sites of one of the `GROUPS`, ring by ring, in each from +x towards +z."""
+    """Return the sites of one of the `GROUPS`, ring by ring, in each from +x towards +z: ``internal-marker-2-05``."""
     depths = {"internal_markers": sensor.marker_depth, "rod_feet": sensor.rod_depth, "external_markers": 0.0}
-    places, kind = modelled_places(sensor), GROUPS[group]
-    points = points_at(sensor, places, depths[group])
+    places, kind, region = modelled_places(sensor), GROUPS[group], "skin" if group == "external_markers" else "rods"
+    points, stem = points_at(sensor, places, depths[group]), kind.replace(" ", "-")
     first = np.searchsorted(places.ring, places.ring)
     return tuple(
-        Site(marker_name(kind, int(ring), int(number)), kind, tuple(map(float, point)), _REGIONS[group])
+        Site(f"{stem}-{ring}-{number:02d}", kind, tuple(map(float, point)), region)
         for ring, number, point in zip(places.ring, np.arange(len(points)) - first + 1, points, strict=True)
     )

@@ -12,56 +12,12 @@ from fingerslip.parameters import as_mapping, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import Site
 from fingerslip.specimens.protocol import ModelUse
-from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
+from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.sites import GROUPS, marker_sites
 
-__all__ = [
-    "PRESETS",
-    "TacTip",
-    "unused_reason",
-]
-
-
 _SHAPE = ("part", "dome", "skin", "rods", "markers", "window")
 _OF_SECTIONS = ("formulation", "depth")
-
-
-def unused_reason(sensor: TacTipNumbers, path: str, use: ModelUse) -> str:
-    """Return why a value of a TacTip makes no difference to a model.
-
-    Parameters
-    ----------
-    sensor : TacTipNumbers
-        The sensor.
-    path : str
-        Dotted path of the value, such as ``skin.ridges.pitch``.
-    use : ModelUse
-        What the model takes from it.
-
-    Returns
-    -------
-    str
-        The reason; empty for a value that the model uses.
-    """
-    group = path.partition(".")[0]
-    if group in _OF_SECTIONS:
-        return "of 2D sections only" if use.dim == 3 else ""
-    if group in _SHAPE and not use.meshed and not use.groups:
-        return "the mesh comes from a file"
-    return _of_other_choice(sensor, path)
-
-
-def _of_other_choice(sensor: TacTipNumbers, path: str) -> str:
-    if path.startswith("skin.ridges.") and path != "skin.ridges.enabled" and not sensor.skin.ridges.enabled:
-        return "switched off"
-    if path == "markers.layers" and sensor.markers.layout == "rings":
-        return "of the hexagonal layout only"
-    if path.partition(".rings")[0] == "markers" and sensor.markers.layout == "hexagonal":
-        return "of rings only"
-    return ""
-
-
 _OF_NO_EFFECT = frozenset({"materials", "formulation", "depth"})
 
 
@@ -133,7 +89,16 @@ class TacTip(TacTipNumbers):
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``skin.ridges.pitch``, makes no difference to a model; see `ModelUse`."""
-        return unused_reason(self, path, use)
+        group = path.partition(".")[0]
+        if group in _OF_SECTIONS:
+            return "of 2D sections only" if use.dim == 3 else ""
+        if group in _SHAPE and not use.meshed and not use.groups:
+            return "the mesh comes from a file"
+        if path.startswith("skin.ridges.") and path != "skin.ridges.enabled" and not self.skin.ridges.enabled:
+            return "switched off"
+        if path == "markers.layers" and self.markers.layout == "rings":
+            return "of the hexagonal layout only"
+        return "of rings only" if path.startswith("markers.rings") and self.markers.layout == "hexagonal" else ""
 
 
 PRESETS = Presets(TacTip, "fingerslip.specimens.tactip", kept_values)

@@ -33,7 +33,7 @@ from fingerslip.parameters.dotted import flatten, is_below, walk
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.published import published_set
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
-from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.derived import check_expression, check_names
 from fingerslip.study.definition.file import line_numbers, read_with_base

@@ -12,7 +12,7 @@ from pathlib import Path
 __all__ = ["commit", "versions"]
 
 _PACKAGES = (
-    *("fingerslip", "scikit-fem", "gmsh", "pygmsh", "meshio"),
+    *("fingerslip", "scikit-fem", "gmsh", "meshio"),
     *("numpy", "scipy", "numba", "pypardiso", "mkl", "xarray", "h5netcdf"),
 )
 

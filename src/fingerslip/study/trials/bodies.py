@@ -23,7 +23,7 @@ from fingerslip.errors import InputError
 from fingerslip.linear.threads import limited_threads
 from fingerslip.model.model import Model
 from fingerslip.model.programme import Phase, Press
-from fingerslip.specimens.tactip.layout import MarkerPlaces
+from fingerslip.specimens.tactip.profile import MarkerPlaces
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.sweep import Run

@@ -1,4 +1,4 @@
-"""Forces are the derivative of the energy and the stiffness that of the forces, on every element at large strain."""
+"""A body at large strain: forces, energy and stiffness belong together, whatever it is made of."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import sparse
 
-from fingerslip.errors import InputError, InvertedCellError
+from fingerslip.errors import FingerslipError, InputError, InvertedCellError
+from fingerslip.fe.finite.kernels import pattern_of_cells
+from fingerslip.fe.finite.thickness import Pulled, check_thickness, thickness_strain
+from fingerslip.fe.finite.volumes import selective_energy
 from fingerslip.fe.forms import stiffness_matrix
-from unit.fe.finite.bodies import EVERY, KINDS, LAWS, SOFT, STIFF, body, moved
-from unit.fe.finite.relaxing import RELAXING, relaxing_body, stepped
-from unit.fe.finite.relaxing import STEP as TIME_STEP
+from fingerslip.materials.neo_hookean import NeoHookean
+from unit.fe.finite.bodies import EVERY, KINDS, LAWS, RELAXING, SOFT, STIFF, body, moved, relaxing_body, stepped
+from unit.fe.finite.bodies import STEP as TIME_STEP
 
-STEP = 1e-6
+SMALL = 1e-6
 
 
 @EVERY
@@ -23,9 +27,9 @@ def test_force_is_the_derivative_of_the_energy(element, integration, formulation
     at = moved(bulk, 0.03)
     force = bulk.force(bulk.deformed(at))
     for seed in (1, 2, 3):
-        change = STEP * moved(bulk, 1.0, seed)
+        change = SMALL * moved(bulk, 1.0, seed)
         ahead, back = (bulk.energy(bulk.deformed(at + sign * change)) for sign in (1, -1))
-        assert (ahead - back) / 2 == pytest.approx(force @ change, abs=1e-7 * np.abs(force).max() * STEP)
+        assert (ahead - back) / 2 == pytest.approx(force @ change, abs=1e-7 * np.abs(force).max() * SMALL)
 
 
 @EVERY
@@ -35,9 +39,9 @@ def test_tangent_is_the_symmetric_derivative_of_the_force(element, integration, 
     at = moved(bulk, 0.03)
     tangent = bulk.tangent(bulk.deformed(at))
     assert np.abs(tangent - tangent.T).max() <= 1e-10 * np.abs(tangent).max()
-    change = STEP * moved(bulk, 1.0, 1)
+    change = SMALL * moved(bulk, 1.0, 1)
     ahead, back = (bulk.force(bulk.deformed(at + sign * change)) for sign in (1, -1))
-    np.testing.assert_allclose((ahead - back) / 2 / STEP, tangent @ change / STEP, atol=1e-6 * np.abs(tangent).max())
+    np.testing.assert_allclose((ahead - back) / 2 / SMALL, tangent @ change / SMALL, atol=1e-6 * np.abs(tangent).max())
 
 
 @EVERY
@@ -48,9 +52,9 @@ def test_tangent_of_a_step_of_a_body_that_relaxes(element, integration, formulat
     begun, at = bulk.begun(stepped(bulk), TIME_STEP), moved(bulk, 0.03)
     tangent = bulk.tangent(bulk.deformed(at, begun))
     assert np.abs(tangent - tangent.T).max() <= 1e-10 * np.abs(tangent).max()
-    change = STEP * moved(bulk, 1.0, 1)
+    change = SMALL * moved(bulk, 1.0, 1)
     ahead, back = (bulk.force(bulk.deformed(at + sign * change, begun)) for sign in (1, -1))
-    np.testing.assert_allclose((ahead - back) / 2 / STEP, tangent @ change / STEP, atol=1e-6 * np.abs(tangent).max())
+    np.testing.assert_allclose((ahead - back) / 2 / SMALL, tangent @ change / SMALL, atol=1e-6 * np.abs(tangent).max())
     positive = bulk.tangent(bulk.deformed(at, begun), positive=True).toarray()
     assert np.linalg.eigvalsh(positive)[0] >= -1e-10 * np.abs(positive).max()
 
@@ -72,13 +76,13 @@ def test_mean_volumes_at_random_deformation_gradients(kind, law, parts, seed):
         state = bulk.deformed(at)
     except InvertedCellError:
         return
-    force, change = bulk.force(state), STEP * moved(bulk, 1.0, seed + 1)
+    force, change = bulk.force(state), SMALL * moved(bulk, 1.0, seed + 1)
     ahead, back = (bulk.deformed(at + sign * change) for sign in (1, -1))
     size = max(float(np.abs(force).max()), 1e-3)
-    assert (bulk.energy(ahead) - bulk.energy(back)) / 2 == pytest.approx(force @ change, abs=1e-6 * size * STEP)
+    assert (bulk.energy(ahead) - bulk.energy(back)) / 2 == pytest.approx(force @ change, abs=1e-6 * size * SMALL)
     tangent = bulk.tangent(state)
-    slope = (bulk.force(ahead) - bulk.force(back)) / 2 / STEP
-    np.testing.assert_allclose(slope, tangent @ change / STEP, atol=1e-5 * np.abs(tangent).max())
+    slope = (bulk.force(ahead) - bulk.force(back)) / 2 / SMALL
+    np.testing.assert_allclose(slope, tangent @ change / SMALL, atol=1e-5 * np.abs(tangent).max())
     assert np.abs(tangent - tangent.T).max() <= 1e-9 * np.abs(tangent).max()
     positive = bulk.tangent(state, positive=True).toarray()
     assert np.linalg.eigvalsh(positive)[0] >= -1e-10 * np.abs(positive).max()
@@ -169,3 +173,188 @@ def test_the_state_near_does_not_change_the_thickness():
 def test_nodal_integration_of_other_elements_is_refused():
     with pytest.raises(InputError, match="integration"):
         body("Q4", "nodal")
+
+
+@EVERY
+def test_volumes_are_the_determinants_of_the_deformation(element, integration, formulation):
+    bulk = body(element, integration, formulation)
+    state = bulk.deformed(moved(bulk, 0.03))
+    np.testing.assert_allclose(state.volume, np.linalg.det(state.deformation))
+    np.testing.assert_allclose(np.exp(state.log_volume), state.volume)
+
+
+def test_an_elastic_body_carries_nothing():
+    bulk = body("Q4", law=SOFT)
+    state = bulk.deformed(moved(bulk, 0.02))
+    assert (state.left, state.pulled, state.history) == (None, None, None)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids="-".join)
+def test_iterates_of_a_step_carry_what_its_start_left(kind):
+    bulk = relaxing_body(kind)
+    begun = bulk.begun(stepped(bulk), SMALL)
+    one = bulk.deformed(moved(bulk, 0.02), begun)
+    other = bulk.deformed(moved(bulk, 0.03), one)
+    assert begun.left is one.left is other.left
+    assert begun.history is one.history is other.history
+    assert not np.allclose(one.pulled, other.pulled)
+
+
+NODES = {2: np.array([[0, 1, 2], [2, 1, 3], [4, 3, 1]]), 3: np.array([[0, 1, 2, 3], [4, 2, 1, 3]])}
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_sum_of_cells_is_that_of_their_entries(dim):
+    nodes = NODES[dim]
+    matrices = np.random.default_rng(dim).normal(size=(len(nodes), nodes.shape[1] * dim, nodes.shape[1] * dim))
+    dofs = (dim * nodes[..., None] + np.arange(dim)).reshape(len(nodes), -1)
+    rows, columns = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, dofs.shape[1]).ravel()
+    expected = sparse.coo_matrix((matrices.ravel(), (rows, columns)), shape=(5 * dim, 5 * dim))
+    found = pattern_of_cells(nodes, 5, dim).assemble(matrices)
+    np.testing.assert_allclose(found.toarray(), expected.toarray(), atol=1e-14)
+    assert found.has_canonical_format
+
+
+def test_zeros_stay_and_a_node_without_cells_has_none():
+    found = pattern_of_cells(np.array([[0, 2]]), 4, 2).assemble(np.zeros((1, 4, 4)))
+    assert found.nnz == 16
+    np.testing.assert_array_equal(np.diff(found.indptr), [4, 4, 0, 0, 4, 4, 0, 0])
+
+
+@EVERY
+def test_groups_share_out_the_body_and_average(element, integration, formulation):
+    bulk = body(element, integration, formulation, law=STIFF, beside=SOFT, depth=0.5)
+    if integration == "full":
+        assert bulk.volumes is None
+        return
+    volumes = bulk.volumes
+    np.testing.assert_allclose(volumes.mean @ np.ones(bulk.weights.size), 1.0)
+    np.testing.assert_allclose(volumes.mean.T @ volumes.size, bulk.weights.ravel())
+    assert volumes.size.sum() == pytest.approx(bulk.weights.sum())
+
+
+def test_nothing_is_integrated_from_mean_volumes_without_lateral_contraction():
+    found = selective_energy(NeoHookean(50e3, 0.0, 1000.0), "plane_strain", np.array([-0.1, 0.0, 0.1]))
+    np.testing.assert_array_equal(found, np.zeros((3, 3)))
+    bulk = body("Q4", law=NeoHookean(50e3, 0.0, 1000.0))
+    assert np.isfinite(bulk.deformed(moved(bulk, 0.05)).mean_volume).all()
+
+
+def test_the_groups_of_quadrilaterals_are_their_cells():
+    """The mean of the ratios of areas is the ratio of the areas of the cell."""
+    bulk = body("Q4")
+    at = moved(bulk, 0.05)
+    corners = (bulk.space.positions + at.reshape(-1, 2))[bulk.nodes]
+    before = bulk.space.positions[bulk.nodes]
+    np.testing.assert_allclose(bulk.deformed(at).mean_volume, area(corners) / area(before))
+
+
+def area(corners):
+    x, y = np.moveaxis(corners, -1, 0)
+    return 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
+
+
+def test_nodes_between_materials_have_a_group_for_each():
+    one, two = body("T3", "nodal"), body("T3", "nodal", law=STIFF, beside=SOFT)
+    nodes = len(one.space.positions)
+    between = np.intersect1d(*(two.nodes[two.materials.number == number] for number in (0, 1))).size
+    assert one.volumes.size.size == nodes + between  # two regions of one law are still two materials
+    assert np.bincount(two.volumes.material).sum() == nodes + between
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("formulation", ["plane_strain", "plane_stress", "solid"])
+def test_selective_energy_has_its_derivatives_and_at_rest_the_modulus_of_small_strain(law, formulation):
+    at, step = np.linspace(-0.3, 0.4, 8), 1e-6
+    first, second = (selective_energy(law, formulation, at)[number] for number in (1, 2))
+    ahead, back = (selective_energy(law, formulation, at + sign * step) for sign in (1, -1))
+    np.testing.assert_allclose((ahead[0] - back[0]) / (2 * step), first, atol=1e-7)
+    np.testing.assert_allclose((ahead[1] - back[1]) / (2 * step), second, rtol=1e-7)
+    rest = selective_energy(law, formulation, np.zeros(1))
+    assert [float(part[0]) for part in rest] == [
+        0.0,
+        0.0,
+        pytest.approx(law.at_rest().dilatational_modulus(formulation)),
+    ]
+
+
+def test_selective_integration_does_not_lock():
+    """The force that bends a nearly incompressible block does not grow with the bulk modulus."""
+    forces = []
+    for ratio in (0.49, 0.49999):
+        bulk = body("Q4", law=NeoHookean(3.0, ratio, 1.0))
+        x, y = bulk.space.positions.T
+        bent = 0.05 * np.column_stack([(x - 0.5) * (y - 0.5), -0.5 * (x - 0.5) ** 2 - 0.5 * (y - 0.5) ** 2])
+        forces.append(bulk.energy(bulk.deformed(bent.ravel())))
+    assert forces[1] < 3.0 * forces[0]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("guess", [0.0, 0.4, -0.8])
+def test_no_stress_is_left_across_the_plane(law, guess):
+    strain = np.random.default_rng(2).uniform(-0.5, 0.5, (50, 3))
+    strain[:, 2] = guess
+    kept = strain.copy()
+    across = thickness_strain(law, strain)
+    np.testing.assert_array_equal(strain, kept)
+    found = np.column_stack([strain[:, :2], across])
+    np.testing.assert_allclose(law.kirchhoff_stress(found)[:, 2], 0.0, atol=1e-8)
+
+
+def test_a_sheet_at_rest_keeps_its_thickness_and_no_points_have_none():
+    np.testing.assert_array_equal(thickness_strain(SOFT, np.zeros((3, 3))), 0.0)
+    assert thickness_strain(SOFT, np.zeros((0, 3))).shape == (0,)
+
+
+def test_what_a_step_finds_at_its_start_pulls_across_as_well():
+    generator = np.random.default_rng(4)
+    pulled = Pulled(generator.uniform(-0.5, 0.5, 20), generator.uniform(-0.3, 0.3, 20))
+    strain, step = generator.uniform(-0.3, 0.3, (20, 3)), 1e-6
+    ahead, back = (pulled.stress(strain + sign * step * np.eye(3)[2])[0] for sign in (1, -1))
+    np.testing.assert_allclose((ahead - back) / 2 / step, pulled.stress(strain)[1], atol=1e-8)
+    found = np.column_stack([strain[:, :2], thickness_strain(SOFT, strain, pulled)])
+    np.testing.assert_allclose(SOFT.kirchhoff_stress(found)[:, 2] + pulled.stress(found)[0], 0.0, atol=1e-8)
+    scale, third = np.exp(-2.0 / 3.0 * found.sum(axis=1)), pulled.across * np.exp(2.0 * found[:, 2])
+    np.testing.assert_allclose(pulled.stress(found)[0], scale * ((pulled.in_plane + third) / 3.0 - third))
+
+
+class _Pushing:
+    """A law that always pushes across the plane."""
+
+    def kirchhoff_stress(self, strain):
+        return np.ones_like(strain)
+
+    def kirchhoff_tangent(self, strain):
+        return np.ones((len(strain), 3, 3))
+
+
+def test_a_law_without_such_a_thickness_is_an_error_that_says_what_to_do():
+    with pytest.raises(FingerslipError, match=r"_Pushing: no thickness .* take plane strain"):
+        thickness_strain(_Pushing(), np.zeros((1, 3)))
+
+
+class Sheet:
+    """A law without stiffness across the plane, or with a stress there at rest [Pa]."""
+
+    def __init__(self, stiffness, stress):
+        self.stiffness, self.stress = stiffness, stress
+
+    def kirchhoff_stress(self, log_strain):
+        return log_strain @ np.diag([1e4, 1e4, self.stiffness]) + [0.0, 0.0, self.stress]
+
+    def kirchhoff_tangent(self, log_strain):
+        return np.tile(np.diag([1e4, 1e4, self.stiffness]), (len(log_strain), 1, 1))
+
+
+@pytest.mark.parametrize("law", [*LAWS, Sheet(1.0, 0.0)], ids=lambda law: type(law).__name__)
+def test_laws_with_a_thickness_are_taken(law):
+    check_thickness("skin", law)
+
+
+@pytest.mark.parametrize(("stiffness", "stress"), [(0.0, 0.0), (-1.0, 0.0), (np.nan, np.nan), (1e4, 3.0)])
+def test_laws_without_a_thickness_are_refused(stiffness, stress):
+    expected = (
+        rf"materials\.skin: got Sheet, .* is {stress:g} Pa at rest and grows by {stiffness:g} Pa.*take plane_strain"
+    )
+    with pytest.raises(InputError, match=expected):
+        check_thickness("skin", Sheet(stiffness, stress))

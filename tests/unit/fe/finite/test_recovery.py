@@ -11,8 +11,7 @@ from fingerslip.fe.recovery import cells_around
 from fingerslip.materials.material import SHEARS
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.verification.viscoelastic import ramp_response
-from unit.fe.finite.bodies import EVERY, SOFT, STIFF, body, moved
-from unit.fe.finite.relaxing import RELAXING, STEP, TERMS, relaxing_body
+from unit.fe.finite.bodies import EVERY, RELAXING, SOFT, STEP, STIFF, TERMS, body, moved, relaxing_body
 
 
 def cauchy(law, deformation, formulation):

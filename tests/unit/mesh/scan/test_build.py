@@ -1,4 +1,4 @@
-"""Scans as a source of meshes: their files, what decides the mesh, and what is refused; nothing is meshed here."""
+"""Scans as a source of meshes: files, placement, layers, quality, and what is refused; nothing is meshed here."""
 
 from __future__ import annotations
 
@@ -10,12 +10,26 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import skfem
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import fingerslip as fs
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan import build
-from fingerslip.mesh.scan.build import SurfaceMesh, mesh_scan, scan_cells
-from fingerslip.mesh.scan.layered import LayerSizes
+from fingerslip.mesh.scan.build import (
+    SurfaceMesh,
+    deviation,
+    layer_quality,
+    scan_cells,
+    scan_tables,
+    skin_range,
+)
+from fingerslip.mesh.scan.layered import LayerSizes, _bodies, _wanted_sizes, build_from_surfaces
+from fingerslip.mesh.scan.placement import Placement, place_surface, placement_from_directions, placement_from_landmarks
+from fingerslip.mesh.scan.surfaces import Surface
+from unit.ellipsoids import ellipsoid, with_hole
 from unit.scans import MESHES, SCAN, mesh_of_a_scan
 
 
@@ -28,21 +42,6 @@ def test_files_are_what_the_script_makes(tmp_path: Path):
         assert (MESHES / name).stat().st_size < 200_000
 
 
-def test_scan_in_the_wrong_unit():
-    with pytest.raises(MeshError, match=r"scan_skin.stl: is 2\d.* m long when its unit is 'm'.*is its unit 'mm'"):
-        mesh_scan(dataclasses.replace(SCAN, unit="m"))
-
-
-def test_open_end_without_a_cut():
-    with pytest.raises(MeshError, match=r"scan_skin.stl: is open: 1 hole.*cut the finger"):
-        mesh_scan(dataclasses.replace(SCAN, layers=LayerSizes()))
-
-
-def test_skin_given_as_the_phalanx():
-    with pytest.raises(InputError, match=r"phalanx: got .* the file of the skin"):
-        mesh_scan(dataclasses.replace(SCAN, phalanx=SCAN.skin))
-
-
 def test_number_of_tetrahedra_is_foreseen_from_the_volume():
     """As many of the bulk's size as fill the convex hull up to the cut: between the finger and the box around it."""
     skin = fs.read_surface(SCAN.skin)
@@ -51,9 +50,6 @@ def test_number_of_tetrahedra_is_foreseen_from_the_volume():
     whole = dataclasses.replace(SCAN, layers=dataclasses.replace(SCAN.layers, cut=None))
     assert 0.3 * box < scan_cells(whole) * of_one_cell < box
     assert SCAN.estimated_cells() == scan_cells(SCAN) < scan_cells(whole)
-
-
-def test_it_says_what_it_is():
     assert (SCAN.dim, SCAN.element, SCAN.needs_specimen, SCAN.assumes_metres) == (3, "T4", False, False)
     assert SCAN.refined(0.5) is None
 
@@ -76,11 +72,6 @@ def test_key_follows_content_and_settings_but_not_the_folder(tmp_path: Path):
     assert scan("b", "another skin").key() != first
 
 
-def test_missing_surface_is_named():
-    with pytest.raises(InputError, match=r"mesh.skin: cannot read none.stl"):
-        SurfaceMesh("none.stl", (1, 0, 0), (0, -1, 0)).key()
-
-
 def test_mesh_and_its_tables_come_from_one_scan(monkeypatch: pytest.MonkeyPatch):
     made = mesh_of_a_scan()
     monkeypatch.setattr(build, "mesh_scan", lambda settings: made if settings is SCAN else None)
@@ -96,3 +87,150 @@ def test_a_flat_skin_has_no_size(tmp_path: Path) -> None:
     meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
     with pytest.raises(MeshError, match=r"skin\.vtu: is flat, needs a surface around a body"):
         scan_cells(dataclasses.replace(SCAN, skin=str(tmp_path / "skin.vtu")))
+
+
+def test_tables_are_in_millimetres() -> None:
+    quality, distances, repairs = scan_tables(mesh_of_a_scan())
+    (row,) = quality.rows
+    assert row[:3] == ("tissue", 5, pytest.approx(1000.0))
+    assert "8 nodes, 5 cells; boundaries: skin" in quality.note
+    assert distances.rows == (("skin", pytest.approx(0.02), pytest.approx(0.07)),)
+    assert "0.9 to 1.1 mm, mean 1 mm" in distances.note
+    assert repairs.rows == (("skin.stl", 1, 94, 1, 1, pytest.approx(15.6)),)
+    for table in (quality, distances, repairs):
+        assert {len(row) for row in table.rows} == {len(table.columns)}
+
+
+def test_quality_of_a_known_tetrahedron():
+    regular = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    (row,) = layer_quality(skfem.MeshTet1(regular.T, np.arange(4)[:, None]))
+    assert row.least_radius_ratio == pytest.approx(1.0)
+    assert row.volume == pytest.approx(8 / 3)
+    assert row.shortest_edge == pytest.approx(np.sqrt(8))
+    corner = np.vstack([np.zeros(3), np.eye(3)])
+    (row,) = layer_quality(skfem.MeshTet1(corner.T, np.arange(4)[:, None]))
+    assert row.mean_radius_ratio == pytest.approx(3 * (3 - np.sqrt(3)) / 6 / (np.sqrt(3) / 2))
+
+
+def test_deviation_of_a_box_from_a_shifted_sphere():
+    sphere = ellipsoid((5e-3, 5e-3, 5e-3), points=400)
+    points = np.vstack([sphere.points * 1.1, np.zeros((1, 3))])
+    cells = np.column_stack([sphere.triangles, np.full(len(sphere.triangles), 400)])
+    ball = skfem.MeshTet1(points.T.copy(), cells.T.copy())
+    found = deviation(ball.with_boundaries({"skin": ball.boundary_facets()}), "skin", sphere)
+    assert found.mean == pytest.approx(0.5e-3, rel=0.02)
+    assert found.largest == pytest.approx(0.5e-3, rel=0.05)
+
+
+def test_a_mesh_without_an_inside_of_the_skin_has_no_thickness():
+    mesh = skfem.MeshTet1()
+    assert skin_range(mesh.with_boundaries({"skin": mesh.boundary_facets()}), ellipsoid()) == (0.0, 0.0, 0.0)
+
+
+SKIN = ellipsoid(points=400, name="skin.stl")
+
+PHALANX = ellipsoid((7e-3, 3e-3, 3e-3), points=200, name="phalanx.stl")
+
+SIZES = LayerSizes(
+    skin_thickness=1.2e-3, contact_size=2e-3, bulk_size=4e-3, contact_reach=3e-3, tolerance=0.2e-3, cut=14e-3
+)
+
+
+def test_wanted_sizes_grow_from_the_pad():
+    bodies = _bodies(SKIN, None, SIZES)
+    # On the pad, two millimetres and a centimetre above it; the grid of the sizes has a spacing of one.
+    places = np.array([[1e-3, -7.9e-3, 0.0], [1e-3, -5.9e-3, 0.0], [1e-3, 2.1e-3, 0.0]])
+    on, above, far = _wanted_sizes(places, 1e-3, bodies, SIZES)
+    assert on == SIZES.contact_size
+    assert SIZES.contact_size < above < SIZES.contact_size + 0.4 * 1.1e-3
+    assert far == SIZES.bulk_size
+
+
+@pytest.mark.parametrize(("field", "value"), [("bulk_size", 1e-3), ("tolerance", 0.5e-3), ("cut", -1.0)])
+def test_sizes_that_do_not_fit(field: str, value: float):
+    with pytest.raises(InputError, match=field):
+        dataclasses.replace(SIZES, **{field: value})
+
+
+FINGER = ellipsoid()
+
+TIP, PAD = np.array([0.9, 0.3, -0.2]), np.array([0.1, -1.0, 0.2])
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_any_pose_comes_back(seed: int):
+    rotation = Rotation.random(random_state=seed).as_matrix()
+    scanned = place_surface(FINGER, Placement(rotation, np.array([0.3, -0.1, 0.5])))
+    placement = placement_from_directions(scanned, rotation @ TIP, rotation @ PAD)
+    assert placement.rotation @ placement.rotation.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.linalg.det(placement.rotation) == pytest.approx(1.0)
+    placed = place_surface(scanned, placement)
+    assert placed.volume == pytest.approx(FINGER.volume)
+    assert placed.points[:, 0].max() == pytest.approx(0.0, abs=1e-12)
+    assert placed.points[:, 1].min() == pytest.approx(0.0, abs=1e-12)
+    assert np.ptp(placed.points[:, 0]) == pytest.approx(24e-3, rel=0.01)
+    assert placement.rotation @ (rotation @ [1.0, 0.0, 0.0]) == pytest.approx([1.0, 0.0, 0.0], abs=0.02)
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0, -10.0])
+def test_plate_angle_lowers_the_tip(angle: float):
+    placement = placement_from_directions(FINGER, (1, 0, 0), (0, -1, 0), np.radians(angle))
+    tip = placement.rotation @ [1.0, 0.0, 0.0]
+    assert np.degrees(np.arcsin(-tip[1])) == pytest.approx(angle, abs=1.0)
+
+
+def test_landmarks_give_the_axes():
+    placement = placement_from_landmarks(FINGER, (12e-3, 1e-3, 0), (-12e-3, 1e-3, 0), (0, -8e-3, 0))
+    assert placement.rotation == pytest.approx(np.eye(3), abs=1e-12)
+    assert placement.shift == pytest.approx([-12e-3, 8e-3, 0.0], abs=0.2e-3)
+
+
+def moved(shift):
+    return dataclasses.replace(PHALANX, points=PHALANX.points + np.array([shift, 0.0, 0.0]))
+
+
+INSIDE_OUT = Surface(SKIN.points, SKIN.triangles[:, ::-1])
+BEHIND = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="phalanx.stl")
+
+
+@pytest.mark.parametrize(
+    ("skin", "phalanx", "changes", "message"),
+    [
+        (SKIN, moved(7e-3), {}, r"phalanx.stl: pokes 2.* mm through the skin at x = 14 mm, .*inside skin.stl"),
+        (SKIN, moved(0.1), {}, r"phalanx.stl: pokes .* with all points.*same unit and axes"),
+        (SKIN, BEHIND, {}, "wholly proximal of the cut"),
+        (with_hole(SKIN, (6e-3, 7e-3, 0.0), 3e-3), PHALANX, {}, "is open: 1 hole"),
+        (INSIDE_OUT, PHALANX, {}, "inside out"),
+        (SKIN, PHALANX, {"cut": 30e-3}, r"cut: got 30 mm from the tip, needs < 23.9"),
+        (SKIN, PHALANX, {"skin_thickness": 7.5e-3}, "smaller skin_thickness"),
+    ],
+)
+def test_bodies_that_are_no_finger(skin, phalanx, changes, message):
+    with pytest.raises(MeshError, match=message):
+        build_from_surfaces(skin, phalanx, dataclasses.replace(SIZES, **changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"unit": "m"}, r"scan_skin.stl: is 2\d.* m long when its unit is 'm'.*is its unit 'mm'"),
+        ({"layers": LayerSizes()}, r"scan_skin.stl: is open: 1 hole.*cut the finger"),
+        ({"phalanx": SCAN.skin}, r"phalanx: got .* the file of the skin"),
+        ({"skin": "none.stl"}, r"mesh.skin: cannot read none.stl"),
+        ({"tip": (0, 1, 0), "pad": (0, 0, -1)}, r"long axis is \d\d degrees off the direction of the tip"),
+        ({"tip": (0, 0, 0)}, "tip: got"),
+    ],
+)
+def test_scans_that_do_not_fit(changes, message):
+    scan = dataclasses.replace(SCAN, **changes)
+    with pytest.raises((InputError, MeshError), match=message):
+        (scan.key if scan.skin == "none.stl" else scan.build)()
+
+
+@pytest.mark.parametrize(
+    ("tip", "message"),
+    [((1, 0), "tip: got"), ((np.nan, 0, 1), "tip: got"), ((0, -2, 0), "pad: is parallel to the direction of the tip")],
+)
+def test_landmarks_that_give_no_axes(tip, message):
+    with pytest.raises(InputError, match=message):
+        placement_from_landmarks(FINGER, tip, (0, 0, 0) if len(tip) == 3 else (0, 0), (0, -1, 0))

@@ -1,23 +1,31 @@
-"""Counterfaces from files: units, joined points, holes; wrong files and wrong units are one clear error."""
+"""Surfaces from files: units, holes, repair, distances, decimation, and the surface below them."""
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.scan.repair import Repairs, closed_where, repair_surface
 from fingerslip.mesh.scan.surfaces import (
     Surface,
     boundary_loops,
     check_enclosure,
     contains,
+    decimate_surface,
+    distances,
+    offset_inwards,
     outermost,
     read_surface,
     write_surface,
 )
+from fingerslip.mesh.scan.winding import winding_numbers
 from unit.ellipsoids import ellipsoid, together, with_hole
 
 VOLUME = 4 / 3 * np.pi * 12e-3 * 8e-3 * 7e-3
@@ -49,37 +57,6 @@ def test_wrong_unit_names_the_right_one(tmp_path: Path, written, read, repair: s
         read_surface(tmp_path / "skin.stl", read)
 
 
-def test_unknown_unit(tmp_path: Path):
-    with pytest.raises(InputError, match="unit: got 'inch', needs one of m, cm, mm, um"):
-        read_surface(tmp_path / "skin.stl", "inch")  # type: ignore[arg-type]
-
-
-def test_missing_file(tmp_path: Path):
-    with pytest.raises(MeshError, match="no such file"):
-        read_surface(tmp_path / "skin.stl")
-
-
-@pytest.mark.parametrize("name", ["skin.stl", "skin.ply", "skin.xyz"])
-def test_damaged_file(tmp_path: Path, name: str):
-    (tmp_path / name).write_bytes(b"\x00\x01 no surface")
-    with pytest.raises(MeshError, match="cannot be read"):
-        read_surface(tmp_path / name)
-
-
-def test_file_of_lines(tmp_path: Path):
-    meshio.write(tmp_path / "line.vtu", meshio.Mesh(np.eye(3), [("line", [[0, 1]])]))
-    with pytest.raises(MeshError, match="has line, needs triangles"):
-        read_surface(tmp_path / "line.vtu")
-
-
-def test_coordinates_that_are_no_numbers(tmp_path: Path):
-    points = np.eye(3) * 10
-    points[0, 0] = np.nan
-    meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
-    with pytest.raises(MeshError, match="no numbers"):
-        read_surface(tmp_path / "skin.vtu")
-
-
 def test_write_to_missing_folder_or_unknown_suffix(tmp_path: Path):
     with pytest.raises(MeshError, match="folder"):
         write_surface(ellipsoid(), tmp_path / "none" / "skin.stl")
@@ -108,17 +85,6 @@ def test_two_holes_that_meet_in_a_point_are_two_loops():
     assert sorted(len(loop) for loop in boundary_loops(sheet)) == [4, 4, 20]
 
 
-def test_open_surface_is_refused_with_its_largest_hole():
-    with pytest.raises(MeshError, match=r"holed: is open: 1 hole, the largest .* mm wide at .*repair it"):
-        check_enclosure(with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3))
-
-
-def test_inside_out_surface_is_refused():
-    surface = ellipsoid()
-    with pytest.raises(MeshError, match=r"inside out.*repair_surface"):
-        check_enclosure(Surface(surface.points, surface.triangles[:, ::-1]))
-
-
 def test_contains():
     surface = ellipsoid()
     assert contains(surface, np.array([[11e-3, 0, 0], [0, 7.5e-3, 0], [0, 0, 7.5e-3]])).tolist() == [True, True, False]
@@ -132,11 +98,209 @@ def test_outermost_drops_what_lies_inside():
     assert outer.area < kept < outer.area + half_out.area
 
 
-@pytest.mark.parametrize("shape", ["point", "line"])
-def test_triangles_without_area_are_refused(tmp_path: Path, shape: str):
+UNIT_BALL = ellipsoid((1.0, 1.0, 1.0))
+
+COORDINATE = st.floats(-2.0, 2.0)
+
+
+@given(st.tuples(COORDINATE, COORDINATE, COORDINATE))
+def test_closed_surface_winds_once_or_not_at_all(point):
+    distance = np.linalg.norm(point)
+    if abs(distance - 0.995) > 0.02:
+        number = winding_numbers(UNIT_BALL.corners, np.array([point]))[0]
+        assert number == pytest.approx(1.0 if distance < 1 else 0.0, abs=1e-9)
+
+
+def test_octant_is_an_eighth():
+    corners = np.eye(3)[None]
+    assert winding_numbers(corners, np.zeros((1, 3)))[0] == pytest.approx(1 / 8, rel=1e-12)
+
+
+def test_turned_surface_winds_the_other_way():
+    assert winding_numbers(UNIT_BALL.corners[:, ::-1], np.zeros((1, 3)))[0] == pytest.approx(-1.0)
+
+
+def test_nested_surfaces_add_up():
+    both = together(UNIT_BALL, ellipsoid((0.5, 0.5, 0.5)))
+    assert winding_numbers(both.corners, np.array([[0.0, 0, 0], [0.8, 0, 0]])) == pytest.approx([2.0, 1.0])
+
+
+def test_hole_takes_away_its_solid_angle():
+    holed = with_hole(UNIT_BALL, (0.0, 0.0, 1.0), 0.4)
+    missing = len(UNIT_BALL.triangles) - len(holed.triangles)
+    number = winding_numbers(holed.corners, np.zeros((1, 3)))[0]
+    assert number == pytest.approx(1 - missing / len(UNIT_BALL.triangles), abs=2e-3)
+
+
+SPHERE = ellipsoid((8e-3, 8e-3, 8e-3), points=1200)
+
+
+def test_distance_on_both_sides():
+    points = np.array([[0.0, 0, 0], [7e-3, 0, 0], [0, 10e-3, 0]])
+    assert distances(SPHERE, points) == pytest.approx([8e-3, 1e-3, 2e-3], abs=0.04e-3)
+
+
+def test_decimation_keeps_the_shape():
+    assert decimate_surface(SPHERE, 0.1e-3) is SPHERE, "as coarse already"
+    fewer = decimate_surface(SPHERE, 1.5e-3)
+    assert len(fewer.triangles) == pytest.approx(SPHERE.area / (np.sqrt(3) / 4 * 1.5e-3**2), rel=0.05)
+    check_enclosure(fewer)
+    assert fewer.volume == pytest.approx(SPHERE.volume, rel=0.01)
+
+
+@pytest.mark.parametrize("thickness", [1.2e-3, 3e-3])
+def test_inner_sphere_has_the_smaller_radius(thickness: float):
+    inner = offset_inwards(SPHERE, thickness)
+    check_enclosure(inner)
+    assert inner.volume > 0
+    assert np.linalg.norm(inner.points, axis=1) == pytest.approx(8e-3 - thickness, abs=0.05 * thickness)
+
+
+@pytest.mark.slow
+def test_thin_neck_parts_in_two():
+    # Two balls that a neck of 1 mm radius joins: 1.5 mm below the skin only balls of 3.5 mm radius are left.
+    balls = (ellipsoid((5e-3,) * 3, (x, 0.0, 0.0)) for x in (-6e-3, 6e-3))
+    inner = offset_inwards(together(*balls, ellipsoid((7e-3, 1e-3, 1e-3), points=2000)), 1.5e-3)
+    radius = np.linalg.norm(np.abs(inner.points) - [6e-3, 0.0, 0.0], axis=1)
+    assert np.median(radius) == pytest.approx(3.5e-3, abs=0.05e-3)
+    assert radius.max() < 3.55e-3
+
+
+def test_piece_inside_another_does_not_count():
+    plain = offset_inwards(SPHERE, 2e-3)
+    nested = offset_inwards(together(SPHERE, ellipsoid((2e-3,) * 3)), 2e-3)
+    assert nested.volume == pytest.approx(plain.volume, rel=1e-3)
+
+
+WHOLE = ellipsoid()
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
+def test_any_turned_triangles_are_turned_back(seed: int, share: float):
+    turned = np.random.default_rng(seed).random(len(WHOLE.triangles)) < share
+    dirty = np.where(turned[:, None], WHOLE.triangles[:, ::-1], WHOLE.triangles)
+    repaired, repairs = repair_surface(Surface(WHOLE.points, dirty))
+    assert repairs.turned_triangles == turned.sum()
+    assert repaired.volume == pytest.approx(WHOLE.volume)
+    check_enclosure(repaired)
+
+
+def test_triangles_that_share_no_points_are_joined():
+    apart = Surface(WHOLE.corners.reshape(-1, 3), np.arange(WHOLE.triangles.size).reshape(-1, 3))
+    repaired, repairs = repair_surface(apart)
+    assert repairs == Repairs(0, 0, (), ())
+    assert len(repaired.points) == len(WHOLE.points)
+    assert repaired.volume == pytest.approx(WHOLE.volume)
+    check_enclosure(repaired)
+
+
+def test_two_pieces_are_both_turned_outwards():
+    other = ellipsoid((3e-3, 3e-3, 3e-3), (0.0, 30e-3, 0.0))
+    dirty = together(WHOLE, dataclasses.replace(other, triangles=other.triangles[:, ::-1]))
+    repaired, repairs = repair_surface(dirty)
+    assert repairs.turned_triangles == len(other.triangles)
+    # Volume about a common point adds up for closed pieces.
+    assert repaired.volume == pytest.approx(WHOLE.volume + other.volume)
+
+
+def test_hole_is_closed_on_the_sphere_that_it_was_in():
+    sphere = ellipsoid((10e-3, 10e-3, 10e-3), points=2000)
+    repaired, repairs = repair_surface(with_hole(sphere, (0.0, -10e-3, 0.0), 1.6e-3))
+    assert len(repairs.closed_holes) == 1
+    assert repairs.closed_holes[0] == pytest.approx(3.2e-3, abs=1e-3)
+    assert repairs.open_holes == ()
+    check_enclosure(repaired)
+    # A flat lid would lie 0.15 mm too deep.
+    assert np.linalg.norm(repaired.points[-1]) == pytest.approx(10e-3, abs=0.03e-3)
+
+
+def test_large_hole_stays_open_and_is_reported():
+    repaired, repairs = repair_surface(with_hole(WHOLE, (0.0, 0.0, 7e-3), 4e-3), largest_hole=5e-3)
+    assert repairs.closed_holes == ()
+    assert len(repairs.open_holes) == len(boundary_loops(repaired)) == 1
+    assert repairs.open_holes[0] > 5e-3
+
+
+def test_debris_is_dropped():
+    repaired, repairs = repair_surface(together(WHOLE, ellipsoid((2e-4,) * 3, (0.0, 9e-3, 0.0), 20)))
+    assert repairs.dropped_pieces == 1
+    assert len(repaired.points) == len(WHOLE.points)
+
+
+def test_moebius_strip_has_no_inside():
+    count = 30
+    turn = 2 * np.pi * np.arange(count) / count
+    across = np.array([[-0.3], [0.3]])
+    radius = 1 + across * np.cos(turn / 2)
+    points = np.stack([radius * np.cos(turn), radius * np.sin(turn), across * np.sin(turn / 2)], -1).reshape(-1, 3)
+    a, b = np.arange(count), count + np.arange(count)
+    c, d = np.append(a[1:], b[0]), np.append(b[1:], a[0])
+    strip = Surface(points, np.vstack([np.column_stack([a, b, c]), np.column_stack([b, d, c])]))
+    with pytest.raises(MeshError, match="Moebius"):
+        repair_surface(strip)
+
+
+def test_proximal_end_is_closed_whatever_its_size():
+    stump = Surface(WHOLE.points, WHOLE.triangles[WHOLE.corners[:, :, 0].max(axis=1) > -6e-3])
+    assert len(boundary_loops(stump)) == 1
+    check_enclosure(closed_where(stump, -4e-3))
+    with pytest.raises(MeshError, match="is open"):
+        check_enclosure(closed_where(stump, -9e-3))
+
+
+def flat(shape: str) -> np.ndarray:
+    """Return points of triangles without an area."""
     points = np.outer(np.arange(6.0), [5.0, 0.0, 0.0] if shape == "line" else [1e-9, 0.0, 0.0])
     points[-1, 0] += 5.0
-    triangles = [[0, 1, 2], [1, 2, 5]] if shape == "line" else [[0, 1, 2], [2, 3, 5]]
-    meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("triangle", triangles)]))
-    with pytest.raises(MeshError, match="has no triangle with an area, needs the surface of a body"):
-        read_surface(tmp_path / "skin.vtu")
+    return points
+
+
+NOWHERE = np.where(np.eye(3) > 0.0, np.nan, np.eye(3))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "no such file"),
+        (b"\x00\x01 no surface", "cannot be read"),
+        ((np.eye(3), "line", [[0, 1]]), "has line, needs triangles"),
+        ((NOWHERE, "triangle", [[0, 1, 2]]), "no numbers"),
+        ((flat("point"), "triangle", [[0, 1, 2], [2, 3, 5]]), "has no triangle with an area, needs the surface of a"),
+        ((flat("line"), "triangle", [[0, 1, 2], [1, 2, 5]]), "has no triangle with an area"),
+    ],
+)
+def test_files_that_are_no_surface(tmp_path: Path, content, message: str):
+    file = tmp_path / "skin.vtu"
+    if isinstance(content, bytes):
+        file.write_bytes(content)
+    elif content is not None:
+        meshio.write(file, meshio.Mesh(content[0], [content[1:]]))
+    with pytest.raises(MeshError, match=message):
+        read_surface(file)
+
+
+HOLED = with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3)
+TURNED = Surface(WHOLE.points, WHOLE.triangles[:, ::-1])
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: read_surface("skin.stl", "inch"), InputError, "unit: got 'inch', needs one of m, cm, mm, um"),
+        (lambda: check_enclosure(HOLED), MeshError, r"holed: is open: 1 hole, the largest .* mm wide at .*repair it"),
+        (lambda: check_enclosure(TURNED), MeshError, r"inside out.*repair_surface"),
+        (lambda: offset_inwards(SPHERE, 8.5e-3), MeshError, r"is nowhere 8.5 mm deep.*smaller skin_thickness"),
+        (lambda: offset_inwards(SPHERE, 0.05e-3), MeshError, "needs a thicker skin"),
+        (lambda: offset_inwards(SPHERE, 0.0), InputError, "thickness"),
+        (lambda: decimate_surface(SPHERE, -1.0), InputError, "edge_length"),
+        (lambda: decimate_surface(ellipsoid(), 1e3), MeshError, "has no triangle with an area"),
+        (
+            lambda: repair_surface(Surface(np.zeros((3, 3)), np.empty((0, 3), dtype=np.int64))),
+            MeshError,
+            "has no triangle with an area",
+        ),
+    ],
+)
+def test_surfaces_and_lengths_that_do_not_fit(call, error, message: str):
+    with pytest.raises(error, match=message):
+        call()

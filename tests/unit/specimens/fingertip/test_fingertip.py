@@ -1,16 +1,19 @@
-"""The fingertip as a specimen: what a model takes from it."""
+"""The fingertip as a specimen: what a model takes from it, and what is called unused makes no difference."""
 
 from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 import fingerslip as fs
 from fingerslip.errors import InputError
+from fingerslip.parameters import as_mapping, from_mapping, walk_values
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, solid_receptor_sites
+from fingerslip.specimens.protocol import ModelUse
 from unit.fingers import change, change_solid
 
 
@@ -76,3 +79,102 @@ def test_changed_numbers_are_still_a_specimen():
     finger = dataclasses.replace(change(), depth=2e-3)
     assert type(finger) is Fingertip
     assert finger.depth == 2e-3
+
+
+COARSE = fs.MeshSizes(contact_size=0.15e-3, bulk_size=0.9e-3)
+
+EVERYTHING = frozenset(RECEPTOR_KINDS)
+
+
+def unused(finger: Fingertip, use: ModelUse) -> dict[str, str]:
+    """Return the reason for every value that is called unused."""
+    reasons = {leaf.path: finger.unused_reason(leaf.path, use) for leaf in walk_values(finger)}
+    return {path: reason for path, reason in reasons.items() if reason}
+
+
+def with_smaller(finger: Fingertip, path: str) -> Fingertip:
+    """Return a finger with another value at a path: a smaller number, the other truth value."""
+    values = as_mapping(finger)
+    *groups, last = path.split(".")
+    inner = values
+    for group in groups:
+        inner = inner[group]
+    value = inner[last]
+    inner[last] = not value if isinstance(value, bool) else smaller(value)
+    return from_mapping(Fingertip, values)
+
+
+def smaller(value: object) -> object:
+    if isinstance(value, str):
+        number, _, unit = value.partition(" ")
+        return f"{0.97 * float(number)!r} {unit}"
+    assert isinstance(value, int | float)
+    return 0.97 * value
+
+
+SECTIONS = {
+    "as it ships": {},
+    "across": {"section": "transverse"},
+    "scaled": {"phalanx": {"variant": "scaled"}},
+    "flattened": {"phalanx": {"variant": "flattened"}},
+    "smooth": {"ridges": {"enabled": False}, "fingerprint": {"enabled": False}},
+    "printed": {"ridges": {"enabled": False}, "fingerprint": {"enabled": True}},
+}
+
+GROUPS = {"no sites": frozenset(), "SA-I": frozenset({"SA-I"}), "all": EVERYTHING}
+
+# All sections and all choices of sites are in the fast cases.
+FAST = {
+    *(("as it ships", "no sites"), ("across", "SA-I"), ("scaled", "all"), ("flattened", "SA-I")),
+    *(("smooth", "no sites"), ("printed", "all")),
+}
+
+CASES = [
+    pytest.param(changes, groups, id=f"{name}-{sites}", marks=[pytest.mark.slow] * ((name, sites) not in FAST))
+    for name, changes in SECTIONS.items()
+    for sites, groups in GROUPS.items()
+]
+
+
+@pytest.mark.parametrize(("changes", "groups"), CASES)
+def test_a_section_stays_the_same_when_all_unused_values_change(changes, groups):
+    finger = change(**changes)
+    use = ModelUse(dim=2, groups=groups)
+    others, paths = finger, unused(finger, use)
+    assert "section" not in paths
+    tried = 0
+    for path in paths:
+        try:
+            others = with_smaller(others, path)
+        except InputError:
+            continue
+        tried += 1
+    assert tried > 5
+    assert others != finger
+    before, after = COARSE.build(finger), COARSE.build(others)
+    np.testing.assert_array_equal(before.p, after.p)
+    np.testing.assert_array_equal(before.t, after.t)
+    assert finger.sites(sorted(groups), 2) == others.sites(sorted(groups), 2)
+    assert finger.supports(2) == others.supports(2)
+
+
+@pytest.mark.parametrize(
+    ("finger", "use", "path", "reason"),
+    [
+        (change(), ModelUse(2), "solid.length", "of the fingertip in 3D only"),
+        (change(), ModelUse(2), "transverse.half_width", "of the transverse section only"),
+        (change(), ModelUse(2), "receptors.fa_ii_depth", "no FA-II receptors are recorded"),
+        (change(), ModelUse(2, groups=EVERYTHING), "receptors.fa_ii_depth", ""),
+        (change(), ModelUse(2, held=False), "phalanx.rigid", "the study gives its own supports"),
+        (change(), ModelUse(2, meshed=False), "layers.skin_thickness", "the mesh comes from a file"),
+        (change(), ModelUse(2), "layers.skin_thickness", ""),
+        (change(), ModelUse(2), "phalanx.tissue_thickness", "of the scaled phalanx only"),
+        (change(ridges={"enabled": False}), ModelUse(2), "ridges.pitch", "switched off"),
+        (change(ridges={"enabled": False}), ModelUse(2, groups=EVERYTHING), "ridges.pitch", ""),
+        (change_solid(), ModelUse(3), "depth", "of 2D sections only"),
+        (change_solid(), ModelUse(3), "transverse.half_width", ""),
+        (change_solid(), ModelUse(3), "ridges.pitch", "of 2D sections and receptors only"),
+    ],
+)
+def test_the_reason_says_what_the_model_lacks(finger, use, path, reason):
+    assert finger.unused_reason(path, use) == reason

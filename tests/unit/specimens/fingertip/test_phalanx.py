@@ -1,24 +1,211 @@
-"""The numbers of the phalanx: what they refuse."""
+"""The phalanx: its contour in both sections and its surface in 3D, in all variants."""
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+
+import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from unit.fingers import change
+from fingerslip.specimens.fingertip import (
+    depth_below_skin,
+    outline_curve,
+    phalanx_contour,
+    phalanx_surface,
+    preset,
+    reaches_cut,
+)
+from fingerslip.specimens.fingertip.phalanx import _rounded_maximum
+from unit.fingers import SECTIONS, VARIANTS, change, change_solid, shoelace
+
+
+def test_palmar_face_of_the_original_is_concave_and_of_the_flattened_flat():
+    x = np.linspace(-10e-3, 2e-3, 200)
+    faces = {}
+    for variant in ("original", "flattened"):
+        contour = phalanx_contour(change(phalanx={"variant": variant}))
+        palmar = contour[: int(contour[:, 0].argmax())]
+        faces[variant] = np.interp(x, *palmar.T)
+    assert np.all(faces["flattened"] == pytest.approx(-1.5e-3))
+    raised = faces["original"] - faces["flattened"]
+    assert raised.max() == pytest.approx(1e-3, rel=1e-3)
+    assert x[raised.argmax()] == pytest.approx(-5e-3, abs=1e-4)
+
+
+def test_flattened_palmar_face_is_flat_across_the_finger_too():
+    contour = phalanx_contour(change(section="transverse", phalanx={"variant": "flattened"}))
+    assert contour[:, 1].min() == pytest.approx(-2.4e-3)
+    assert np.ptp(contour[contour[:, 1] < -2.3999e-3][:, 0]) > 5e-3
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_tissue_round_the_scaled_phalanx_has_uniform_thickness(section):
+    fingertip = change(section=section, phalanx={"variant": "scaled"})
+    contour = phalanx_contour(fingertip)
+    distance, _ = cKDTree(outline_curve(fingertip).points).query(contour)
+    thickness = distance - 1.5e-3
+    # Only the rounded ends are further from the skin.
+    uniform = np.abs(thickness - 3.5e-3) < 1e-6
+    assert thickness.min() == pytest.approx(3.5e-3, abs=1e-6)
+    palmar = (contour[:, 1] < 0) & (np.abs(contour[:, 0] - (-3e-3 if section == "sagittal" else 0.0)) < 2.5e-3)
+    assert palmar.sum() > 100
+    assert np.all(uniform[palmar])
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_contours_run_counter_clockwise(section, variant):
+    contour = phalanx_contour(change(section=section, phalanx={"variant": variant}))
+    assert shoelace(contour) > 0
+    assert reaches_cut(contour) == (section == "sagittal" and variant != "scaled")
+
+
+def test_open_contours_end_on_the_proximal_cut():
+    contour = phalanx_contour(preset("wang2014-2d"))
+    assert contour[[0, -1], 0] == pytest.approx(-16e-3)
+    assert contour[0, 1] < contour[-1, 1] == pytest.approx(3e-3)
+
+
+def test_scaled_phalanx_that_reaches_the_cut_ends_on_it():
+    contour = phalanx_contour(change(sagittal={"pad_rise": "0 mm"}, phalanx={"variant": "scaled"}))
+    assert reaches_cut(contour)
+    assert contour[[0, -1]] == pytest.approx(np.array([[-16e-3, -2e-3], [-16e-3, 2e-3]]), abs=1e-6)
 
 
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
+        ({"layers": {"skin_thickness": "2.9 mm"}, "receptors": {"fa_ii_depth": "4 mm"}}, "phalanx: .* of tissue at"),
+        ({"phalanx": {"sagittal": {"distal_end": "9 mm"}}}, "phalanx: -3.01 mm of tissue at x = 8.98 mm"),
+        ({"phalanx": {"sagittal": {"distal_end": "-15.9 mm"}}}, "distal_end: got -15.9 mm, needs a value > -15.7 mm"),
         (
-            {"sagittal": {"concavity_depth": "5 mm"}},
-            r"phalanx.sagittal.concavity_depth: got 5 mm, needs a value < 4.5 mm",
+            {"phalanx": {"sagittal": {"dorsal_level": "-0.6 mm", "concavity_depth": "0.85 mm"}}},
+            "dorsal_level: got -0.6 mm",
         ),
-        ({"transverse": {"palmar_level": "-3 mm"}}, r"phalanx.transverse.palmar_level: got -3 mm"),
-        ({"corner_radius": "3 mm"}, r"phalanx.corner_radius: got 3 mm, needs a value < 2.25 mm"),
+        ({"phalanx": {"variant": "scaled", "tissue_thickness": "6 mm"}}, "tissue_thickness: got 6 mm.*nothing is left"),
+        (
+            {"section": "transverse", "phalanx": {"transverse": {"half_width": "7 mm"}}},
+            "phalanx: .* of tissue at x = 7",
+        ),
     ],
 )
-def test_phalanges_that_cannot_be_are_refused(groups, message):
+def test_phalanx_that_does_not_fit_is_one_clear_error(groups, message):
     with pytest.raises(InputError, match=message):
-        change(phalanx=groups)
+        phalanx_contour(change(**groups))
+
+
+def test_distal_corners_are_arcs_of_the_corner_radius():
+    contour = phalanx_contour(change(phalanx={"corner_radius": "0.5 mm"}))
+    centre = np.array([5e-3 - 0.5e-3, 3e-3 - 0.5e-3])
+    corner = contour[np.all(contour > centre + 1e-9, axis=1)]
+    assert len(corner) > 50
+    assert np.linalg.norm(corner - centre, axis=1) == pytest.approx(0.5e-3, rel=1e-9)
+    assert contour[:, 0].max() == pytest.approx(5e-3, abs=1e-12)
+
+
+@pytest.mark.parametrize("least", [1.0, 1.8])
+def test_tissue_under_the_palmar_face_keeps_its_least_thickness(least):
+    fingertip = change(phalanx={"sagittal": {"minimum_tissue": f"{least} mm"}})
+    contour = phalanx_contour(fingertip)
+    palmar = contour[: int(contour[:, 0].argmax())]
+    distance, _ = cKDTree(outline_curve(fingertip).points).query(palmar[palmar[:, 0] < 0.0])
+    assert distance.min() - 1.5e-3 == pytest.approx(least * 1e-3, abs=2e-6)
+
+
+def test_a_scaled_phalanx_that_does_not_reach_the_cut_keeps_clear_of_it():
+    contour = phalanx_contour(change(phalanx={"variant": "scaled"}))
+    assert not reaches_cut(contour)
+    assert contour[:, 0].min() > -16e-3 + 0.3e-3 - 1e-9
+
+
+def test_the_larger_of_two_heights_is_rounded_where_they_meet():
+    """Within the width the parabola max + (w - |a - b|)^2 / (4 w): a quarter of the width more where they are equal."""
+    apart = np.linspace(-2.0, 2.0, 41)
+    larger = _rounded_maximum(apart, 0.0, 1.0)
+    far = np.abs(apart) >= 1.0
+    assert larger[far] == pytest.approx(np.maximum(apart, 0.0)[far])
+    assert larger[20] == pytest.approx(0.25)
+    slopes = np.diff(larger) / np.diff(apart)
+    assert np.all(np.diff(slopes) > -1e-12)
+    assert np.abs(np.diff(slopes)).max() == pytest.approx(0.05, abs=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.5, 2.0])
+def test_transverse_hollow_has_its_depth_and_width(width):
+    fingertip = change(section="transverse", phalanx={"transverse": {"concavity_width": f"{width} mm"}})
+    contour = phalanx_contour(fingertip)
+    palmar = contour[contour[:, 1] < 0.0]
+    palmar = palmar[np.argsort(palmar[:, 0])]
+    x = np.array([0.0, width * 1e-3])
+    ellipse = 3e-3 * np.sqrt(1.0 - (x / 5.5e-3) ** 2)
+    expected = -ellipse + 1e-3 * ellipse / 3e-3 * np.exp(-((x / (width * 1e-3)) ** 2))
+    assert np.interp(x, *palmar.T) == pytest.approx(expected, abs=1e-6)
+
+
+MARKED = [pytest.param(one, marks=[pytest.mark.slow] * (one == "flattened")) for one in VARIANTS]
+
+
+@functools.cache
+def surface(variant):
+    """Return the finger of a variant and the surface of its phalanx."""
+    finger = change_solid(phalanx={"variant": variant})
+    return finger, phalanx_surface(finger)
+
+
+def cut(fingertip, section):
+    return phalanx_contour(dataclasses.replace(fingertip, section=section))
+
+
+@pytest.mark.parametrize("variant", MARKED)
+def test_cuts_are_the_contours_of_both_sections(variant):
+    finger, found = surface(variant)
+    points = found.points
+    quarter = points.shape[1] // 4
+    middle = points[:, [0, 2 * quarter]].reshape(-1, 3)
+    assert np.abs(middle[:, 2]).max() < 1e-12
+    distance, _ = cKDTree(cut(finger, "sagittal")).query(middle[:, :2])
+    on_face = middle[:, 0] > points[..., 0].max() - 1e-9  # inside the flat end
+    assert distance[~on_face].max() < 2e-5
+    origin = int(np.abs(points[:, 0, 0]).argmin())
+    assert np.abs(points[origin, :, 0]).max() < 1e-9
+    distance, _ = cKDTree(cut(finger, "transverse")).query(points[origin][:, [2, 1]])
+    assert distance.max() < 2e-5
+
+
+@pytest.mark.parametrize("variant", MARKED)
+def test_phalanx_is_symmetric_and_keeps_clear_of_the_skin(variant):
+    finger, found = surface(variant)
+    points = found.points
+    mirrored = np.roll(points[:, ::-1], 1, axis=1) * [1.0, 1.0, -1.0]
+    assert np.allclose(points, mirrored, atol=1e-12)
+    assert depth_below_skin(finger, points.reshape(-1, 3)).min() > 1.1e-3
+
+
+def test_phalanx_is_narrow_at_the_waist_and_wide_at_the_tuft():
+    points = surface("original")[1].points
+    widths = {x: points[np.abs(points[:, 0, 0] - x).argmin(), :, 2].max() for x in (-16e-3, -6e-3, 0.0)}
+    assert list(widths.values()) == pytest.approx([5e-3, 3.5e-3, 5.5e-3], rel=1e-3)
+
+
+def test_scaled_phalanx_has_tissue_of_even_thickness_under_the_pad():
+    finger, phalanx = surface("scaled")
+    assert not phalanx.open
+    below = phalanx.points[:, 0][np.abs(phalanx.points[:, 0, 0]) < 2e-3]
+    assert depth_below_skin(finger, below) == pytest.approx(4.5e-3, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("fingertip", "message"),
+    [
+        (change(), "fingertip.solid: is missing"),
+        (change_solid(solid={"phalanx": {"base_half_width": "7.5 mm"}}), "of tissue at x = .* z = "),
+        (change_solid(solid={"phalanx": {"end_half_width": "0.2 mm"}}), "end_half_width: got 0.2 mm"),
+        (change_solid(phalanx={"sagittal": {"distal_end": "0.2 mm"}}), "distal_end: got 0.2 mm, needs to reach beyond"),
+    ],
+)
+def test_phalanges_that_do_not_fit_are_refused(fingertip, message):
+    with pytest.raises(InputError, match=message):
+        phalanx_surface(fingertip)

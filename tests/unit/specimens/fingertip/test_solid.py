@@ -1,56 +1,200 @@
-"""The shape in 3D: what it refuses, and that both sections have to fit together."""
+"""The fingertip in 3D as a mesh: skin, phalanx, tissue by Gmsh, and what is refused."""
 
 from __future__ import annotations
 
-import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import skfem
 
-from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip import Nail, preset
-from unit.fingers import change, change_solid
+from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.gmsh_session import mesh_surface
+from fingerslip.specimens.fingertip import depth_below_skin, onto_skin, phalanx_surface
+from fingerslip.specimens.fingertip.meshing import solid
+from fingerslip.specimens.fingertip.meshing.solid import (
+    graded_sizes,
+    mesh_phalanx,
+    mesh_solid_core,
+    rim,
+    solid_cells,
+    sweep_solid_skin,
+    tetrahedra,
+)
+from fingerslip.specimens.fingertip.meshing.sources import SolidSizes, build_solid
+from fingerslip.specimens.fingertip.skin import below_skin, skin_grid
+from fingerslip.study.definition.spec import read_study
+from places import STUDIES
+from unit.fingers import change, change_solid, coarse_solid
+from unit.mesh.test_gmsh import ball
 
-NAIL = {"start": "-4 mm", "end": "5 mm", "half_width": "5 mm", "thickness": "0.5 mm"}
+SIZES = SolidSizes("T4", contact_size=0.8e-3, bulk_size=1.6e-3)
 
 
-def test_preset_in_space_keeps_the_sections_of_the_plane_one():
-    plane, solid = preset("wang2014-2d"), preset("wang2014-3d")
-    # The half height of the section is calibrated, that of the fingertip in 3D is not.
-    assert dataclasses.replace(plane.sagittal, half_height=6.5e-3) == solid.sagittal
-    assert plane.sagittal.half_height == 7e-3
-    assert plane.transverse == solid.transverse
-    assert plane.phalanx.sagittal == solid.phalanx.sagittal
-    assert solid.layers.skin_thickness == 1e-3
-    assert solid.materials["epidermis"] == solid.materials["dermis"]
+def swept(fingertip, sizes=SIZES):
+    return sweep_solid_skin(fingertip, sizes, phalanx_surface(fingertip).points.reshape(-1, 3))
+
+
+@pytest.fixture(scope="module")
+def skin():
+    return swept(change_solid())
+
+
+def test_rows_lie_at_their_depths_and_end_on_the_cut(skin):
+    finger = change_solid()
+    assert skin.levels == pytest.approx([0.0, 0.5e-3, 1e-3])
+    assert np.abs(onto_skin(finger, skin.points[0]) - skin.points[0]).max() < 1e-9
+    rim = skin.points[0][:, 0] == -16e-3
+    assert np.count_nonzero(rim) > 20
+    for level, row in zip(skin.levels, skin.points, strict=True):
+        assert np.all(row[rim, 0] == -16e-3)
+        assert np.allclose(depth_below_skin(finger, row[~rim]), level, atol=1e-5)
+
+
+def test_contact_is_as_fine_as_wanted(skin):
+    edge = np.linalg.norm(skin.points[0][skin.triangles[:, 0]] - skin.points[0][skin.triangles[:, 1]], axis=1)
+    fine = skin.fine[skin.triangles].all(axis=1)
+    assert np.median(edge[fine]) == pytest.approx(0.8e-3, rel=0.15)
+    assert np.median(edge[~fine]) > 1.05 * np.median(edge[fine])
+    assert skin.points[0][skin.fine, 1].max() <= -5e-3 + 1e-9
+
+
+def test_tetrahedra_fill_the_rows_and_conform(skin):
+    cells, row = tetrahedra(skin)
+    points = skin.points.reshape(-1, 3)
+    corners = points[cells]
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
+    assert len(cells) == 3 * 2 * len(skin.triangles)
+    assert np.abs(volume).min() > 0.0
+    faces = np.sort(np.concatenate([cells[:, [a, b, c]] for a, b, c in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))]))
+    _, count = np.unique(faces, axis=0, return_counts=True)
+    assert count.max() == 2
+    rim = np.count_nonzero(skin.points[0][:, 0] == -16e-3)
+    # Outside: the first and the last row of triangles, and two triangles for each side of a prism on the cut.
+    assert np.count_nonzero(count == 1) == 2 * len(skin.triangles) + 2 * rim * (len(skin.levels) - 1)
+    assert list(np.unique(row)) == [0, 1]
+
+
+def test_sizes_grow_with_distance_up_to_the_largest():
+    points = np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [9e-3, 0.0, 0.0]])
+    assert graded_sizes(points, points[:1], 0.3e-3, 1e-3) == pytest.approx([0.3e-3, 0.5e-3, 1e-3])
+
+
+def test_triangles_are_fine_near_the_contact_and_never_wider_than_the_tissue(monkeypatch: pytest.MonkeyPatch) -> None:
+    finger, sizes = change_solid(), SolidSizes("T4", contact_size=0.4e-3, bulk_size=2e-3)
+    given = {}
+
+    def keep(grid, is_open, divide_at, wanted):
+        given.update(grid=grid, is_open=is_open, divide_at=divide_at, wanted=wanted)
+
+    monkeypatch.setattr(solid, "mesh_surface", keep)
+    skin = skin_grid(finger).reshape(-1, 3)
+    inner = below_skin(finger, skin, finger.layers.skin_thickness)
+    surface = phalanx_surface(finger)
+    mesh_phalanx(finger, surface, sizes, SimpleNamespace(points=inner[None]))
+    assert given["is_open"]
+    assert given["grid"] is surface.points
+    assert surface.points[given["divide_at"], 0, 0] == pytest.approx(0.0)
+    tissue = np.linalg.norm(surface.points[::6, ::6, None] - inner[None, None, ::20], axis=-1).min(axis=-1)
+    wanted = given["wanted"][::6, ::6]
+    assert np.all(wanted >= sizes.contact_size)
+    assert np.all(wanted <= np.maximum(0.75 * tissue, sizes.contact_size))
+    palmar, dorsal = wanted[:, 0], wanted[:, wanted.shape[1] // 2]
+    assert palmar.mean() < dorsal.mean()
+
+
+def volume(core, name):
+    corners = core.points[core.cells[name]]
+    return np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6.0
+
+
+def enclosed(surface):
+    """Volume between a surface that is closed, or open at x = 0, and the plane x = 0."""
+    return float(np.linalg.det(surface.points[surface.triangles]).sum() / 6.0)
+
+
+def shell(is_open, scale=1.0, shift=0.0):
+    grid = scale * ball(np.pi / 2 if is_open else 0.0) + [shift, 0.0, 0.0]
+    return mesh_surface(grid, is_open, 20, np.full(grid.shape[:2], 1.2e-3))
+
+
+@pytest.mark.parametrize("reaching", [True, False])
+def test_cells_fill_the_hull(reaching):
+    skin = shell(True)
+    phalanx = shell(True, 0.5) if reaching else shell(False, 0.3, 2.2e-3)
+    core = mesh_solid_core(skin, phalanx, 1.2e-3)
+    inner = enclosed(phalanx)
+    assert volume(core, "phalanx") == pytest.approx(inner, rel=1e-6)
+    assert volume(core, "tissue") == pytest.approx(enclosed(skin) - inner, rel=1e-6)
+    assert np.array_equal(core.points[: len(skin.points)], skin.points)
+
+
+def test_rim_runs_round_once():
+    skin = shell(True)
+    ring = rim(skin)
+    on_cut = np.flatnonzero(np.abs(skin.points[:, 0]) < 1e-9)
+    assert np.array_equal(np.sort(ring), on_cut)
+    step = np.linalg.norm(skin.points[ring] - skin.points[np.roll(ring, 1)], axis=1)
+    assert step.max() < 1.6e-3
+
+
+COARSE = {"contact_size": 0.8e-3, "bulk_size": 1.6e-3}
+
+
+def test_sizes_have_defaults_that_do_not_lock_and_are_refined_together():
+    sizes = SolidSizes()
+    assert sizes == SolidSizes("T10", 0.8e-3, 1.3e-3, 1.5e-3)
+    assert read_study(STUDIES / "wang2014_3d.yaml").mesh == sizes, "the shipped run has the defaults"
+    assert (sizes.dim, sizes.element, sizes.needs_specimen, sizes.assumes_metres) == (3, "T10", True, False)
+    assert sizes.refined(2.0) == SolidSizes("T10", 1.6e-3, 2.6e-3, 1.5e-3)
+
+
+def test_coarse_finger_has_all_names_and_about_as_many_cells_as_foreseen():
+    """Coarse meshes have more than fill the body, because layers and contact are finer."""
+    mesh, finger = coarse_solid(), change_solid()
+    assert type(mesh) is skfem.MeshTet1
+    assert list(mesh.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
+    outside = np.concatenate([mesh.boundaries["skin"], mesh.boundaries["base"]])
+    assert np.array_equal(np.sort(outside), np.sort(mesh.boundary_facets()))
+    assert 0.2 * mesh.t.shape[1] < SIZES.estimated_cells(finger) < mesh.t.shape[1]
+    coarse, fine = (solid_cells(finger, SolidSizes("T4", size, size)) for size in (1e-3, 0.5e-3))
+    assert fine == pytest.approx(8 * coarse)
+
+
+NAIL = {"start": "-4 mm", "end": "4 mm", "half_width": "4 mm", "thickness": "0.45 mm"}
+HARD = {"youngs_modulus": "170 MPa", "poisson_ratio": 0.3, "density": "1300 kg/m^3"}
 
 
 @pytest.mark.parametrize(
-    ("groups", "message"),
+    ("fingertip", "sizes", "message"),
     [
-        ({"transverse": {"half_height": "6 mm"}}, r"transverse.half_height: got 6 mm, needs 6.5 mm"),
-        ({"solid": {"angle": "40 deg"}}, r"solid.angle: got 0.6981 rad"),
-        ({"solid": {"phalanx": {"waist_position": "1 mm"}}}, r"waist_position: got 1 mm, needs a value between -16 mm"),
-        ({"solid": {"nail": NAIL}}, r"materials: has .*, needs .*nail"),
-        ({"solid": {"nail": {**NAIL, "end": "-5 mm"}}}, r"solid.nail.end: got -5 mm, needs a value > -4 mm"),
-        ({"solid": {"base_half_width": "0 mm"}}, r"base_half_width"),
+        (change(), COARSE, "fingertip.solid: is missing"),
+        (change_solid(), {"contact_size": 1e-3, "bulk_size": 0.5e-3}, "bulk_size: got 0.5 mm, needs >= 1 mm"),
+        (change_solid(), {"bulk_size": 0.2e-3}, "bulk_size: got 0.2 mm, needs >= 0.8 mm"),
+        (change_solid(), {**COARSE, "element": "Q4"}, "element"),
+        (
+            change_solid(layers={"skin_thickness": "3.5 mm"}, receptors={"fa_ii_depth": "4 mm"}),
+            COARSE,
+            "skin_thickness: got 3.5 mm, needs a smaller value: layers would cross .* x = ",
+        ),
+        (change_solid(solid={"nail": NAIL}, materials={"nail": HARD}), COARSE, "layers: has borders 0.05 mm apart"),
+        (
+            change_solid(fingerprint={"enabled": True}),
+            COARSE,
+            "mesh.contact_size: got 0.8 mm, needs <= 0.1175 mm, a quarter of fingerprint.pitch",
+        ),
     ],
 )
-def test_shapes_that_do_not_fit_are_refused(groups, message):
+def test_what_does_not_fit_is_refused(fingertip, sizes, message):
     with pytest.raises(InputError, match=message):
-        change_solid(**groups)
+        build_solid(fingertip, **sizes)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"), [("end", "9 mm"), ("half_width", "9 mm"), ("thickness", "1 mm"), ("start", "-17 mm")]
-)
-def test_nail_lies_on_the_finger(name, value):
-    material = {"youngs_modulus": "170 MPa", "poisson_ratio": 0.3, "density": "1300 kg/m^3"}
-    assert change_solid(solid={"nail": NAIL}, materials={"nail": material}).solid.nail == Nail(-4e-3, 5e-3, 5e-3, 5e-4)
-    with pytest.raises(InputError, match=f"solid.nail.{name}: got {value}"):
-        change_solid(solid={"nail": {**NAIL, name: value}}, materials={"nail": material})
+def test_failure_of_gmsh_is_ours(monkeypatch):
+    def fail(*_):
+        raise RuntimeError("no")
 
-
-def test_sections_alone_need_no_shape_in_space():
-    assert change().solid is None
-    assert np.isfinite(change_solid().solid.base_half_width)
+    skin, phalanx = shell(True), shell(True, 0.5)
+    monkeypatch.setattr(solid.gmsh.model.mesh, "optimize", fail)
+    with pytest.raises(MeshError, match="tissue and phalanx: Gmsh says 'no'"):
+        mesh_solid_core(skin, phalanx, 1.2e-3)

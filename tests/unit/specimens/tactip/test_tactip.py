@@ -1,15 +1,170 @@
-"""What a model takes from a TacTip."""
+"""The TacTip: its numbers and presets, where its skin and markers are, and what a model takes from it."""
 
 from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.specimens.protocol import ModelUse
+from fingerslip.specimens.tactip.parts import Dome, Markers, Ridges, Skin
+from fingerslip.specimens.tactip.profile import marker_places, place_points, skin_lines
+from fingerslip.specimens.tactip.sites import GROUPS, marker_sites, modelled_places
 from fingerslip.specimens.tactip.tactip import PRESETS
 
+
+def test_flanks_are_upright_for_high_ridges():
+    assert Ridges(True, 3.3e-3, 3e-3, 4).steepness == pytest.approx(np.pi / 2)
+    low = Ridges(True, 3.3e-3, 0.5e-3, 4)
+    assert 2 * low.bend_radius * (1 - np.cos(low.steepness)) == pytest.approx(0.5e-3)
+
+
+def test_a_skin_that_fills_its_grooves_is_refused():
+    with pytest.raises(InputError, match="fills its grooves"):
+        Skin(1.7e-3, Ridges(True, 3.3e-3, 3e-3, 4))
+
+
+@pytest.mark.parametrize("rings", [(), (2, 8), (1, 7)])
+def test_rings_need_one_on_the_axis_and_even_ones(rings):
+    with pytest.raises(InputError, match="needs 1 on the axis"):
+        Markers("rings", rings, 1, 1e-3)
+
+
+def test_depths_of_rods_and_markers():
+    sensor = PRESETS.read("tactip-ridged-2d")
+    assert sensor.rod_depth == pytest.approx(0.5e-3)
+    assert sensor.marker_depth == pytest.approx(6e-3)
+
+
+@pytest.mark.parametrize(
+    ("changes", "found"),
+    [
+        ({"rods": {"embedding": "1 mm"}}, "rods.embedding: got 1 mm"),
+        ({"rods": {"radius": "1.3 mm"}}, "inside its ridge"),
+        ({"rods": {"length": "10 mm"}}, "make the rods shorter or thinner"),
+        ({"rods": {"length": "16 mm"}}, r"needs < 20 mm \(dome.radius\)"),
+        ({"markers": {"layout": "hexagonal"}}, "needs rings, as a rod begins in the crown.* take a smooth skin"),
+        ({"markers": {"spacing": "3 mm"}}, "as a ridge has each ring"),
+        ({"markers": {"rings": [1, 8, 16, 24, 32, 40]}}, "has 5 rings"),
+        ({"dome": {"height": "4 mm"}}, "from crowns to its inside"),
+    ],
+)
+def test_values_that_do_not_fit(changes, found):
+    with pytest.raises(InputError, match=found):
+        PRESETS.changed({"preset": "tactip-ridged-2d", **changes})
+
+
+@pytest.mark.parametrize("name", PRESETS.names)
+def test_what_the_paper_prints(name):
+    sensor = PRESETS.read(name)
+    ridges = sensor.skin.ridges
+    assert (ridges.pitch, ridges.height, sensor.skin.thickness) == (3.3e-3, 3e-3, 1e-3)
+    assert sum(sensor.markers.rings) == 81
+    assert ridges.enabled == ("ridged" in name)
+    assert (sensor.part == "section") == name.endswith("2d")
+
+
+def test_what_the_paper_does_not_print_comes_first_and_has_a_range():
+    rows = PRESETS.table("tactip-ridged-2d")
+    sources = [row.source for row in rows]
+    assert sources == sorted(sources, key=lambda source: source != "assumed")
+    notes = {row.path: row.note for row in rows if row.source == "assumed"}
+    for path in ("dome.radius", "materials.gel.youngs_modulus", "materials.skin.youngs_modulus", "rods.radius"):
+        assert "range" in notes[path]
+
+
+def test_rings_of_the_paper_are_81_markers():
+    places = marker_places(Markers("rings", (1, 8, 16, 24, 32), 1, 3.3e-3))
+    assert len(places.ring) == 81
+    assert np.bincount(places.ring).tolist() == [1, 8, 16, 24, 32]
+    assert np.allclose(places.along, 3.3e-3 * places.ring)
+    assert places.on_plane(3.3e-3).sum() == 9
+
+
+@pytest.mark.parametrize(("layers", "count"), [(1, 7), (6, 127), (10, 331)])
+def test_hexagonal_counts(layers, count):
+    places = marker_places(Markers("hexagonal", (1,), layers, 2e-3))
+    assert len(places.ring) == count
+    assert places.ring.max() == layers
+    flat = places.along[:, None] * np.column_stack([np.cos(places.azimuth), np.sin(places.azimuth)])
+    distance = np.linalg.norm(flat[:, None] - flat[None], axis=2) + np.eye(count)
+    assert distance.min(axis=1) == pytest.approx(2e-3)
+
+
+DOME = Dome(20e-3, 20e-3)
+
+FLAT = Dome(5e-3, 8e-3, 15e-3)
+
+RIDGES = Ridges(True, 3.3e-3, 3e-3, 4)
+
+
+def test_points_of_a_dome_lie_on_circles():
+    along = np.linspace(0.0, 30e-3, 7)
+    points = place_points(DOME, along, np.full(7, 2e-3)) - [0.0, 20e-3]
+    assert np.hypot(*points.T) == pytest.approx(18e-3)
+
+
+def test_a_flat_sensor_is_flat_then_turns_then_rises():
+    along = np.array([10e-3, 15e-3 + 2.5e-3 * np.pi, 15e-3 + 2.5e-3 * np.pi + 1e-3])
+    assert place_points(FLAT, along, np.zeros(3)) == pytest.approx(
+        np.array([[10e-3, 0.0], [20e-3, 5e-3], [20e-3, 6e-3]])
+    )
+
+
+@pytest.mark.parametrize("dome", [DOME, FLAT, Dome(20e-3, 12e-3)])
+@pytest.mark.parametrize("enabled", [True, False])
+def test_both_lines_run_from_the_axis_to_the_window(dome, enabled):
+    lines = skin_lines(dome, Skin(1e-3, Ridges(enabled, 3.3e-3, 3e-3, 4)), 3.3e-3)
+    for line in (lines.outer, lines.inner):
+        assert line[0, 0] == 0.0
+        assert line[-1, 1] == dome.height
+        assert np.linalg.norm(np.diff(line, axis=0), axis=1).min() > 1e-6
+    assert len(lines.outer) == len(lines.inner) == lines.corners[-1] + 1
+    assert lines.inner[0, 1] - lines.outer[0, 1] == pytest.approx(1e-3)
+
+
+def test_ridges_of_a_wide_dome_have_the_thickness_and_the_height_of_the_paper():
+    lines = skin_lines(Dome(2.0, 2.0), Skin(1e-3, RIDGES), 3.3e-3)
+    ridged = lines.outer[: lines.corners[-2] + 1]
+    away = np.linalg.norm(lines.inner[: lines.corners[-2] + 1, None] - ridged[None], axis=2)
+    # Splines join the points, so points alone are a little farther apart than the lines.
+    assert away.min(axis=1) == pytest.approx(1e-3, rel=0.03)
+    crowns, valleys = lines.outer[lines.corners[:-1:2], 1], lines.outer[lines.corners[1:-1:2], 1]
+    assert valleys - crowns == pytest.approx(3e-3, rel=0.02)
+
+
+def test_low_ridges_have_no_upright_flanks():
+    lines = skin_lines(DOME, Skin(0.5e-3, Ridges(True, 3.3e-3, 0.5e-3, 4)), 3.3e-3)
+    assert np.linalg.norm(np.diff(lines.outer, axis=0), axis=1).min() > 1e-6
+
+
 SENSOR = PRESETS.read("tactip-ridged-2d")
+
+
+@pytest.mark.parametrize(("part", "count"), [("section", 9), ("half", 45), ("whole", 81)])
+def test_a_part_has_its_own_markers(part, count):
+    sensor = dataclasses.replace(SENSOR, part=part)
+    assert len(modelled_places(sensor).ring) == count
+    assert len({site.name for site in marker_sites(sensor, "internal_markers")}) == count
+
+
+def test_rods_stand_upright_on_the_dome():
+    feet, ends = (
+        np.array([site.position for site in marker_sites(dataclasses.replace(SENSOR, part="whole"), group)])
+        for group in ("rod_feet", "internal_markers")
+    )
+    assert np.linalg.norm(ends - feet, axis=1) == pytest.approx(5.5e-3)
+    centre = np.array([0.0, SENSOR.dome.radius, 0.0])
+    assert np.cross(ends - centre, feet - centre) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_external_markers_are_flush_with_the_skin():
+    for site in marker_sites(SENSOR, "external_markers"):
+        x, y = site.position
+        assert np.hypot(x, y - SENSOR.dome.radius) == pytest.approx(SENSOR.dome.radius)
+        assert site.kind == GROUPS["external_markers"]
 
 
 def test_a_half_is_held_at_its_plane_of_symmetry():
@@ -31,3 +186,24 @@ def test_the_default_mesh_follows_the_part():
 
 def test_materials_change_no_mesh():
     assert not {"materials", "depth", "formulation"} & SENSOR.shape.keys()
+
+
+HEXAGONAL = PRESETS.changed({"preset": "tactip-smooth-2d", "markers": {"layout": "hexagonal", "spacing": "2 mm"}})
+RIDGED, SMOOTH = PRESETS.read("tactip-ridged-2d"), PRESETS.read("tactip-smooth-2d")
+
+
+@pytest.mark.parametrize(
+    ("sensor", "path", "use", "reason"),
+    [
+        (RIDGED, "depth", ModelUse(3), "of 2D sections only"),
+        (RIDGED, "dome.radius", ModelUse(2, meshed=False), "the mesh comes from a file"),
+        (SMOOTH, "skin.ridges.pitch", ModelUse(2), "switched off"),
+        (SMOOTH, "skin.ridges.enabled", ModelUse(2), ""),
+        (RIDGED, "markers.layers", ModelUse(2), "of the hexagonal layout only"),
+        (RIDGED, "markers.rings", ModelUse(2), ""),
+        (RIDGED, "skin.ridges.pitch", ModelUse(2), ""),
+        (HEXAGONAL, "markers.rings", ModelUse(2), "of rings only"),
+    ],
+)
+def test_reasons(sensor, path, use, reason):
+    assert sensor.unused_reason(path, use) == reason

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.study.convergence.converge import Level, levels_of, run_at
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand

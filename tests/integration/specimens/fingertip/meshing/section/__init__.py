@@ -1,1 +1,0 @@
-"""Tests that mesh or simulate for long, module by module."""

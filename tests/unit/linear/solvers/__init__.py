@@ -1,1 +1,0 @@
-"""Tests of fingerslip.linear.solvers, module by module."""

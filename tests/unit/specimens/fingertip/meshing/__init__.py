@@ -1,1 +1,0 @@
-"""Tests of fingerslip.specimens, module by module."""

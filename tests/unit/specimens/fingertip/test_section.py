@@ -1,0 +1,344 @@
+"""Sections as meshes: rows and columns of the skin, tissue and phalanx by Gmsh, names, and what is refused."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import gmsh
+import numpy as np
+import pytest
+import skfem
+from scipy.spatial import cKDTree
+
+from fingerslip.errors import InputError, MeshError
+from fingerslip.specimens.fingertip import (
+    Fingertip,
+    at_depth,
+    interface_depth,
+    outline_curve,
+    phalanx_contour,
+    preset,
+    surface_depth,
+)
+from fingerslip.specimens.fingertip.meshing import section as section_module
+from fingerslip.specimens.fingertip.meshing.section import (
+    DERMIS,
+    EPIDERMIS,
+    NAIL,
+    PHALANX,
+    TISSUE,
+    SkinGrid,
+    mesh_core,
+    mesh_ring,
+    mesh_section,
+    sweep_skin,
+    with_names,
+)
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, build_section
+from fingerslip.specimens.fingertip.outline import arc_length_at_cut
+from unit.fingers import SECTIONS, change, shoelace
+
+
+def test_sizes_resolve_the_ridges_and_both_are_refined():
+    sizes = MeshSizes()
+    assert (sizes.dim, sizes.element, sizes.needs_specimen, sizes.assumes_metres) == (2, "Q4", True, False)
+    assert sizes.contact_size <= 0.47e-3 / 3
+    assert MeshSizes(0.12e-3, 0.3e-3, 1e-3, "T6").refined(0.5) == MeshSizes(0.06e-3, 0.15e-3, 1e-3, "T6")
+    with pytest.raises(InputError) as caught:
+        MeshSizes(bulk_size=0.1e-3)
+    assert str(caught.value) == ("MeshSizes.bulk_size: got 0.1 mm, needs >= 0.12 mm (contact_size)")
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+@pytest.mark.parametrize(("element", "sizes"), [("Q4", (0.12e-3, 0.28e-3)), ("T3", (0.15e-3, 0.6e-3))])
+def test_number_of_cells_is_foreseen(section, element, sizes):
+    fingertip, source = change(section=section), MeshSizes(*sizes, element=element)
+    inspected = source.inspect(fingertip)
+    count, rows = inspected.mesh.t.shape[1], inspected.tables[0].rows
+    assert 0.6 * count < source.estimated_cells(fingertip) < 1.5 * count
+    assert [row[0] for row in rows] == ["epidermis", "dermis", "tissue", "phalanx"]
+    assert sum(row[1] for row in rows) == count
+
+
+def swept(fingertip: Fingertip, sizes: MeshSizes | None = None) -> SkinGrid:
+    return sweep_skin(fingertip, sizes or MeshSizes(), phalanx_contour(fingertip))
+
+
+def depths(fingertip: Fingertip, points: np.ndarray) -> np.ndarray:
+    """Return the depths below the outline, negative outside the finger."""
+    curve = outline_curve(fingertip)
+    _, nearest = cKDTree(curve.points).query(points)
+    inward = np.column_stack([-curve.tangents[nearest, 1], curve.tangents[nearest, 0]])
+    return np.sum((points - curve.points[nearest]) * inward, axis=1)
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_rows_are_the_surfaces_of_the_layers(section: str) -> None:
+    fingertip = change(section=section, ridges={"enabled": False})
+    grid = swept(fingertip)
+    assert grid.closed == (section == "transverse")
+    expected = {0: 0.0, grid.epidermis_rows: 0.5e-3, grid.points.shape[0] - 1: 1.5e-3}
+    for row, depth in expected.items():
+        # The last nodes of an open section are shifted onto the cut.
+        assert depths(fingertip, grid.points[row])[2:-2] == pytest.approx(depth, abs=5e-7)
+
+
+def test_rows_within_a_layer_are_evenly_spaced() -> None:
+    fingertip = change(ridges={"enabled": False})
+    grid = swept(fingertip)
+    middle = np.abs(grid.arc_length) < 3e-3
+    thickness = np.diff([depths(fingertip, row[middle]).mean() for row in grid.points])
+    epidermis, dermis = thickness[: grid.epidermis_rows], thickness[grid.epidermis_rows :]
+    assert epidermis == pytest.approx(0.5e-3 / len(epidermis), rel=1e-3)
+    assert dermis == pytest.approx(1e-3 / len(dermis), rel=1e-3)
+
+
+@pytest.mark.parametrize(("size", "rows"), [(0.12e-3, (4, 7)), (0.15e-3, (3, 5)), (0.5e-3, (1, 2)), (2e-3, (1, 1))])
+def test_number_of_rows_follows_the_contact_size(size: float, rows: tuple[int, int]) -> None:
+    """Epidermis: thickness over size; dermis: thickness over one and a quarter of the size; never none."""
+    grid = swept(change(ridges={"enabled": False}), MeshSizes(contact_size=size, bulk_size=3e-3))
+    assert (grid.epidermis_rows, grid.points.shape[0] - 1 - grid.epidermis_rows) == rows
+
+
+@pytest.mark.parametrize("size", [0.08e-3, 0.12e-3, 0.15e-3])
+def test_every_ridge_tip_has_a_column_and_columns_in_the_contact_are_even(size: float) -> None:
+    grid = swept(preset("wang2014-2d"), MeshSizes(contact_size=size))
+    within = (grid.arc_length >= grid.contact[0]) & (grid.arc_length <= grid.contact[1])
+    spacing = np.diff(grid.arc_length[within])
+    assert spacing == pytest.approx(spacing[0])
+    assert spacing[0] == pytest.approx(size, rel=0.35)
+    tips = np.arange(-14, 15) * 0.235e-3
+    assert np.abs(tips[:, None] - grid.arc_length).min(axis=1).max() < 1e-12
+
+
+def test_the_contact_reaches_as_high_as_asked_for() -> None:
+    for reach in (1e-3, 2e-3):
+        grid = swept(preset("wang2014-2d"), MeshSizes(contact_reach=reach))
+        curve = outline_curve(preset("wang2014-2d"))
+        heights = np.interp(grid.contact, curve.arc_length, curve.points[:, 1])
+        assert heights == pytest.approx(-7e-3 + reach, abs=2e-5)
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_columns_widen_outside_the_contact_but_keep_their_shape(section: str) -> None:
+    grid = swept(change(section=section), MeshSizes(bulk_size=2e-3))
+    width = np.diff(grid.arc_length)
+    height = np.linalg.norm(np.diff(grid.points, axis=0), axis=2).min(axis=0)
+    beside = np.minimum(height[1:], height[:-1])[: len(width)]
+    assert width.max() > 1.5 * width[np.abs(grid.arc_length[:-1]) < 2e-3].max()
+    assert np.all(width <= 10.0 * beside)
+    assert np.all(np.diff(grid.arc_length) > 0.0)
+
+
+def test_ends_of_all_rows_lie_on_the_proximal_cut() -> None:
+    grid = swept(preset("wang2014-2d"))
+    assert np.all(grid.points[:, [0, -1], 0] == -16e-3)
+    assert np.all(np.diff(grid.points[:, 0, 1]) > 0.0), "inward is up at the palmar end"
+    assert np.all(np.diff(grid.points[:, -1, 1]) < 0.0), "and down at the dorsal one"
+
+
+def test_ridges_and_fingerprint_shape_the_rows() -> None:
+    fingertip = change(fingerprint={"enabled": True})
+    grid = swept(fingertip)
+    middle = np.abs(grid.arc_length) < 3e-3
+    s = grid.arc_length[middle]
+    surface, interface, border = (grid.points[row][middle] for row in (0, grid.epidermis_rows, -1))
+    assert depths(fingertip, surface) == pytest.approx(surface_depth(fingertip, s), abs=1e-6)
+    assert depths(fingertip, interface) == pytest.approx(interface_depth(fingertip, s), abs=1e-6)
+    assert depths(fingertip, border) == pytest.approx(1.5e-3, abs=1e-6)
+
+
+def test_gmsh_is_closed_after_success_failure_and_interruption(monkeypatch):
+    for error, seen in ((RuntimeError("no"), MeshError), (KeyboardInterrupt(), KeyboardInterrupt)):
+
+        def fail(*_, error=error):
+            raise error
+
+        monkeypatch.setattr(section_module.gmsh.model.mesh, "generate", fail)
+        with pytest.raises(seen):
+            build_section(preset("wang2014-2d"))
+        assert not gmsh.isInitialized()
+
+
+def made(element="Q4", section="sagittal", variant="original", **sizes):
+    """Return core, contour and border of a section whose border has even segments."""
+    fingertip = change(section=section, phalanx={"variant": variant})
+    curve = outline_curve(fingertip)
+    first, last = arc_length_at_cut(fingertip, curve, 1.5e-3)
+    s = np.linspace(first, last, 161)
+    border = at_depth(curve, s, 1.5e-3)
+    border = border[:-1] if curve.closed else border
+    contour = phalanx_contour(fingertip)
+    return mesh_core(contour, border, curve.closed, MeshSizes(element=element, **sizes)), contour, border
+
+
+def cell_areas(core, name):
+    x, y = np.moveaxis(core.points[core.cells[name]], 2, 0)
+    return 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3"])
+@pytest.mark.parametrize(
+    ("section", "variant"), [("sagittal", "original"), ("sagittal", "scaled"), ("transverse", "flattened")]
+)
+def test_tissue_and_phalanx_fill_the_inside_without_overlap(element, section, variant):
+    core, contour, border = made(element, section, variant, bulk_size=0.4e-3)
+    phalanx, tissue = (cell_areas(core, name) for name in ("phalanx", "tissue"))
+    assert phalanx.min() > 0.0
+    assert tissue.min() > 0.0
+    # The phalanx is a polygon of its nodes here, a fine curve there.
+    assert phalanx.sum() == pytest.approx(shoelace(contour), rel=7e-3)
+    assert phalanx.sum() + tissue.sum() == pytest.approx(shoelace(border), rel=1e-3)
+    assert core.cells["tissue"].shape[1] == (4 if element == "Q4" else 3)
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3"])
+def test_border_nodes_are_kept(element):
+    """Triangles keep all of them; quadrilaterals every second one, and the midpoints between."""
+    core, _, border = made(element)
+    kept = border[::2] if element == "Q4" else border
+    wanted = np.vstack([kept, 0.5 * (kept[1:] + kept[:-1])]) if element == "Q4" else kept
+    nearest = np.linalg.norm(wanted[:, None] - core.points[None], axis=2).min(axis=1)
+    assert nearest.max() < 1e-9
+
+
+def test_no_point_is_left_without_a_cell_and_none_is_twice_there():
+    core, _, _ = made()
+    used = np.unique(np.concatenate([cells.ravel() for cells in core.cells.values()]))
+    assert np.array_equal(used, np.arange(len(core.points)))
+    assert len(np.unique(core.points.round(10), axis=0)) == len(core.points)
+
+
+def test_the_bulk_size_is_the_largest_size():
+    for bulk in (0.3e-3, 0.8e-3):
+        core, _, _ = made(bulk_size=bulk)
+        largest = np.sqrt(max(cell_areas(core, name).max() for name in core.cells))
+        assert 0.6 * bulk < largest < 1.5 * bulk
+
+
+def test_ring_is_filled_and_keeps_its_nodes():
+    angle = np.linspace(0.0, 2 * np.pi, 49)[:-1]
+    outer = 4e-3 * np.column_stack([np.cos(angle), np.sin(angle)])
+    inner = 0.5 * outer[::2]
+    core = mesh_ring(outer, inner, 1e-3)
+    areas = {name: cell_areas(core, name).sum() for name in core.cells}
+    assert areas["phalanx"] == pytest.approx(shoelace(inner), rel=1e-9)
+    assert areas["tissue"] == pytest.approx(shoelace(outer) - shoelace(inner), rel=1e-9)
+    rings = np.vstack([outer, inner])
+    assert np.linalg.norm(rings[:, None] - core.points, axis=2).min(axis=1).max() < 1e-12
+    whole = mesh_ring(outer, None, 1e-3)
+    assert set(whole.cells) == {"tissue"}
+    assert cell_areas(whole, "tissue").sum() == pytest.approx(shoelace(outer), rel=1e-9)
+
+
+PLAIN = change(ridges={"enabled": False})
+
+COARSE = {"contact_size": 0.5e-3, "bulk_size": 1e-3}
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
+def test_coarse_section_has_all_names_and_the_same_mesh_again(element, capfd):
+    mesh = build_section(PLAIN, **COARSE, element=element)
+    again = mesh_section(PLAIN, MeshSizes(**COARSE, element=element))
+    assert capfd.readouterr() == ("", "")
+    assert list(mesh.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
+    assert {"skin", "pad", "base", "phalanx_base", "dermis_tissue", "phalanx_dorsal"} < set(mesh.boundaries)
+    outside = np.concatenate([mesh.boundaries["skin"], mesh.boundaries["base"]])
+    assert np.array_equal(np.sort(outside), np.sort(mesh.boundary_facets()))
+    assert mesh.doflocs.tobytes() == again.doflocs.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("groups", "sizes", "message"),
+    [
+        (
+            {},
+            {"contact_size": 0.3e-3, "bulk_size": 1e-3},
+            "contact_size: got 0.3 mm.*third of ridges.pitch.*'0.1175 mm'",
+        ),
+        (
+            {"ridges": {"enabled": False}, "fingerprint": {"enabled": True}},
+            {"contact_size": 0.3e-3, "bulk_size": 1e-3},
+            "third of fingerprint.pitch.*switch the fingerprint off",
+        ),
+        ({}, {"contact_size": 0.157e-3}, "contact_size: got 0.157 mm, needs <= 0.1567 mm, a third of ridges"),
+        ({}, {"bulk_size": 0.05e-3}, "bulk_size: got 0.05 mm, needs >= 0.12 mm"),
+        ({}, {"element": "T4"}, "element"),
+        ({"sagittal": {"zone": {"start": "-20 mm"}}}, {}, "sagittal.zone: reaches from -20 mm to 7 mm, needs to lie"),
+        ({"sagittal": {"zone": {"end": "40 mm"}}}, {}, "sagittal.zone: reaches from -12 mm to 40 mm"),
+    ],
+)
+def test_sizes_that_do_not_fit_are_one_clear_error(groups, sizes, message):
+    with pytest.raises(InputError, match=message):
+        build_section(change(**groups), **sizes)
+
+
+def test_poor_cells_are_refused_with_their_place(monkeypatch):
+    good = section_module.mesh_core
+
+    def spoilt(*arguments):
+        core = good(*arguments)
+        corners = core.points[core.cells["phalanx"][30]]
+        core.points[core.cells["phalanx"][30][0]] = corners[2]
+        return core
+
+    monkeypatch.setattr(section_module, "mesh_core", spoilt)
+    with pytest.raises(
+        MeshError, match=r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
+    ):
+        build_section(PLAIN, **COARSE)
+
+
+def test_gmsh_is_loaded_only_where_a_section_is_built() -> None:
+    script = (
+        "import sys, fingerslip as fs\n"
+        "fs.Model, fs.read_mesh, fs.simulate, fs.build_section\n"
+        "print(*sorted({'gmsh'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def strip(dim: int) -> tuple[skfem.Mesh, np.ndarray, np.ndarray]:
+    """Return four layers of one cell each, their regions, and which nodes of the lowest row are fine."""
+    grid = [np.linspace(0.0, 1.0, 4)] * (dim - 1)
+    kind = skfem.MeshQuad1 if dim == 2 else skfem.MeshTet1
+    mesh = kind.init_tensor(*grid, np.linspace(0.0, 4.0, 5))
+    # In 3D the layers lie above each other along y, as in a finger.
+    points = mesh.p if dim == 2 else mesh.p[[0, 2, 1]]
+    order = np.argsort(points[1] > 0.0, kind="stable")
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    mesh = kind(np.ascontiguousarray(points[:, order]), np.ascontiguousarray(number[mesh.t]))
+    height = mesh.p[1, mesh.t].mean(axis=0)
+    region = np.select([height < 1, height < 2, height < 3], [EPIDERMIS, DERMIS, TISSUE], PHALANX)
+    lowest = mesh.p[:, : np.count_nonzero(mesh.p[1] == 0.0)]
+    return mesh, region, lowest[0] < 0.4
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_names_of_a_strip(dim: int) -> None:
+    """Regions and interfaces, the skin first and the rest of the outside the cut, faces of the phalanx."""
+    mesh, region, fine = strip(dim)
+    named = with_names(mesh, region, fine)
+    at = {name: named.p[:, named.facets[:, facets]] for name, facets in named.boundaries.items()}
+    assert list(named.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
+    for name, height in (("skin", 0.0), ("epidermis_dermis", 1.0), ("dermis_tissue", 2.0), ("phalanx_surface", 3.0)):
+        assert np.all(at[name][1] == height)
+    outside = np.concatenate([named.boundaries["skin"], named.boundaries["base"]])
+    np.testing.assert_array_equal(np.sort(outside), np.sort(mesh.boundary_facets()))
+    assert set(named.boundaries["pad"]) < set(named.boundaries["skin"])
+    assert np.all(at["pad"][0] < 0.4)
+    assert np.all(at["phalanx_base"][1] >= 3.0)
+    np.testing.assert_array_equal(named.boundaries["phalanx_palmar"], named.boundaries["phalanx_surface"])
+    assert "phalanx_dorsal" not in named.boundaries
+    upside_down = with_names(mesh, np.array([PHALANX, TISSUE, DERMIS, EPIDERMIS])[region], fine)
+    np.testing.assert_array_equal(upside_down.boundaries["phalanx_dorsal"], upside_down.boundaries["phalanx_surface"])
+
+
+def test_a_nail_is_a_region_with_its_part_of_the_skin() -> None:
+    mesh, region, fine = strip(2)
+    nailed = with_names(mesh, np.where(region == EPIDERMIS, NAIL, region), fine)
+    assert set(nailed.subdomains) == {"dermis", "tissue", "phalanx", "nail"}
+    np.testing.assert_array_equal(nailed.boundaries["nail"], nailed.boundaries["skin"])

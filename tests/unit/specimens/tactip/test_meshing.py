@@ -1,0 +1,191 @@
+"""Meshes of a TacTip: sizes, curves, names, the section and the solid."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import gmsh
+import numpy as np
+import pytest
+import skfem
+
+from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.gmsh_session import gmsh_session
+from fingerslip.mesh.quality import quality_table
+from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.specimens.tactip.meshing.build import (
+    mesh_sensor_section,
+    polygon,
+    size_function,
+    smooth_curves,
+    with_names,
+)
+from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
+from fingerslip.specimens.tactip.sites import GROUPS
+from fingerslip.specimens.tactip.tactip import PRESETS
+
+
+def test_a_section_is_no_solid():
+    with pytest.raises(InputError, match=r"part: got section with mesh.element T4"):
+        SensorSolidSizes().build(PRESETS.read("tactip-ridged-2d"))
+    with pytest.raises(InputError, match=r"part: got half with mesh.element Q4"):
+        SensorSectionSizes().build(PRESETS.read("tactip-ridged-3d"))
+
+
+def test_refinement_scales_both_sizes():
+    finer = SensorSectionSizes().refined(0.5)
+    assert (finer.contact_size, finer.bulk_size) == (0.15e-3, 0.6e-3)
+
+
+def test_sizes_at_skin_rod_gel_and_far_away():
+    sensor, sizes = PRESETS.read("tactip-smooth-2d"), SensorSectionSizes(0.3e-3, 2e-3)
+    size = size_function(sensor, sizes, np.array([[0.0, 0.5e-3]]), np.array([[0.0, 3e-3]]), 0.7 * sensor.rods.radius)
+    assert size(3e-3, 0.6e-3, 0.0) == pytest.approx(0.3e-3)
+    assert size(0.0, 2.5e-3, 0.0) == pytest.approx(0.3e-3)
+    assert 0.3e-3 < size(4e-3, 4e-3, 0.0) < 2e-3
+    assert size(0.0, 18e-3, 0.0) == pytest.approx(2e-3)
+    assert size(19.5e-3, 19e-3, 0.0) == pytest.approx(0.6e-3, rel=0.1)
+
+
+def test_a_polygon_has_its_area():
+    with gmsh_session():
+        tag = polygon(1e-3 * np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]))
+        assert gmsh.model.occ.getMass(2, tag) == pytest.approx(2.0)
+
+
+def test_a_circle_in_two_pieces_has_its_length():
+    angle = np.linspace(0.0, np.pi, 13)
+    with gmsh_session():
+        made = smooth_curves(1e-3 * np.column_stack([np.cos(angle), np.sin(angle)]), np.array([0, 6, 12]))
+        assert len(made.points) == 3
+        assert sum(gmsh.model.occ.getMass(1, tag) for tag in made.curves) == pytest.approx(np.pi, rel=1e-3)
+
+
+def test_outside_of_the_skin_and_face_of_the_window():
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(0.0, 1.0, 3), np.array([0.0, 1.0, 2.0, 3.0]))
+    height = mesh.p[1, mesh.t].mean(axis=0)
+    region = np.where(height < 1.0, 0, np.where(height < 2.0, 1, 3))
+    named = with_names(mesh, region, half=False)
+    assert len(named.boundaries["window_face"]) == 2
+    assert len(named.boundaries["contact"]) == 4
+    assert set(named.subdomains) == {"skin", "gel", "window"}
+
+
+def test_a_half_has_a_plane_of_symmetry():
+    mesh = skfem.MeshTet.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
+    named = with_names(mesh, np.zeros(mesh.t.shape[1], dtype=np.int64), half=True)
+    symmetry = named.boundaries["symmetry"]
+    assert np.all(mesh.p[2, mesh.facets[:, symmetry]] == 0.0)
+    assert len(symmetry) == 8
+    assert not np.isin(named.boundaries["contact"], symmetry).any()
+
+
+SIZES = SensorSectionSizes(contact_size=0.5e-3, bulk_size=2e-3)
+
+
+@pytest.fixture(scope="module")
+def ridged():
+    return mesh_sensor_section(PRESETS.read("tactip-ridged-2d"), SIZES)
+
+
+def area(mesh, region):
+    x, y = mesh.p[:, mesh.t[:, mesh.subdomains[region]]]
+    return 0.5 * np.sum(x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0))
+
+
+def test_names_and_quality(ridged):
+    assert set(ridged.subdomains) == {"skin", "gel", "rods", "window"}
+    assert set(ridged.boundaries) == {"contact", "window_face"}
+    assert all(row.scaled_jacobian > 0.25 for row in quality_table(ridged))
+
+
+def test_every_marker_is_a_node(ridged):
+    sensor = PRESETS.read("tactip-ridged-2d")
+    sites = sensor.sites(tuple(GROUPS), 2)
+    nodes = site_nodes(ridged, sites)
+    assert pytest.approx(np.array([site.position for site in sites]), abs=1e-9) == ridged.p[:, nodes].T
+
+
+def test_regions_share_nodes_and_leave_no_gaps(ridged):
+    outer = ridged.boundary_facets()
+    edges = ridged.p[:, ridged.facets[:, outer]]
+    # Outside are the skin and three sides of the window.
+    window = np.isin(ridged.f2t[0, outer], ridged.subdomains["window"])
+    skin = np.isin(ridged.f2t[0, outer], ridged.subdomains["skin"])
+    assert (window | skin).all()
+    assert np.linalg.norm(edges[:, 0] - edges[:, 1], axis=0)[window].sum() == pytest.approx(34e-3 + 6e-3)
+    assert area(ridged, "rods") == pytest.approx(9 * 1e-3 * 5.5e-3, rel=1e-3)
+
+
+def test_a_smooth_skin_is_a_half_ring():
+    mesh = mesh_sensor_section(PRESETS.read("tactip-smooth-2d"), SensorSectionSizes(0.4e-3, 1e-3, element="T3"))
+    cells = mesh.t[:, mesh.subdomains["skin"]]
+    a, b, c = mesh.p[:, cells].transpose(1, 2, 0)
+    sides = b - a, c - a
+    skin = 0.5 * np.abs(sides[0][:, 0] * sides[1][:, 1] - sides[0][:, 1] * sides[1][:, 0]).sum()
+    ring = 0.5 * np.pi * (20e-3**2 - 19e-3**2) - 9 * 1e-3 * 0.5e-3
+    assert skin == pytest.approx(ring, rel=5e-3)
+
+
+def with_rods(radius):
+    sensor = PRESETS.read("tactip-ridged-2d")
+    return dataclasses.replace(sensor, rods=dataclasses.replace(sensor.rods, radius=radius))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [0.4e-3, 0.6e-3])
+def test_what_is_refused_is_meshed_again_somewhat_finer(radius):
+    sizes = SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.6e-3)
+    assert all(row.scaled_jacobian > 0.25 for row in quality_table(sizes.build(with_rods(radius))))
+
+
+@pytest.mark.slow
+def test_rods_that_nearly_fill_a_ridge_are_refused_with_what_fits():
+    with pytest.raises(MeshError, match=r"^tactip\.rods\.radius: got 0\.3 mm, which leaves a sliver of gel") as caught:
+        SIZES.build(with_rods(0.3e-3))
+    assert caught.value.allowed == "needs at least 0.325 mm, or at most 0.225 mm"
+
+
+@pytest.fixture(scope="module")
+def small():
+    changes = {"markers": {"rings": [1, 4]}, "dome": {"radius": "10 mm", "height": "8 mm"}}
+    return PRESETS.changed({"preset": "tactip-smooth-3d", **changes})
+
+
+@pytest.fixture(scope="module")
+def mesh(small):
+    return SensorSolidSizes(1e-3, 2e-3).build(small)
+
+
+def test_half_of_a_dome(small, mesh):
+    assert set(mesh.boundaries) == {"contact", "window_face", "symmetry"}
+    assert mesh.p[2].min() == 0.0
+    corners = mesh.p[:, mesh.t].transpose(2, 1, 0)
+    volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
+    below = volume[np.concatenate([mesh.subdomains[name] for name in ("skin", "gel", "rods")])].sum()
+    cap = np.pi * 8e-3**2 * (10e-3 - 8e-3 / 3) / 2
+    assert below == pytest.approx(cap, rel=0.02)
+    rods = volume[mesh.subdomains["rods"]].sum()
+    # One on the axis and two in 2D are halves, one is whole.
+    assert rods == pytest.approx(2.5 * np.pi * 0.5e-3**2 * 2.5e-3, rel=0.01)
+
+
+def test_markers_are_nodes(small, mesh):
+    sites = small.sites(("internal_markers", "external_markers"), 3)
+    places = mesh.p[:, site_nodes(mesh, sites)].T
+    assert places == pytest.approx(np.array([site.position for site in sites]), abs=1e-9)
+
+
+@pytest.mark.slow
+def test_the_whole_is_its_half_and_the_mirror_image_of_it(small, mesh):
+    sensor = dataclasses.replace(small, part="whole")
+    whole = SensorSolidSizes(1e-3, 2e-3).build(sensor)
+    assert set(whole.boundaries) == {"contact", "window_face"}
+    assert whole.nelements == 2 * mesh.nelements
+    assert whole.p.shape[1] == 2 * mesh.p.shape[1] - np.count_nonzero(mesh.p[2] == 0.0)
+    corners = whole.p[:, whole.t].transpose(2, 1, 0)
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    assert (volume > 0.0).all() or (volume < 0.0).all()
+    sites = sensor.sites(("internal_markers", "external_markers"), 3)
+    places = whole.p[:, site_nodes(whole, sites)].T
+    assert places == pytest.approx(np.array([site.position for site in sites]), abs=1e-9)
