@@ -20,7 +20,7 @@ from fingerslip.dynamics.step.release import Release, remainder
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import HHT, Static
+from fingerslip.dynamics.system.scheme import HHT, Scheme, Static
 
 __all__ = ["CompactSteps", "is_compact"]
 
@@ -286,9 +286,9 @@ def _loads_of(stepper: Stepper) -> Sequence[Any]:
     return (*stepper.system.loads, *stepper.system.commanded)
 
 
-def _dissipation(scheme: HHT | Static) -> tuple[float, float, float, float, float]:
+def _dissipation(scheme: Scheme) -> tuple[float, float, float, float, float]:
     """Return the factors of the energy that a scheme dissipates; see :class:`Body`."""
-    if isinstance(scheme, Static):
+    if not isinstance(scheme, HHT):
         return 0.0, 0.0, 0.0, -0.5, -0.5
     rates = scheme.step * (scheme.beta - 0.5 * scheme.gamma)
     return rates, 0.5 - scheme.gamma, -0.5 * scheme.alpha, 0.0, 0.5 * scheme.alpha
