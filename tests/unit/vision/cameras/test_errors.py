@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.camera import DARK_ON_BRIGHT, PixelCamera, SensorNoise
+from fingerslip.vision.cameras.looks import DARK_ON_BRIGHT, PixelCamera, SensorNoise
 from fingerslip.vision.cameras.point import (
     PositionErrors,
     following,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.vision.cameras.camera import BrightRing, Glare, Lighting
+from fingerslip.vision.cameras.looks import BrightRing, Glare, Lighting
 from fingerslip.vision.cameras.pixel import brightness, empty_picture, marker_picture, ring_mask
 from unit.vision.cameras.scenes import camera, taken
 

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.camera import (
+from fingerslip.vision.cameras.looks import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.vision.cameras.camera import aimed_camera, external_camera, internal_camera
 from fingerslip.vision.cameras.point import CameraPair, PositionErrors, metres_per_pixel, pair_tracks
-from fingerslip.vision.cameras.presets import aimed_camera, external_camera, internal_camera
 from fingerslip.vision.tracks import make_tracks
 
 NONE = PositionErrors(0.0, 0.0, 0.0)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.camera import DARK_ON_BRIGHT, Lighting, MarkerLook, PixelCamera, SensorNoise, true_tracks
+from fingerslip.vision.cameras.camera import true_tracks
+from fingerslip.vision.cameras.looks import DARK_ON_BRIGHT, Lighting, MarkerLook, PixelCamera, SensorNoise
 from fingerslip.vision.cameras.pixel import film, frames_of
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import read_frames, video_info

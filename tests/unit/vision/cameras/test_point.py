@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.vision.cameras.camera import PixelCamera, SensorNoise, true_tracks
+from fingerslip.vision.cameras.camera import true_tracks
+from fingerslip.vision.cameras.looks import PixelCamera, SensorNoise
 from fingerslip.vision.cameras.pixel import frames_of
 from fingerslip.vision.cameras.point import (
     MEASURED_ERRORS,

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.camera import pixels_of
+from fingerslip.vision.cameras.camera import external_camera, internal_camera, pixels_of
 from fingerslip.vision.cameras.intrinsics import Fisheye
-from fingerslip.vision.cameras.presets import external_camera, internal_camera
 
 POINTS = np.array([[0.0, -5e-3, 0.0], [1e-3, -5e-3, 0.0], [0.0, -5e-3, 1e-3]])
 
