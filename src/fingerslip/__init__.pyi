@@ -110,7 +110,7 @@ from .vision.cameras.looks import (
 from .vision.cameras.pixel import film as film
 from .vision.cameras.point import PointCamera as PointCamera, point_tracks as point_tracks
 from .vision.cameras.camera import external_camera as external_camera, internal_camera as internal_camera
-from .vision.fields.fields import marker_fields as marker_fields
+from .vision.fields import marker_fields as marker_fields
 from .marker_layouts import (
     MarkerLayout as MarkerLayout,
     hexagonal_layout as hexagonal_layout,

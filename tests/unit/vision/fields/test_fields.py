@@ -8,7 +8,7 @@ import xarray as xr
 
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import ring_layout
-from fingerslip.vision.fields.fields import FIELDS, contact_centroid, marker_fields
+from fingerslip.vision.fields import FIELDS, contact_centroid, marker_fields
 from fingerslip.vision.tracks import make_tracks
 
 LAYOUT = ring_layout(1e-3)

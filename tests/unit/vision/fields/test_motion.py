@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import savgol_filter
 
 from fingerslip.errors import InputError
-from fingerslip.vision.fields.fields import rest_positions, smooth_velocity, window_frames
+from fingerslip.vision.fields import rest_positions, smooth_velocity, window_frames
 
 RANDOM = np.random.default_rng(0)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.fields.fields import marker_fields
+from fingerslip.vision.fields import marker_fields
 from fingerslip.vision.overlay import SHOWN_FIELDS, field_frames, write_field_overlay
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import read_frames

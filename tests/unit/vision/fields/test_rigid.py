@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fingerslip.vision.fields.fields import fit_rigid_motions
+from fingerslip.vision.fields import fit_rigid_motions
 
 RANDOM = np.random.default_rng(0)
 

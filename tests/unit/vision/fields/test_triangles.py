@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats
 
 from fingerslip.marker_layouts import hexagonal_layout, ring_layout
-from fingerslip.vision.fields.fields import green_strain, marker_means, marker_triangles, triangle_gradients
+from fingerslip.vision.fields import green_strain, marker_means, marker_triangles, triangle_gradients
 
 REST = ring_layout(1.0).position
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.formats.laboratories import bristol_tracks, read_bristol, write_bristol
+from fingerslip.vision.laboratories import bristol_tracks, read_bristol, write_bristol
 from fingerslip.vision.tracks import make_tracks
 
 SIZE = (640, 480)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.formats.laboratories import read_pins, write_pins
+from fingerslip.vision.laboratories import read_pins, write_pins
 from unit.vision.synthetic import moving_tracks
 
 

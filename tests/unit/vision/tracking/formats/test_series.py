@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.formats.laboratories import read_series, write_series_run
+from fingerslip.vision.laboratories import read_series, write_series_run
 from fingerslip.vision.video import open_frames
 
 FRAMES = np.random.default_rng(0).integers(0, 255, (5, 16, 24)).astype(np.uint8)

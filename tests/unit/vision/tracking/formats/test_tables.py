@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.formats.laboratories import read_table, write_table
+from fingerslip.vision.laboratories import read_table, write_table
 
 
 def test_table_comes_back_and_an_empty_file_is_refused(tmp_path: Path) -> None:

@@ -1,15 +1,11 @@
-"""Formats of tactile recordings that laboratories have, in and out.
+"""Forms in which laboratories keep tactile recordings, in and out.
 
-Data sets as the tactile laboratory in Bristol keeps them.
-
-A folder has ``targets.csv`` with a row for each image (``sensor_image``, and labels such as ``pose_*`` and
-``shear_*``), ``sensor_images/`` with the images, ``sensor_image_params.json`` with the settings of the camera, and
-``processed_markers/markers_N.npy`` with the markers of ``image_N``: x and y in shares of the width and height.
-
-Recordings in time: folders ``run_0``, ``run_1``, ... each with images and tables of what else was measured.
-
-A run has ``time_series_images/`` and ``image_data.csv``; perhaps ``control_data.csv`` (times ``start``,
-``shear_start``, ``shear_end`` and ``end``), ``ft_sensor_data.csv`` and ``robot_data.csv``.
+The tactile laboratory in Bristol keeps folders with ``targets.csv``, which has a row for each image (``sensor_image``,
+and labels such as ``pose_*`` and ``shear_*``), ``sensor_images/`` with the images, ``sensor_image_params.json`` with
+the settings of the camera, and ``processed_markers/markers_N.npy`` with the markers of ``image_N``: x and y in shares
+of the width and height. Recordings in time are folders ``run_0``, ``run_1``, ... with images in
+``time_series_images/`` and ``image_data.csv``; perhaps ``control_data.csv`` (times ``start``, ``shear_start``,
+``shear_end`` and ``end``), ``ft_sensor_data.csv`` and ``robot_data.csv``. Tables of pins are CSV files.
 """
 
 from __future__ import annotations
@@ -26,8 +22,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, ResultError, shorten
+from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
+from fingerslip.vision.tables import read_csv
 from fingerslip.vision.tracks import check_tracks, make_tracks
 from fingerslip.vision.video import write_video
 
@@ -53,16 +50,9 @@ __all__ = [
 
 def read_table(path: Path) -> pd.DataFrame:
     """Read a CSV file with a line of names."""
-    import pandas as pd
-
     if not path.is_file():
         raise InputError(str(path), "there is no such file", "needs a CSV file with a line of names")
-    try:
-        return pd.read_csv(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
-    except ValueError as error:
-        raise InputError(str(path), f"is no table ({shorten(str(error))})", "needs CSV with names") from error
+    return read_csv(path)
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
@@ -96,9 +86,18 @@ def read_bristol(folder: str | Path) -> BristolSet:
     targets = read_table(folder / _TARGETS)
     if _IMAGE not in targets.columns:
         raise InputError(str(folder / _TARGETS), f"has no column {_IMAGE}", "needs the name of the image in each row")
-    processed = (folder / _MARKERS).is_dir()
-    names = [_markers_name(str(name)) for name in targets[_IMAGE]] if processed else []
-    return BristolSet(folder, targets, _parameters(folder / _PARAMETERS), tuple(_markers(folder, n) for n in names))
+    path, parameters = folder / _PARAMETERS, {}
+    if path.is_file():
+        try:
+            parameters = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            fault = f"is no JSON ({shorten(str(error))})"
+            raise InputError(str(path), fault, "needs settings of a camera") from None
+        if not isinstance(parameters, dict):
+            raise InputError(str(path), f"holds {shorten(repr(parameters))}", "needs names and values in {}")
+    images = map(str, targets[_IMAGE] if (folder / _MARKERS).is_dir() else ())
+    markers = tuple(_read_markers(folder / _MARKERS / _markers_name(image)) for image in images)
+    return BristolSet(folder, targets, parameters, markers)
 
 
 def _markers_name(image: str) -> str:
@@ -108,20 +107,7 @@ def _markers_name(image: str) -> str:
     return f"markers_{numbers[-1]}.npy"
 
 
-def _parameters(path: Path) -> Mapping[str, Any]:
-    if not path.is_file():
-        return {}
-    try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(str(path), f"is no JSON ({shorten(str(error))})", "needs settings of a camera") from None
-    if not isinstance(values, dict):
-        raise InputError(str(path), f"holds {shorten(repr(values))}", "needs names and values in {}")
-    return values
-
-
-def _markers(folder: Path, name: str) -> NDArray[np.float64]:
-    path = folder / _MARKERS / name
+def _read_markers(path: Path) -> NDArray[np.float64]:
     if not path.is_file():
         raise InputError(str(path), "there is no such file", "needs the markers of every image")
     try:
@@ -156,12 +142,8 @@ def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -
         fault = f"has {' or '.join(map(str, counts))} markers in an image" if counts else "has no processed markers"
         raise InputError(str(data.folder), fault, "tracks need the same ones in all", "track its images")
     position = np.stack(data.markers) * np.array(size, dtype=np.float64)
-    attributes = {
-        "source": str(data.folder),
-        "image_width": size[0],
-        "image_height": size[1],
-        "frame_rate": frame_rate,
-    }
+    image = {"image_width": size[0], "image_height": size[1], "frame_rate": frame_rate}
+    attributes = {"source": str(data.folder), **image}
     return make_tracks(position, np.arange(len(position)) / frame_rate, units="px", attributes=attributes)
 
 
@@ -202,12 +184,7 @@ def write_bristol(
         raise InputError("tracks: position", fault, "needs pixels and the attributes image_width and image_height")
     shares = tracks["position"].values / (float(width), float(height))
     names = [f"image_{number}.png" for number in range(len(shares))]
-    plain = {
-        "width": int(width),
-        "height": int(height),
-        "fps": tracks.attrs.get("frame_rate"),
-        **(image_parameters or {}),
-    }
+    image = {"width": int(width), "height": int(height), "fps": tracks.attrs.get("frame_rate")}
     with new_folder(Path(folder)) as partial:
         (partial / _MARKERS).mkdir()
         for name, markers in zip(names, shares, strict=True):
@@ -215,7 +192,7 @@ def write_bristol(
             np.save(stream, markers)
             write_bytes(partial / _MARKERS / _markers_name(name), stream.getvalue())
         write_table(pd.DataFrame({_IMAGE: names, **(labels or {})}), partial / _TARGETS)
-        write_text(partial / _PARAMETERS, json_text(plain))
+        write_text(partial / _PARAMETERS, json_text({**image, **(image_parameters or {})}))
 
 
 _PIN = re.compile(r"pin_(\d+)_([xy])")
@@ -296,8 +273,8 @@ class SeriesRun:
     def image_times(self) -> NDArray[np.float64] | None:
         """Times of the images [s], from the first column ``time``, ``timestamp`` or ``t``; None without one."""
         table = self.tables.get("image")
-        name = None if table is None else next((name for name in _TIMES if name in table.columns), None)
-        return None if table is None or name is None else table[name].to_numpy(np.float64)
+        columns = [] if table is None else [table[name] for name in _TIMES if name in table.columns]
+        return columns[0].to_numpy(np.float64) if columns else None
 
     @property
     def frame_rate(self) -> float | None:
@@ -320,14 +297,13 @@ def read_series(folder: str | Path) -> dict[int, SeriesRun]:
     folders = {int(match[1]): path for path in folder.glob("run_*") if (match := _RUN.fullmatch(path.name))}
     if not folders:
         raise InputError(str(folder), "has no runs", "needs folders run_0, run_1, ...")
-    return {number: _read_run(folders[number]) for number in sorted(folders)}
-
-
-def _read_run(folder: Path) -> SeriesRun:
-    if not (folder / _IMAGES).is_dir():
-        raise InputError(str(folder), f"has no {_IMAGES}", "needs a folder of images")
-    files = {name: folder / file for name, file in TABLES.items() if (folder / file).is_file()}
-    return SeriesRun(folder / _IMAGES, {name: read_table(path) for name, path in files.items()})
+    runs = {}
+    for number, run in sorted(folders.items()):
+        if not (run / _IMAGES).is_dir():
+            raise InputError(str(run), f"has no {_IMAGES}", "needs a folder of images")
+        tables = {name: read_table(run / file) for name, file in TABLES.items() if (run / file).is_file()}
+        runs[number] = SeriesRun(run / _IMAGES, tables)
+    return runs
 
 
 def write_series_run(
@@ -366,15 +342,15 @@ def write_series_run(
     """
     import pandas as pd
 
-    frames_by_name = dict(tables or {})
-    unknown = sorted(frames_by_name.keys() - TABLES.keys())
+    by_name = dict(tables or {})
+    unknown = sorted(by_name.keys() - TABLES.keys())
     if unknown:
         raise InputError("tables", f"got {unknown[0]!r}", f"needs names among {', '.join(TABLES)}")
     final = Path(folder) / f"run_{number}"
     check_empty(final)
     with new_folder(final) as partial:
         count = write_video(partial / _IMAGES, frames, frame_rate)
-        frames_by_name.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
-        for name, table in frames_by_name.items():
+        by_name.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
+        for name, table in by_name.items():
             write_table(table, partial / TABLES[name])
     return final
