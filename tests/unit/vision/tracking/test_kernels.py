@@ -28,8 +28,7 @@ def frame(x: float, y: float, **changes: object) -> np.ndarray:
 
 
 def profile() -> np.ndarray:
-    out = np.empty((1, N_PROFILE))
-    learn_profiles(frame(32.0, 32.0).astype(float), np.array([[32.0, 32.0]]), WINDOW, CIRCLE, -1.0, out)
+    out = learn_profiles(frame(32.0, 32.0).astype(float), np.array([[32.0, 32.0]]), WINDOW, CIRCLE, -1.0)
     out = np.interp(np.arange(N_PROFILE), np.flatnonzero(np.isfinite(out[0])), out[0][np.isfinite(out[0])])[None]
     out -= out[:, -4:].mean()
     return out / out[:, 0]
@@ -82,14 +81,11 @@ def test_nothing_is_found_on_an_empty_background_outside_and_behind_the_mask() -
 def test_shapes_are_ellipses_of_determinant_one() -> None:
     rows, columns = np.mgrid[:64, :64]
     image = np.where(((columns - 32) / 8.0) ** 2 + ((rows - 32) / 5.0) ** 2 < 1.0, 40.0, 160.0)
-    out = np.empty((1, 3))
-    learn_shapes(image, np.array([[32.0, 32.0]]), RADIUS, np.array([14.0]), -1.0, out)
-    a, b, c = out[0]
+    points, window = np.array([[32.0, 32.0]]), np.array([14.0])
+    a, b, c = learn_shapes(image, points, RADIUS, window, -1.0)[0]
     assert a * c - b * b == pytest.approx(1.0)
     # The metric is the inverse of the squared axes.
     assert c / a == pytest.approx((8.0 / 5.0) ** 2, rel=0.15)
     assert b == pytest.approx(0.0, abs=0.01)
-    learn_shapes(
-        np.where(np.abs(rows - 32) < 2, 40.0, 160.0), np.array([[32.0, 32.0]]), RADIUS, np.array([14.0]), -1.0, out
-    )
-    assert out[0].tolist() == [1.0, 0.0, 1.0]
+    line = np.where(np.abs(rows - 32) < 2, 40.0, 160.0)
+    assert learn_shapes(line, points, RADIUS, window, -1.0).tolist() == [[1.0, 0.0, 1.0]]

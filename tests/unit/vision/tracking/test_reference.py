@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.markers import LayoutName
+from fingerslip.vision.tracking.layouts import LayoutName
 from fingerslip.vision.tracking.reference import first_frames, reference_of
 from problems import clips
 

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import hexagonal_layout, ring_layout
-from fingerslip.vision.tracking.markers import check_layout, topology
+from fingerslip.vision.tracking.layouts import check_layout, topology
 
 
 def shuffled(points: np.ndarray, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
