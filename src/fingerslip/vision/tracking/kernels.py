@@ -53,14 +53,17 @@ def measure_markers(image, mask, start, radius, window, shapes, profiles, polari
     Arrays: image (height, width); mask (height, width); start (n, 2) [px]; radius, window (n,) [px]; shapes (n, 3);
     profiles (n, N_PROFILE); out (n, COLUMNS).
     """
-    again = np.empty(COLUMNS)
+    again, side = np.empty(COLUMNS), 0.0
     for n in range(len(start)):
-        _fit(image, mask, start[n, 0], start[n, 1], window[n], shapes[n], profiles[n], polarity, out[n])
+        side = max(side, 2.0 * window[n] * math.sqrt(max(shapes[n, 0], shapes[n, 2])) + 2.0)
+    terms = np.empty((int(side) ** 2, 7))
+    for n in range(len(start)):
+        _fit(image, mask, start[n, 0], start[n, 1], window[n], shapes[n], profiles[n], polarity, terms, out[n])
         if out[n, CORRELATION] * out[n, WEIGHT] >= _CLEAR:
             continue
         # Too far off for the fit, perhaps: the centroid of what is in the window brings it nearer.
         x, y = _centroid(image, mask, start[n, 0], start[n, 1], radius[n], window[n], polarity)
-        _fit(image, mask, x, y, window[n], shapes[n], profiles[n], polarity, again)
+        _fit(image, mask, x, y, window[n], shapes[n], profiles[n], polarity, terms, again)
         if again[CORRELATION] * again[WEIGHT] > out[n, CORRELATION] * out[n, WEIGHT]:
             out[n] = again
 
@@ -125,7 +128,7 @@ def _levels(image, mask, x, y, radius, window, polarity):  # type: ignore[no-unt
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _fit(image, mask, x, y, window, shape, profile, polarity, out):  # type: ignore[no-untyped-def]
+def _fit(image, mask, x, y, window, shape, profile, polarity, terms, out):  # type: ignore[no-untyped-def]
     """Fit background, gradient, amplitude and place; the marker's own profile says what it looks like."""
     out[:] = 0.0
     out[0], out[1] = np.nan, np.nan
@@ -135,7 +138,7 @@ def _fit(image, mask, x, y, window, shape, profile, polarity, out):  # type: ign
     for turn in range(_FITS):
         if not (0.0 <= x <= image.shape[1] - 1.0 and 0.0 <= y <= image.shape[0] - 1.0):  # nor NaN
             return
-        moments, whole, rest = _gather(image, mask, x, y, window, shape, profile, result, tolerance)
+        moments, whole, rest = _gather(image, mask, x, y, window, shape, profile, result, tolerance, terms)
         weight = moments[0, 0]
         spread = moments[3, 3] - moments[3, 0] ** 2 / weight
         if weight < 0.3 * whole or not _solve(moments, result):
@@ -159,7 +162,7 @@ def _fit(image, mask, x, y, window, shape, profile, polarity, out):  # type: ign
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _gather(image, mask, x, y, window, shape, profile, result, tolerance):  # type: ignore[no-untyped-def]
+def _gather(image, mask, x, y, window, shape, profile, result, tolerance, terms):  # type: ignore[no-untyped-def]
     """Return the moments of the fit around a position, all weights without the residuals' part, and their squares.
 
     The moments (7, 7) are weighted products of 1, dx, dy, the profile, its slopes along x and y, and the grey level:
@@ -170,7 +173,6 @@ def _gather(image, mask, x, y, window, shape, profile, result, tolerance):  # ty
     a, b, c = shape
     first, last = _bounds(y, window * math.sqrt(a), image.shape[0])
     left, right = _bounds(x, window * math.sqrt(c), image.shape[1])
-    terms = np.empty((max(last - first, 0) * max(right - left, 0), 7))
     for row in range(first, last):
         dy = row - y
         for column in range(left, right):

@@ -50,8 +50,8 @@ class Markers:
     """Markers as they look in the rest frames."""
 
     position: Floats  # (n, 2), positions at rest [px]
-    radius: Floats  # (n,), radius at half the contrast, and radius of the window in which a marker is measured [px]
-    window: Floats  # (n,), radius at half the contrast, and radius of the window in which a marker is measured [px]
+    radius: Floats  # (n,), radius at half the contrast [px]
+    window: Floats  # (n,), radius of the window in which a marker is measured [px]
     shape: Floats  # (n, 3), ellipse of each, as the metric of :mod:`fingerslip.vision.tracking.kernels`
     profiles: Floats  # (n, N_PROFILE)
     polarity: float  # 1 for markers brighter than what is around them, -1 for darker ones
@@ -62,20 +62,10 @@ class Markers:
 
     def taken(self, order: NDArray[np.intp]) -> Markers:
         """Return some of the markers, in another order."""
-        position = self.position[order]
-        neighbours, spacing = nearest_neighbours(position)
-        return Markers(
-            position,
-            self.radius[order],
-            self.window[order],
-            self.shape[order],
-            self.profiles[order],
-            self.polarity,
-            spacing,
-            neighbours,
-            self.amplitude[order],
-            self.quality[order],
-        )
+        names = ("position", "radius", "window", "shape", "profiles", "amplitude", "quality")
+        rows = {name: getattr(self, name)[order] for name in names}
+        neighbours, spacing = nearest_neighbours(rows["position"])
+        return dataclasses.replace(self, spacing=spacing, neighbours=neighbours, **rows)
 
 
 @dataclass(frozen=True)
@@ -94,20 +84,9 @@ def measure(
     start: Floats,
     which: NDArray[np.intp] | slice = _ALL,
 ) -> Measured:
-    """Measure markers in an image, each from its own start.
+    """Measure markers in an image, each from its own start; the marker of each is said where they are not all of them.
 
-    Parameters
-    ----------
-    markers : Markers
-        What is known of them.
-    image : (height, width) array of uint8
-        The image.
-    mask : (height, width) array of bool or None
-        Pixels that count.
-    start : (n, 2) array
-        Where to begin [px]; NaN where nothing is to be measured.
-    which : (n,) array of int, optional
-        The marker of each start; all of them, once each, without it.
+    Arrays: image, mask (height, width); start (n, 2) [px], NaN where nothing is to be measured; which (n,).
     """
     out = np.empty((len(start), COLUMNS))
     counted = np.empty((0, 0), dtype=bool) if mask is None else mask
@@ -131,26 +110,20 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
         window = _windows(radii, spacing)
         profiles = _normalise(learn_profiles(image, places, window, shape, polarity), window)
         markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
-        markers, places = _measured_again(markers, grey, mask)
-        radii = _half_height(profiles, window)
+        markers = _measure_again(markers, grey, mask)
+        places, radii = markers.position, _half_height(profiles, window)
         if turn < _ROUNDS - 1:
             shape = learn_shapes(image, places, radii, window, polarity)
-    markers = dataclasses.replace(markers, radius=radii)
-    return _measured_again(_with_typical_looks(markers), grey, mask)[0]
+    return _measure_again(_with_typical_looks(dataclasses.replace(markers, radius=radii)), grey, mask)
 
 
-def _measured_again(markers: Markers, grey: NDArray[np.uint8], mask: Flags | None) -> tuple[Markers, Floats]:
-    """Return markers where they are measured in an image, and their positions; those not found stay where they were."""
+def _measure_again(markers: Markers, grey: NDArray[np.uint8], mask: Flags | None) -> Markers:
+    """Return markers as they are measured in an image; those not found stay where they were, of quality 0."""
     measured = measure(markers, grey, mask, markers.position)
-    is_measured = np.isfinite(measured.position[:, :1])
-    places = np.where(is_measured, measured.position, markers.position)
-    again = dataclasses.replace(
-        markers,
-        position=places,
-        amplitude=measured.amplitude,
-        quality=np.where(is_measured[:, 0], measured.quality, 0.0),
-    )
-    return again, places
+    there = np.isfinite(measured.position[:, 0])
+    position = np.where(there[:, None], measured.position, markers.position)
+    quality = np.where(there, measured.quality, 0.0)
+    return dataclasses.replace(markers, position=position, amplitude=measured.amplitude, quality=quality)
 
 
 def _with_typical_looks(markers: Markers) -> Markers:
@@ -178,31 +151,27 @@ def _windows(radii: Floats, spacing: Floats) -> Floats:
 
 def _normalise(profiles: Floats, window: Floats) -> Floats:
     """Return profiles from 1 in the centre to 0 at the edge, half of each what all have in common."""
-    samples = _SOFT * (profiles.shape[1] - 1) / window
-    filled = np.array(
-        [
-            gaussian_filter1d(_fill(profile), width, mode="nearest")
-            for profile, width in zip(profiles, samples, strict=True)
-        ]
-    )
-    outside = filled[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
-    height = filled[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
-    profile_scaled = np.clip((filled - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
-    common = np.median(profile_scaled, axis=0)
-    mixed: Floats = np.where(height > 1.0, 0.5 * profile_scaled + 0.5 * common, common)
+    blurs, samples = _SOFT * (profiles.shape[1] - 1) / window, np.arange(profiles.shape[1])
+    smooth = np.zeros_like(profiles)
+    for row, (profile, blur) in enumerate(zip(profiles, blurs, strict=True)):
+        finite = np.isfinite(profile)
+        if finite.any():
+            whole = np.interp(samples, samples[finite], profile[finite])
+            smooth[row] = gaussian_filter1d(whole, blur, mode="nearest")
+    outside = smooth[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
+    height = smooth[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
+    scaled = np.clip((smooth - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
+    common = np.median(scaled, axis=0)
+    mixed: Floats = np.where(height > 1.0, 0.5 * scaled + 0.5 * common, common)
     return mixed
-
-
-def _fill(profile: Floats) -> Floats:
-    finite = np.flatnonzero(np.isfinite(profile))
-    return np.interp(np.arange(len(profile)), finite, profile[finite]) if finite.size else np.zeros(len(profile))
 
 
 def _half_height(profiles: Floats, window: Floats) -> Floats:
     """Return where each profile falls to half of its height [px]."""
-    radii = np.empty(len(profiles))
-    for n, profile in enumerate(profiles):
-        below = int(np.argmax(profile < 0.5)) or len(profile) // 2
-        share = (profile[below - 1] - 0.5) / max(profile[below - 1] - profile[below], 1e-9)
-        radii[n] = (below - 1 + min(max(share, 0.0), 1.0)) * window[n] / (len(profile) - 1)
+    rows, count = np.arange(len(profiles)), profiles.shape[1]
+    first = np.argmax(profiles < 0.5, axis=1)
+    below = np.where(first == 0, count // 2, first)
+    inner, outer = profiles[rows, below - 1], profiles[rows, below]
+    share = np.clip((inner - 0.5) / np.maximum(inner - outer, 1e-9), 0.0, 1.0)
+    radii = (below - 1 + share) * window / (count - 1)
     return np.asarray(np.clip(radii, 0.5 * np.median(radii), 2.0 * np.median(radii)))
