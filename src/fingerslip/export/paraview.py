@@ -20,12 +20,7 @@ from fingerslip.storage.files import csv_text, write_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "cell_tensors",
-    "snapshot_mesh",
-    "write_paraview",
-    "write_series",
-]
+__all__ = ["cell_tensors", "snapshot_mesh", "write_paraview", "write_series"]
 
 
 _STORED: Mapping[str, str] = MappingProxyType({"stress": "snapshot_stress", "strain": "snapshot_strain"})

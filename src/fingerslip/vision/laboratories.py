@@ -75,13 +75,7 @@ class BristolSet:
 
 
 def read_bristol(folder: str | Path) -> BristolSet:
-    """Read a data set of this form.
-
-    Raises
-    ------
-    InputError
-        Where ``targets.csv`` is missing or names no images, or a file is not of its form.
-    """
+    """Read a data set of this form; raise InputError where ``targets.csv`` names no images, or a file is not right."""
     folder = Path(folder)
     targets = read_table(folder / _TARGETS)
     if _IMAGE not in targets.columns:
@@ -121,21 +115,10 @@ def _read_markers(path: Path) -> NDArray[np.float64]:
 
 
 def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:
-    """Return the markers of a data set as tracks, its rows in order of time.
+    """Return the markers of a data set as tracks, its rows in order of time at a rate [1/s].
 
-    Parameters
-    ----------
-    data : BristolSet
-        The data set. Its markers must be in the same order in every image, which those that were sorted by x are not.
-    size : (int, int)
-        Width and height of the images [px].
-    frame_rate : float
-        Rows a second [1/s].
-
-    Raises
-    ------
-    InputError
-        Where there are no markers, or their number changes.
+    Its markers must be in the same order in every image, which those that were sorted by x are not. The size is the
+    width and height of the images [px]. Raises InputError where there are no markers, or their number changes.
     """
     counts = sorted({len(markers) for markers in data.markers})
     if len(counts) != 1:
@@ -161,18 +144,11 @@ def write_bristol(
     tracks : xarray.Dataset
         Tracks in pixels with the attributes ``image_width`` and ``image_height``. Markers that were not seen are NaN.
     folder : path
-        The folder, new or empty.
+        The folder; it must be new or empty.
     labels : mapping of str to sequence, optional
         Columns of ``targets.csv`` with a value for each frame, such as ``pose_1`` or ``shear_1``.
     image_parameters : mapping, optional
         Settings of the camera, added to the size of the image and the frame rate.
-
-    Raises
-    ------
-    InputError
-        Where the dataset is no tracks in pixels, or does not say the size of the image; where the folder holds files.
-    ResultError
-        Where the folder cannot be written.
     """
     import pandas as pd
 
@@ -200,15 +176,7 @@ _TIME = "time"
 
 
 def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
-    """Write tracks as a table of pins, with the column ``time`` [s] before them; what was not seen is an empty cell.
-
-    Raises
-    ------
-    InputError
-        Where the dataset is no tracks, or they are not in pixels.
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write tracks in pixels as a table of pins, with their times [s] before; what was not seen is an empty cell."""
     import pandas as pd
 
     check_tracks(tracks)
@@ -222,19 +190,10 @@ def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
 
 
 def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
-    """Read a table of pins as tracks.
+    """Read a CSV file with ``pin_0_x``, ``pin_0_y``, ... [px] as tracks; other columns but ``time`` [s] are left alone.
 
-    Parameters
-    ----------
-    path : path
-        A CSV file with ``pin_0_x``, ``pin_0_y``, ...; other columns but ``time`` [s] are left alone.
-    frame_rate : float, optional
-        Rows a second [1/s], where there is no column ``time``.
-
-    Raises
-    ------
-    InputError
-        Where there are no pins, one lacks x or y, or nothing says the time.
+    The rows a second [1/s] may be given instead of the times. Raises InputError where there are no pins, one lacks x or
+    y, or nothing says the time.
     """
     table = read_table(Path(path))
     matches = [match for match in map(_PIN.fullmatch, map(str, table.columns)) if match]
@@ -286,13 +245,7 @@ class SeriesRun:
 
 
 def read_series(folder: str | Path) -> dict[int, SeriesRun]:
-    """Return the runs of a folder by their numbers, without reading images.
-
-    Raises
-    ------
-    InputError
-        Where there are no runs, or one has no images.
-    """
+    """Return the runs of a folder by their numbers, without reading images; raise InputError where a run has none."""
     folder = Path(folder)
     folders = {int(match[1]): path for path in folder.glob("run_*") if (match := _RUN.fullmatch(path.name))}
     if not folders:
@@ -313,32 +266,18 @@ def write_series_run(
     frame_rate: float,
     tables: Mapping[str, pd.DataFrame] | None = None,
 ) -> Path:
-    """Write a run, whole or not at all.
+    """Write a run, whole or not at all, and return its folder, which must be new or empty.
 
     Parameters
     ----------
-    folder : path
-        The folder of the recording.
-    number : int
-        Number of the run.
+    folder, number
+        The folder of the recording, and the number of the run in it.
     frames : iterable of arrays
         Its frames, (height, width) or (height, width, 3) of uint8.
     frame_rate : float
         Frames a second [1/s].
     tables : mapping of str to pandas.DataFrame, optional
         Tables by their names in :data:`TABLES`; ``image`` is made where it is not given.
-
-    Returns
-    -------
-    Path
-        The folder of the run.
-
-    Raises
-    ------
-    InputError
-        Where a table has another name, there are no frames, or the folder of the run holds files.
-    ResultError
-        Where the folder cannot be written.
     """
     import pandas as pd
 

@@ -19,14 +19,7 @@ from fingerslip.vision.video import FINE, STATES, opencv, write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "RING_COLOURS",
-    "SHOWN_FIELDS",
-    "field_frames",
-    "overlay_frames",
-    "write_field_overlay",
-    "write_overlay",
-]
+__all__ = ["RING_COLOURS", "SHOWN_FIELDS", "field_frames", "overlay_frames", "write_field_overlay", "write_overlay"]
 
 Frame = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -66,26 +59,9 @@ def write_overlay(
 
 
 def write_field_overlay(frames: Iterable[Frame], fields: xr.Dataset, name: str, path: str | Path) -> int:
-    """Write frames with a field of their markers as a video, whole or not at all.
+    """Write frames with a field of their markers, as of :func:`field_frames`, as a video, whole or not at all.
 
-    Parameters
-    ----------
-    frames, fields, name
-        As for :func:`field_frames`. The fields must say their ``frame_rate``, as those of a tracked video do.
-    path : path
-        A video file or a folder; see :func:`~fingerslip.vision.video.write_video`.
-
-    Returns
-    -------
-    int
-        Number of frames.
-
-    Raises
-    ------
-    InputError
-        Where there is no such field or frame rate, fields are not in pixels, or there are less frames than times.
-    ResultError
-        Where the file cannot be written.
+    The fields must say their ``frame_rate``, as those of a tracked video do. Returns the number of frames.
     """
     rate = _frame_rate(fields, "fields")
     return write_video(path, field_frames(frames, fields, name), rate)

@@ -242,29 +242,11 @@ def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, cod
 def frames_of(
     pixel_camera: PixelCamera, tracks: xr.Dataset, *, start: int = 0, stop: int | None = None
 ) -> Iterator[Frame]:
-    """Yield the frames that a camera takes of markers.
+    """Yield the frames (height, width) that a camera takes of tracks in metres, from `start` to before `stop`.
 
-    During the exposure a marker moves straight and evenly, half of the way before the time of the frame, so that the
-    middle of its spot is its true position at that time.
-
-    Parameters
-    ----------
-    pixel_camera : PixelCamera
-        The camera.
-    tracks : xarray.Dataset
-        Tracks in metres. A marker that is NaN is not drawn.
-    start, stop : int, optional
-        First frame and the one behind the last. They are as in the whole video.
-
-    Yields
-    ------
-    (height, width) array of uint8
-        Each frame, an array of its own.
-
-    Raises
-    ------
-    InputError
-        Where the tracks are not in metres, or have no marker that the camera sees.
+    Each is as in the whole video. A marker that is NaN is not drawn. During the exposure a marker moves straight and
+    evenly, half of the way before the time of the frame, so that the middle of its spot is its true position then.
+    Raises InputError where the tracks are not in metres, or have no marker that the camera sees.
     """
     camera, look, noise = pixel_camera.camera, pixel_camera.look, pixel_camera.noise
     chosen = seen_kind(camera, tracks)

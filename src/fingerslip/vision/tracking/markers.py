@@ -20,12 +20,7 @@ from fingerslip.vision.tracking.kernels import (
 )
 from fingerslip.vision.tracking.neighbours import nearest_neighbours
 
-__all__ = [
-    "Markers",
-    "Measured",
-    "known_markers",
-    "measure",
-]
+__all__ = ["Markers", "Measured", "known_markers", "measure"]
 
 
 Floats = NDArray[np.float64]

@@ -18,14 +18,7 @@ from scipy.spatial import cKDTree
 
 from fingerslip.vision.video import opencv
 
-__all__ = [
-    "assign",
-    "common_shift",
-    "consistent",
-    "expected_displacement",
-    "lost_suddenly",
-    "nearest_neighbours",
-]
+__all__ = ["assign", "common_shift", "consistent", "expected_displacement", "lost_suddenly", "nearest_neighbours"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -15,15 +15,7 @@ from fingerslip.vision.tracking.layouts import LayoutName, out_of_place, topolog
 from fingerslip.vision.tracking.markers import Markers, known_markers
 from fingerslip.vision.video import opencv
 
-__all__ = [
-    "Blobs",
-    "Reference",
-    "Spots",
-    "find_blobs",
-    "first_frames",
-    "reference_of",
-    "spots_of",
-]
+__all__ = ["Blobs", "Reference", "Spots", "find_blobs", "first_frames", "reference_of", "spots_of"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
