@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import pydantic
@@ -277,33 +277,23 @@ class CameraPair:
 
 
 def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
-    """Return what both cameras and a tracker make of markers.
+    """Return what both cameras and a tracker make of markers [m], in pixels, the internal markers first."""
+    import xarray as xr
 
-    Units: markers [m]; returns [px].
-    """
     seen = [
         point_tracks(PointCamera(camera, pair.errors, 2 * pair.seed + number), markers)
         for number, camera in enumerate((pair.internal, pair.external))
     ]
-    position = np.concatenate([tracks_of_camera["position"].values for tracks_of_camera in seen], axis=1)
-    more = {
-        name: np.concatenate([tracks_of_camera[name].values for tracks_of_camera in seen])
-        for name in ("marker", "ring", "angle")
-        if all(name in tracks_of_camera.coords for tracks_of_camera in seen)
+    # All but the markers is the same in both.
+    same: dict[str, Any] = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "join": "override"}
+    both = xr.concat(seen, "marker", combine_attrs="override", **same)
+    position, scale = both["position"].values, metres_per_pixel(pair.external)
+    attributes = {
+        **image_attributes(pair.external, f"simulation, point cameras, seed {pair.seed}"),
+        "metres_per_pixel_x": scale,
+        "metres_per_pixel_y": scale,
     }
-    scale = metres_per_pixel(pair.external)
-    return make_tracks(
-        np.round(position / _ROUNDING) * _ROUNDING,
-        seen[0]["time"].values,
-        units="px",
-        kind=[kind for tracks_of_camera in seen for kind in tracks_of_camera["kind"].values.astype(str)],
-        attributes={
-            **image_attributes(pair.external, f"simulation, point cameras, seed {pair.seed}"),
-            "metres_per_pixel_x": scale,
-            "metres_per_pixel_y": scale,
-        },
-        **more,
-    )
+    return tracks_like(both, np.round(position / _ROUNDING) * _ROUNDING, both["time"].values, attributes=attributes)
 
 
 def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArray[np.float64]) -> xr.Dataset:
