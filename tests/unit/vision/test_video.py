@@ -170,10 +170,10 @@ SQUARE = np.zeros((4, 4), np.uint8)
 
 
 @pytest.mark.parametrize(
-    ("name", "frames", "codec", "kind", "said"),
+    ("name", "frames", "codec", "said"),
     [
         *[
-            (name, frames, None, InputError, said)
+            (name, frames, None, said)
             for name in ("a.avi", "frames")
             for frames, said in (
                 ([], "frames: got none"),
@@ -182,15 +182,16 @@ SQUARE = np.zeros((4, 4), np.uint8)
                 ([np.zeros((4, 4, 4), np.uint8)], "frame 0: has shape"),
             )
         ],
-        ("a.mkv", [SQUARE[:, :3]], None, InputError, "need an even width and height; write a folder of images"),
-        ("a.mkv", [SQUARE[:3]], None, InputError, "need an even width and height; write a folder of images"),
-        ("a.txt", [SQUARE], None, InputError, r"has the ending '.txt', needs one of .mp4, .avi, .mkv"),
-        ("a.avi", [SQUARE], "h264x", InputError, "got the codec 'h264x'"),
-        ("a.avi", [SQUARE], "ZZZZ", ResultError, "cannot be written with the codec"),
-        ("missing/a.avi", [SQUARE], None, ResultError, "cannot be written"),
+        ("a.mkv", [SQUARE[:, :3]], None, "need an even width and height; write a folder of images"),
+        ("a.mkv", [SQUARE[:3]], None, "need an even width and height; write a folder of images"),
+        ("a.txt", [SQUARE], None, r"has the ending '.txt', needs one of .mp4, .avi, .mkv"),
+        ("a.avi", [SQUARE], "h264x", "got the codec 'h264x'"),
+        ("a.avi", [SQUARE], "ZZZZ", "cannot be written with the codec"),
+        ("missing/a.avi", [SQUARE], None, "cannot be written"),
     ],
 )
-def test_what_cannot_be_written_is_told_and_nothing_is_left(tmp_path, name, frames, codec, kind, said):
+def test_what_cannot_be_written_is_told_and_nothing_is_left(tmp_path, name, frames, codec, said):
+    kind = ResultError if said.startswith("cannot be written") else InputError
     with pytest.raises(kind, match=said):
         write_video(tmp_path / name, frames, 30, codec=codec)
     assert list(tmp_path.iterdir()) == []
