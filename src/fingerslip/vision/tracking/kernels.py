@@ -1,4 +1,4 @@
-"""Where a marker is, below the pixel: a fit of its own profile, led there by a windowed centroid if need be.
+"""Where a marker is, below the pixel: a fit of its own profile.
 
 The brightness around a marker is taken to be ``B + gx dx + gy dy + A p(r)``: a background with a gradient, and a
 profile p of the distance r from the marker's centre, in the metric of an ellipse; both were learnt at rest. Six numbers
@@ -33,39 +33,28 @@ N_PROFILE = 48
 COLUMNS = 5
 AMPLITUDE, CORRELATION, WEIGHT = 2, 3, 4
 
-_CENTROIDS, _FITS = 4, 8
-# Below this share of the amplitude a pixel does not count for the centroid.
-_FLOOR = 0.25
+_FITS = 8
 # A residual of this share of the amplitude halves the weight of a pixel; noise of the image is far below.
 _TOLERATED = 0.3
 _SHAPE_FLOOR = 0.4
 _LONGEST = 9.0  # an ellipse whose axes are as 2.6 to 1
-# A fit of this quality from where the marker was expected needs no second one.
-_CLEAR = 0.75
 # The fit ends where it moves less [px]: the next step would move it by a hundredth of that.
 _SMALL = 2e-2
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def measure_markers(image, mask, start, radius, window, shapes, profiles, polarity, out):  # type: ignore[no-untyped-def]
+def measure_markers(image, mask, start, window, shapes, profiles, polarity, out):  # type: ignore[no-untyped-def]
     """Measure markers near given positions, in place.
 
-    Arrays: image (height, width); mask (height, width); start (n, 2) [px]; radius, window (n,) [px]; shapes (n, 3);
-    profiles (n, N_PROFILE); out (n, COLUMNS).
+    Arrays: image, mask (height, width); start (n, 2) [px]; window (n,) [px]; shapes (n, 3); profiles (n, N_PROFILE);
+    out (n, COLUMNS).
     """
-    again, side = np.empty(COLUMNS), 0.0
+    side = 0.0
     for n in range(len(start)):
         side = max(side, 2.0 * window[n] * math.sqrt(max(shapes[n, 0], shapes[n, 2])) + 2.0)
     terms = np.empty((int(side) ** 2, 7))
     for n in range(len(start)):
         _fit(image, mask, start[n, 0], start[n, 1], window[n], shapes[n], profiles[n], polarity, terms, out[n])
-        if out[n, CORRELATION] * out[n, WEIGHT] >= _CLEAR:
-            continue
-        # Too far off for the fit, perhaps: the centroid of what is in the window brings it nearer.
-        x, y = _centroid(image, mask, start[n, 0], start[n, 1], radius[n], window[n], polarity)
-        _fit(image, mask, x, y, window[n], shapes[n], profiles[n], polarity, terms, again)
-        if again[CORRELATION] * again[WEIGHT] > out[n, CORRELATION] * out[n, WEIGHT]:
-            out[n] = again
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -76,55 +65,6 @@ def _bounds(centre, reach, size):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _counts(mask, row, column):  # type: ignore[no-untyped-def]
     return mask.shape[0] == 0 or mask[row, column]
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _centroid(image, mask, x, y, radius, window, polarity):  # type: ignore[no-untyped-def]
-    """Return the centroid of what stands out of its surroundings, found by moving the window onto it."""
-    for _ in range(_CENTROIDS):
-        if not (math.isfinite(x) and math.isfinite(y)):
-            break
-        level, peak = _levels(image, mask, x, y, radius, window, polarity)
-        total, along, across = 0.0, 0.0, 0.0
-        floor = level + _FLOOR * (peak - level)
-        first, last = _bounds(y, window, image.shape[0])
-        left, right = _bounds(x, window, image.shape[1])
-        for row in range(first, last):
-            for column in range(left, right):
-                dx, dy = column - x, row - y
-                share = 1.0 - (dx * dx + dy * dy) / (window * window)
-                value = polarity * image[row, column] - floor
-                if share > 0.0 and value > 0.0 and _counts(mask, row, column):
-                    weight = value * share
-                    total += weight
-                    along += weight * dx
-                    across += weight * dy
-        if total <= 0.0:
-            break
-        # The falling weight holds the centroid back; half as much again makes up for it.
-        dx, dy = 1.5 * along / total, 1.5 * across / total
-        x, y = x + dx, y + dy
-        if dx * dx + dy * dy < 0.25:
-            break
-    return x, y
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _levels(image, mask, x, y, radius, window, polarity):  # type: ignore[no-untyped-def]
-    """Return the mean level around a marker, and the highest in the window."""
-    total, count, peak = 0.0, 0, -1e30
-    first, last = _bounds(y, window, image.shape[0])
-    left, right = _bounds(x, window, image.shape[1])
-    for row in range(first, last):
-        for column in range(left, right):
-            square = (column - x) ** 2 + (row - y) ** 2
-            if square < window * window and _counts(mask, row, column):
-                value = polarity * image[row, column]
-                peak = max(peak, value)
-                if square > 1.69 * radius * radius:
-                    total += value
-                    count += 1
-    return (total / count if count else peak), peak
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

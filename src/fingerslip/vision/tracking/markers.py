@@ -85,8 +85,8 @@ def measure(
     """
     out = np.empty((len(start), COLUMNS))
     counted = np.empty((0, 0), dtype=bool) if mask is None else mask
-    radius, window, shape = markers.radius[which], markers.window[which], markers.shape[which]
-    measure_markers(image, counted, start, radius, window, shape, markers.profiles[which], markers.polarity, out)
+    looks = markers.window[which], markers.shape[which], markers.profiles[which]
+    measure_markers(image, counted, start, *looks, markers.polarity, out)
     return Measured(out[:, :2].copy(), out[:, AMPLITUDE].copy(), out[:, CORRELATION] * out[:, WEIGHT])
 
 

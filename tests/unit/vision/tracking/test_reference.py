@@ -145,14 +145,14 @@ def measured(image: np.ndarray, start: tuple[float, float], mask: np.ndarray = E
     profile = np.interp(np.arange(N_PROFILE), finite, profile[finite])
     profile -= profile[-4:].mean()
     out = np.empty((1, COLUMNS))
-    measure_markers(image, mask, np.array([start]), RADIUS, WINDOW, CIRCLE, profile[None] / profile[0], -1.0, out)
+    measure_markers(image, mask, np.array([start]), WINDOW, CIRCLE, profile[None] / profile[0], -1.0, out)
     return out[0]
 
 
 @pytest.mark.parametrize("shift", [(0.0, 0.0), (0.25, -0.4), (0.5, 0.5), (0.13, 0.77)])
 def test_centre_is_found_below_the_pixel_from_pixels_away(shift: tuple[float, float]) -> None:
     x, y = 31.0 + shift[0], 33.0 + shift[1]
-    found = measured(frame(x, y), (x + 4.0, y - 3.0))
+    found = measured(frame(x, y), (x + 3.0, y - 2.5))
     # Grey levels are whole numbers, and the profile is that of one frame.
     assert found[:2] == pytest.approx([x, y], abs=0.05)
     assert found[AMPLITUDE] == pytest.approx(120.0, rel=0.03)
