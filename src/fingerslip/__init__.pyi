@@ -99,7 +99,7 @@ from .vision.cameras.calibration import read_calibration as read_calibration, wr
 from .vision.cameras.camera import Camera as Camera, Pose as Pose, true_tracks as true_tracks
 from .vision.cameras.point import PositionErrors as PositionErrors, measure_errors as measure_errors
 from .vision.cameras.intrinsics import Fisheye as Fisheye, Pinhole as Pinhole, pinhole_for_view as pinhole_for_view
-from .vision.cameras.camera import (
+from .vision.cameras.looks import (
     BrightRing as BrightRing,
     Glare as Glare,
     Lighting as Lighting,
@@ -109,8 +109,8 @@ from .vision.cameras.camera import (
 )
 from .vision.cameras.pixel import film as film
 from .vision.cameras.point import PointCamera as PointCamera, point_tracks as point_tracks
-from .vision.cameras.presets import external_camera as external_camera, internal_camera as internal_camera
-from .vision.fields.fields import marker_fields as marker_fields
+from .vision.cameras.camera import external_camera as external_camera, internal_camera as internal_camera
+from .vision.fields import marker_fields as marker_fields
 from .marker_layouts import (
     MarkerLayout as MarkerLayout,
     hexagonal_layout as hexagonal_layout,

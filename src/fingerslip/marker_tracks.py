@@ -55,6 +55,7 @@ def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Datas
         repair = "write record: {groups: [internal_markers]} in the study of a tactip"
         raise InputError("history", "has no markers", "needs recorded sites of a sensor's markers", repair)
     rest = history["site_position"].values[chosen]
+    across = rest[:, 2] if rest.shape[1] > 2 else np.zeros(len(rest))
     names = history["site"].values[chosen].astype(str)
     tracks = make_tracks(
         _positions(history, chosen),
@@ -62,11 +63,25 @@ def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Datas
         units="m",
         kind=[kind for kind, row in rows.items() for _ in row],
         ring=np.array([int(name.split("-")[-2]) for name in names]),
-        angle=_azimuth(rest),
+        angle=np.mod(np.arctan2(across, rest[:, 0]), 2.0 * np.pi),  # about the axis y, from +x towards +z
         attributes={"source": "simulation"},
     ).assign_coords(name=("marker", names))
-    feet = _feet(history, names)
-    return tracks if (feet < 0).all() else tracks.assign(direction=_directions(history, tracks, feet))
+    row_of_foot = {
+        str(history["site"].values[row]).removeprefix("rod-foot"): row for row in sites_of_kinds(history, [ROD_FOOT])
+    }
+    feet = np.array([row_of_foot.get(name.removeprefix("internal-marker"), -1) for name in names], dtype=np.intp)
+    if (feet < 0).all():
+        return tracks
+    along = tracks["position"].values - _positions(history, feet)
+    along[:, feet < 0] = np.nan
+    meaning = {"units": "1", "long_name": "direction of the rod, from the skin to the marker"}
+    directions = along / np.linalg.norm(along, axis=2, keepdims=True)
+    return tracks.assign(direction=(("time", "marker", "axis"), directions, meaning))
+
+
+def _positions(history: xr.Dataset, rows: Rows) -> Floats:
+    positions: Floats = history["site_position"].values[rows] + history["displacement"].values[:, rows]
+    return positions
 
 
 def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Dataset:
@@ -97,34 +112,3 @@ def seen_with_plate(tracks: xr.Dataset, movement: Floats) -> xr.Dataset:
     relative = tracks["position"].values - np.where(outside, movement[:, None], 0.0)
     meaning = {"units": "m", "long_name": "position as the camera of the marker has it"}
     return tracks.assign(position=(("time", "marker", "axis"), relative, meaning))
-
-
-def _positions(history: xr.Dataset, rows: Rows) -> Floats:
-    moved: Floats = history["site_position"].values[rows] + history["displacement"].values[:, rows]
-    return moved
-
-
-def _azimuth(rest: Floats) -> Floats:
-    """Return angles about the axis y of the sensor, from +x towards +z [rad]."""
-    across = rest[:, 2] if rest.shape[1] > 2 else np.zeros(len(rest))
-    angle: Floats = np.mod(np.arctan2(across, rest[:, 0]), 2.0 * np.pi)
-    return angle
-
-
-def _feet(history: xr.Dataset, names: NDArray[np.str_]) -> Rows:
-    """Return the row of the rod foot that belongs to each marker; -1 where there is none."""
-    row_of_foot = {
-        str(history["site"].values[row])[len("rod-foot") :]: row for row in sites_of_kinds(history, [ROD_FOOT])
-    }
-    rows = [row_of_foot.get(name.removeprefix("internal-marker"), -1) for name in names]
-    return np.array(rows, dtype=np.intp)
-
-
-def _directions(history: xr.Dataset, tracks: xr.Dataset, feet: Rows) -> xr.Variable:
-    import xarray as xr
-
-    along = tracks["position"].values - _positions(history, feet)
-    along[:, feet < 0] = np.nan
-    length = np.linalg.norm(along, axis=2, keepdims=True)
-    meaning = {"units": "1", "long_name": "direction of the rod, from the skin to the marker"}
-    return xr.Variable(("time", "marker", "axis"), along / length, meaning)

@@ -14,8 +14,9 @@ import time
 import numpy as np
 
 from fingerslip.marker_layouts import ring_layout
-from fingerslip.vision.cameras.camera import DARK_ON_BRIGHT, HARSH_LIGHT, Camera, PixelCamera, Pose, SensorNoise
+from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
+from fingerslip.vision.cameras.looks import DARK_ON_BRIGHT, HARSH_LIGHT, PixelCamera, SensorNoise
 from fingerslip.vision.cameras.pixel import frames_of
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
 from fingerslip.vision.tracks import make_tracks

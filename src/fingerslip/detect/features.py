@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.motion import Motion, MotionSettings
 from fingerslip.errors import InputError, shorten
-from fingerslip.vision.fields.fields import (
+from fingerslip.vision.fields import (
     fit_rigid_motions,
     green_strain,
     marker_means,

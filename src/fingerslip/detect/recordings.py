@@ -24,7 +24,7 @@ from fingerslip.vision.tracks import make_tracks, read_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.vision.tracking.markers import LayoutName
+    from fingerslip.vision.tracking.layouts import LayoutName
 
 __all__ = [
     "EXTERNAL",

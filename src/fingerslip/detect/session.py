@@ -43,7 +43,7 @@ from fingerslip.storage.files import write_text, writing
 from fingerslip.tables.table import Table, to_csv, to_markdown
 
 if TYPE_CHECKING:
-    from fingerslip.vision.tracking.markers import LayoutName
+    from fingerslip.vision.tracking.layouts import LayoutName
 
 __all__ = [
     "Choices",

@@ -21,8 +21,9 @@ from fingerslip.detect.recordings import EXTERNAL
 from fingerslip.detect.trials import Trial
 from fingerslip.marker_layouts import MarkerLayout, ring_layout
 from fingerslip.storage.files import check_empty, csv_text, write_text, writing
-from fingerslip.vision.cameras.camera import Camera, MarkerLook, PixelCamera, Pose
+from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
+from fingerslip.vision.cameras.looks import MarkerLook, PixelCamera
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.tracks import make_tracks
 

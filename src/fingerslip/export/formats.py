@@ -17,7 +17,6 @@ from scipy.io import savemat
 from fingerslip.errors import InputError
 from fingerslip.export.paraview import write_paraview
 from fingerslip.history import COORDINATES, VARIABLES
-from fingerslip.marker_tracks import marker_tracks
 from fingerslip.storage.files import (
     check_replaceable,
     frame_csv,
@@ -39,7 +38,6 @@ __all__ = [
     "export_history",
     "export_tables",
     "history_tables",
-    "marker_tracks",
     "write_history_mat",
     "write_tables_mat",
 ]
@@ -57,7 +55,11 @@ def write_history_mat(history: xr.Dataset, folder: Path) -> None:
     fields["units"] = {name: variable.attrs.get("units", "") for name, variable in variables.items()}
     fields["dimensions"] = {name: _texts(variable.dims) for name, variable in variables.items()}
     fields["meaning"] = {name: variable.attrs.get("long_name", "") for name, variable in variables.items()}
-    fields["attributes"] = _attributes(history.attrs)
+    plain = str | int | float | np.ndarray | np.generic
+    fields["attributes"] = {
+        _field(str(name)): value if isinstance(value, plain) else _texts(np.atleast_1d(value).tolist())
+        for name, value in history.attrs.items()
+    }
     _write(folder / "history.mat", {"history": fields})
 
 
@@ -94,28 +96,23 @@ def _texts(values: Any) -> np.ndarray[Any, Any]:
     return cells
 
 
-def _attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return attributes as MATLAB can hold them."""
-    return {_field(str(name)): _value(value) for name, value in attributes.items()}
-
-
-def _value(value: Any) -> Any:
-    is_plain = isinstance(value, str | int | float | np.ndarray | np.generic)
-    return value if is_plain else _texts(np.atleast_1d(value).tolist())
-
-
-# What a row is for, by the second dimension of its variables: the table's name, and the coordinates that label it.
-_TABLES: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "": ("series", ()),
-    "site": ("sites", ("site", "site_kind", "site_region", "site_position")),
-    "contact_node": ("contact", ("contact_node", "contact_counterface", "contact_position", "contact_area")),
-    "counterface": ("counterfaces", ("counterface",)),
-    "rigid_body": ("rigid_bodies", ("rigid_body",)),
-    "support": ("supports", ("support",)),
+# What a row is for, by the leading dimensions of its variables: the table's name, and the coordinates that label it.
+_TABLES: Mapping[tuple[str, ...], tuple[str, tuple[str, ...]]] = {
+    ("time",): ("series", ()),
+    ("time", "site"): ("sites", ("site", "site_kind", "site_region", "site_position")),
+    ("time", "contact_node"): (
+        "contact",
+        ("contact_node", "contact_counterface", "contact_position", "contact_area"),
+    ),
+    ("time", "counterface"): ("counterfaces", ("counterface",)),
+    ("time", "rigid_body"): ("rigid_bodies", ("rigid_body",)),
+    ("time", "support"): ("supports", ("support",)),
 }
 _COMPONENTS = ("component", "stress_component", "rotation_axis")
 _UNITLESS = ("", "1")
 _KNOWN = {**COORDINATES, **VARIABLES}
+# By this file a folder is known as an export, which another one may replace.
+_MARK = "fingerslip-export.json"
 
 
 def history_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
@@ -139,38 +136,24 @@ def history_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
 
         fs.history_tables(history)["sites"].to_csv("sites.csv", index=False)
     """
-    return dict(_tables(history))
+    tables = {}
+    for dims, (name, labels) in _TABLES.items():
+        variables = [variable for variable in VARIABLES if variable in history and VARIABLES[variable].dims[:2] == dims]
+        n_rows = 1 if len(dims) == 1 else history.sizes.get(dims[1], 1)
+        if n_rows and variables:
+            tables[name] = _table(history, n_rows, [label for label in labels if label in history.coords], variables)
+    return tables
 
 
-def _tables(history: xr.Dataset) -> Iterator[tuple[str, pd.DataFrame]]:
-    for dimension, (name, labels) in _TABLES.items():
-        variables = [
-            variable for variable in VARIABLES if variable in history and _row_dimension(variable) == dimension
-        ]
-        if history.sizes.get(dimension, 1) and variables:
-            yield name, _table(history, dimension, labels, variables)
-
-
-def _row_dimension(name: str) -> str | None:
-    """Return the dimension beside time that makes rows of a variable; None for what is not over time."""
-    dims = VARIABLES[name].dims
-    if dims[:1] != ("time",):
-        return None
-    return dims[1] if len(dims) > 1 else ""
-
-
-def _table(history: xr.Dataset, dimension: str, labels: tuple[str, ...], variables: list[str]) -> pd.DataFrame:
-    n_rows = history.sizes.get(dimension, 1)
+def _table(history: xr.Dataset, n_rows: int, labels: list[str], variables: list[str]) -> pd.DataFrame:
     times = history["time"].values
     columns: dict[str, Any] = {"time_s": np.repeat(times, n_rows)}
     units = {"time_s": "s"}
-    for name in (*(label for label in labels if label in history.coords), *variables):
-        result = _columns(history, name)
-        # What labels a row is the same at all times.
-        columns |= (
-            {entry: np.tile(values, times.size) for entry, values in result.items()} if name in labels else result
-        )
-        units |= dict.fromkeys(result, _KNOWN[name].units)
+    for name in (*labels, *variables):
+        for column, values in _columns(history, name).items():
+            # What labels a row is the same at all times.
+            columns[column] = np.tile(values, times.size) if name in labels else values
+            units[column] = _KNOWN[name].units
     frame = pd.DataFrame(columns)
     frame.attrs["units"] = {column: unit for column, unit in units.items() if unit not in _UNITLESS}
     return frame
@@ -189,9 +172,6 @@ def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
 
 
 _Tables = Mapping[str, pd.DataFrame]
-
-# By this file a folder is known as an export, which another one may replace.
-_MARK = "fingerslip-export.json"
 
 
 def _write_csv(tables: _Tables, folder: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import meshio
@@ -20,28 +19,7 @@ from fingerslip.storage.files import csv_text, write_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "cell_tensors",
-    "snapshot_mesh",
-    "write_paraview",
-    "write_series",
-]
-
-
-_STORED: Mapping[str, str] = MappingProxyType({"stress": "snapshot_stress", "strain": "snapshot_strain"})
-
-
-def cell_tensors(history: xr.Dataset, number: int) -> dict[str, NDArray[np.float64]]:
-    """Return the recorded tensors of all cells in a snapshot.
-
-    Arrays: returns (n_cells, 3, 3) [Pa].
-    """
-    return {
-        name: full_tensors(history[stored][number].astype(np.float64))
-        for name, stored in _STORED.items()
-        if stored in history
-    }
-
+__all__ = ["cell_tensors", "snapshot_mesh", "write_paraview", "write_series"]
 
 Floats = NDArray[np.float64]
 
@@ -57,6 +35,12 @@ _CONTACT = {
 }
 # Of the largest extent of the body: half the side of a plane that is drawn.
 _HALF_SIDE = 0.6
+
+
+def cell_tensors(history: xr.Dataset, number: int) -> dict[str, Floats]:
+    """Return the recorded stress [Pa] and strain [-] of all cells in a snapshot, (n_cells, 3, 3) each."""
+    names = [name for name in ("stress", "strain") if f"snapshot_{name}" in history]
+    return {name: full_tensors(history[f"snapshot_{name}"][number].astype(np.float64)) for name in names}
 
 
 def write_paraview(history: xr.Dataset, folder: Path) -> None:
@@ -120,7 +104,7 @@ def _record(history: xr.Dataset, number: int) -> int:
 
 
 def _body(history: xr.Dataset, number: int) -> meshio.Mesh:
-    """Return the body with the fields of its contact, which are no numbers where nothing may touch."""
+    """Return the body with tensors, and fields of its contact that are no numbers where nothing may touch."""
     step, nodes = _record(history, number), history["contact_node"].values
     fields = {}
     for name, stored in _CONTACT.items():
@@ -128,36 +112,30 @@ def _body(history: xr.Dataset, number: int) -> meshio.Mesh:
         values = in_space(values) if values.ndim > 1 else values
         fields[name] = np.full((history.sizes["node"], *values.shape[1:]), np.nan)
         fields[name][nodes] = values
-    return snapshot_mesh(history, number, fields, _tensors(history, number))
-
-
-def _tensors(history: xr.Dataset, number: int) -> dict[str, Floats]:
-    """Return the recorded tensors of all cells, each as its nine numbers row by row."""
-    return {name: values.reshape(-1, 9) for name, values in cell_tensors(history, number).items()}
+    # Tensors are written as their nine numbers row by row.
+    tensors = {name: values.reshape(-1, 9) for name, values in cell_tensors(history, number).items()}
+    return snapshot_mesh(history, number, fields, tensors)
 
 
 def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
     """Return the flat counterfaces as squares, in 2D as lines."""
     half_side = _HALF_SIDE * float(np.ptp(history["node_position"].values, axis=0).max())
-    faces = flat_faces(history, number)
-    axes = [_axes(face.normal, is_solid(history)) for face in faces]
-    corners = [face.centre + half_side * axis for face, axis in zip(faces, axes, strict=True)]
-    kind, n_corners = ("quad", 4) if is_solid(history) else ("line", 2)
+    faces, solid, corners = flat_faces(history, number), is_solid(history), []
+    for face in faces:
+        if solid:
+            along = np.cross(face.normal, np.eye(3)[np.argmin(np.abs(face.normal))])
+            along /= np.linalg.norm(along)
+            across = np.cross(face.normal, along)
+            ends = [-along - across, along - across, along + across, across - along]
+        else:
+            along = np.array([face.normal[1], -face.normal[0], 0.0])
+            ends = [-along, along]
+        corners += [face.centre + half_side * end for end in ends]
     points = np.reshape(corners, (-1, 3))
     numbers = np.array([face.number for face in faces], dtype=np.int64)
-    cells = np.arange(len(points)).reshape(-1, n_corners)
+    cells = np.arange(len(points)).reshape(-1, 4 if solid else 2)
+    kind = "quad" if solid else "line"
     return meshio.Mesh(points, [(kind, cells)], cell_data={"counterface": [numbers]})
-
-
-def _axes(normal: Floats, solid: bool) -> Floats:
-    """Return the corners of a square of side 2 around the origin (4, 3), in 2D the ends of a line (2, 3)."""
-    if not solid:
-        along = np.array([normal[1], -normal[0], 0.0])
-        return np.array([-along, along])
-    along = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    along /= np.linalg.norm(along)
-    across = np.cross(normal, along)
-    return np.array([-along - across, along - across, along + across, across - along])
 
 
 def _sites(history: xr.Dataset, number: int) -> meshio.Mesh:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracks import make_tracks
+from fingerslip.vision.tracks import tracks_like
 
 __all__ = ["KEPT", "TrackErrors", "matched_tracks", "track_errors"]
 
@@ -42,23 +42,13 @@ def matched_tracks(tracks: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:
     rows, columns = _pairs(tracked, true)
     position[: len(tracked), columns] = tracked[:, rows]
     quality[: len(tracked), columns] = tracks["quality"].values[:, rows]
-    more = {name: truth[name].values for name in ("ring", "angle") if name in truth.coords}
-    return make_tracks(
-        position,
-        truth["time"].values,
-        units="px",
-        quality=quality,
-        kind=list(map(str, truth["kind"].values)),
-        marker=truth["marker"].values,
-        attributes={**truth.attrs, "source": str(tracks.attrs.get("source", ""))},
-        **more,
-    )
+    attributes = {**truth.attrs, "source": str(tracks.attrs.get("source", ""))}
+    return tracks_like(truth, position, truth["time"].values, quality=quality, attributes=attributes)
 
 
 def _pairs(tracked: Floats, true: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return which found marker is which known one: the least sum of distances where each was first seen."""
-    seen = np.isfinite(tracked).all(axis=2)
-    first = seen.argmax(axis=0)
+    first = np.isfinite(tracked).all(axis=2).argmax(axis=0)
     start = tracked[first, np.arange(tracked.shape[1])]
     away = np.linalg.norm(start[:, None] - true[first], axis=2)
     rows, columns = linear_sum_assignment(np.nan_to_num(away, nan=_FAR).clip(max=_FAR))
@@ -76,21 +66,16 @@ def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
     visible = np.isfinite(true).all(axis=2)
     error = np.where(visible, np.linalg.norm(tracked - true, axis=2), np.nan)
     good = np.nan_to_num(error, nan=np.inf) < KEPT
+    swapped = 0
+    # Frame by frame to keep memory small.
+    for here, places, limit in zip(tracked, true, error, strict=True):
+        apart = np.linalg.norm(here[:, None] - places[None], axis=2)
+        swapped += int((np.nan_to_num(limit, nan=-1.0) > np.nan_to_num(apart, nan=np.inf).min(axis=1)).sum())
     return TrackErrors(
         frames=len(true),
         markers=int(visible.any(axis=0).sum()),
         rms=float(np.sqrt(np.mean((tracked - true)[good] ** 2))) if good.any() else None,
         largest=float(np.nanmax(error)) if np.isfinite(error).any() else None,
         kept=float(good.sum() / max(visible.sum(), 1)),
-        swapped=int(_count_swaps(tracked, true, error)),
+        swapped=swapped,
     )
-
-
-def _count_swaps(tracked: Floats, true: Floats, error: Floats) -> int:
-    """Count positions that are nearer to another marker, frame by frame to keep memory small."""
-    count = 0
-    for here, true_points, limit in zip(tracked, true, error, strict=True):
-        apart = np.linalg.norm(here[:, None] - true_points[None], axis=2)
-        nearest = np.where(np.isfinite(apart), apart, np.inf).min(axis=1)
-        count += int((np.nan_to_num(limit, nan=-1.0) > nearest).sum())
-    return count

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["read_tracks_csv", "tracks_from_table", "tracks_table", "write_tracks_csv"]
+__all__ = ["read_csv", "read_tracks_csv", "tracks_from_table", "tracks_table", "write_tracks_csv"]
 
 _OPTIONAL = {"ring": "ring", "angle": "angle_rad"}
 
@@ -27,19 +27,17 @@ def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
 
     check_tracks(tracks)
     times, count = tracks.sizes["time"], tracks.sizes["marker"]
-    unit = tracks["position"].attrs["units"]
-    columns = {
-        "time_s": np.repeat(tracks["time"].values, count),
-        "marker": np.tile(tracks["marker"].values, times),
-    }
-    for number, axis in enumerate(tracks["axis"].values):
-        columns[f"{axis}_{unit}"] = tracks["position"].values[:, :, number].ravel()
-    columns["quality"] = tracks["quality"].values.ravel()
-    columns["kind"] = np.tile(tracks["kind"].values, times)
-    for name, column in _OPTIONAL.items():
-        if name in tracks.coords:
-            columns[column] = np.tile(tracks[name].values, times)
-    return pd.DataFrame(columns)
+    unit, position = tracks["position"].attrs["units"], tracks["position"].values
+    labels = [name for name in ("kind", *_OPTIONAL) if name in tracks.coords]
+    return pd.DataFrame(
+        {
+            "time_s": np.repeat(tracks["time"].values, count),
+            "marker": np.tile(tracks["marker"].values, times),
+            **{f"{axis}_{unit}": position[:, :, number].ravel() for number, axis in enumerate(tracks["axis"].values)},
+            "quality": tracks["quality"].values.ravel(),
+            **{_OPTIONAL.get(name, name): np.tile(tracks[name].values, times) for name in labels},
+        }
+    )
 
 
 def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
@@ -129,12 +127,16 @@ def read_tracks_csv(path: str | Path) -> xr.Dataset:
     InputError
         Where it is no table of tracks.
     """
+    return tracks_from_table(read_csv(Path(path)), str(path))
+
+
+def read_csv(path: Path) -> pd.DataFrame:
+    """Read a CSV file with a line of names."""
     import pandas as pd
 
     try:
-        table = pd.read_csv(path)
+        return pd.read_csv(path)
     except OSError as error:
         raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
     except ValueError as error:
         raise InputError(str(path), f"is no table ({shorten(str(error))})", "needs CSV with a line of names") from error
-    return tracks_from_table(table, str(path))

@@ -33,6 +33,7 @@ __all__ = [
     "read_tracks",
     "seen",
     "tracks_in_metres",
+    "tracks_like",
     "write_tracks",
 ]
 
@@ -61,10 +62,17 @@ ATTRIBUTES: Mapping[str, str] = {
     "metres_per_pixel_y": "length along y of a pixel in the plane of the markers [m]",
     "source": "what the tracks come from: a simulation, a camera model or a video file",
 }
-_POSITIVE = tuple(name for name in ATTRIBUTES if name != "source")
-_NUMBERS = ("position", "quality", "time", "angle")
-
-Floats = NDArray[np.float64]
+# Types that variables need, and the letters of their kinds.
+_TYPES = {
+    **dict.fromkeys(("position", "quality", "time", "angle"), ("float64", "f")),
+    **dict.fromkeys(("marker", "ring"), ("whole numbers", "iu")),
+}
+# In pixels or metres; of larger numbers the squares of squares overflow.
+_FARTHEST = 1e9
+_NEEDED = {
+    "position": "needs finite numbers along all axes, up to 1e9, or NaN along all where it was not seen",
+    "quality": "needs a number from 0 to 1, and 0 where the position is NaN",
+}
 
 
 def make_tracks(
@@ -116,140 +124,112 @@ def make_tracks(
     >>> tracks.sizes["marker"], float(tracks["quality"].min())
     (1, 1.0)
     """
+    import xarray as xr
+
     places = np.array(position, dtype=np.float64)
-    if places.ndim != len(VARIABLES["position"][0]) or places.shape[2] not in (2, 3):
+    if places.ndim != 3 or places.shape[2] not in (2, 3):
         raise InputError("tracks: position", f"got shape {places.shape}", "needs (n_times, n_markers, 2 or 3)")
-    times, count, dim = places.shape
+    sizes = dict(zip(VARIABLES["position"][0], places.shape, strict=True))
     visible = np.isfinite(places).all(axis=2)
-    variables: dict[str, NDArray[Any]] = {
+    values: dict[str, NDArray[Any] | None] = {
         "position": places,
         "quality": np.array(visible if quality is None else quality, dtype=np.float64),
         "time": np.array(time, dtype=np.float64),
-        "marker": np.arange(count) if marker is None else np.array(marker),
-        "axis": np.array(AXES[:dim]),
-        "kind": np.full(count, kind) if isinstance(kind, str) else np.array(kind, dtype=str),
-        **({} if ring is None else {"ring": np.array(ring)}),
-        **({} if angle is None else {"angle": np.array(angle, dtype=np.float64)}),
+        "marker": np.arange(sizes["marker"]) if marker is None else np.array(marker),
+        "axis": np.array(AXES[: sizes["axis"]]),
+        "kind": np.full(sizes["marker"], kind) if isinstance(kind, str) else np.array(kind, dtype=str),
+        "ring": None if ring is None else np.array(ring),
+        "angle": None if angle is None else np.array(angle, dtype=np.float64),
     }
-    _check_shapes(
-        {name: values.shape for name, values in variables.items()}, {"time": times, "marker": count, "axis": dim}
-    )
-    attributes_given = {name: value for name, value in (attributes or {}).items() if value is not None}
-    return check_tracks(_label(variables, units, attributes_given))
-
-
-def _check_shapes(shapes: Mapping[str, tuple[int, ...]], sizes: Mapping[str, int]) -> None:
-    for name, shape in shapes.items():
-        needed = tuple(sizes[dim] for dim in VARIABLES[name][0])
-        if shape != needed:
-            raise InputError(f"tracks: {name}", f"got shape {shape}", f"needs {needed}, as the positions have")
-
-
-def _label(variables_given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
     variables = {}
-    for name, values in variables_given.items():
+    for name, array in values.items():
         dims, unit, meaning = VARIABLES[name]
-        variables[name] = xr.Variable(
-            dims, values, {"units": units if name == "position" else unit, "long_name": meaning}
-        )
+        needed = tuple(sizes[dim] for dim in dims)
+        if array is not None:
+            if array.shape != needed:
+                fault = f"got shape {array.shape}"
+                raise InputError(f"tracks: {name}", fault, f"needs {needed}, as the positions have")
+            unit = units if name == "position" else unit
+            variables[name] = xr.Variable(dims, array, {"units": unit, "long_name": meaning})
     leading = {name: variables.pop(name) for name in ("position", "quality")}
-    return xr.Dataset(leading, coords=variables, attrs=dict(attributes))
+    stated = {name: value for name, value in (attributes or {}).items() if value is not None}
+    return check_tracks(xr.Dataset(leading, coords=variables, attrs=stated))
+
+
+def tracks_like(
+    tracks: xr.Dataset, position: ArrayLike, time: ArrayLike, *, units: str = "px", **more: Any
+) -> xr.Dataset:
+    """Return tracks of the same markers, with their kinds, rings and angles, at other positions and times."""
+    labels = {name: tracks[name].values for name in ("marker", "ring", "angle") if name in tracks.coords}
+    return make_tracks(position, time, units=units, kind=list(tracks["kind"].values), **{**labels, **more})
 
 
 def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
     """Return tracks that are as all users of them take them to be."""
-    for check in (_check_names, _check_units, _check_labels, _check_values, _check_attributes):
+    for check in (_check_variables, _check_labels, _check_values, _check_attributes):
         check(tracks, where)
     return tracks
 
 
-def _check_names(tracks: xr.Dataset, where: str) -> None:
+def _check_variables(tracks: xr.Dataset, where: str) -> None:
+    """Check names, dimensions, types and units; numbers without a unit, but for positions, count as in those needed."""
     for name in ("position", "quality", "time", "marker", "axis", "kind"):
         if name not in tracks.variables:
             raise InputError(where, f"has no {name!r}", f"tracks need {', '.join(VARIABLES)}", "see make_tracks")
-    for name, (dims, _, _) in VARIABLES.items():
-        dims_found = tracks[name].dims if name in tracks.variables else dims
-        if dims_found != dims:
-            raise InputError(f"{where}: {name}", f"has the dimensions {dims_found}", f"needs {dims}", "transpose it")
-        if name in _NUMBERS and name in tracks.variables and tracks[name].dtype != np.float64:
-            raise InputError(f"{where}: {name}", f"has the type {tracks[name].dtype}", "needs float64")
-
-
-def _check_units(tracks: xr.Dataset, where: str) -> None:
-    """Refuse units that are not those of VARIABLES; numbers without a unit, but for positions, count as in these."""
-    for name in (name for name in VARIABLES if name in tracks.variables):
-        needed = UNITS if name == "position" else (VARIABLES[name][1], None)
-        unit = tracks[name].attrs.get("units")
-        if unit not in needed:
-            fault, allowed = (
-                f"has the unit {shorten(repr(unit))}",
-                "one of px, m" if name == "position" else needed[0],
+    for name, (dims, unit, _) in VARIABLES.items():
+        if name not in tracks.variables:
+            continue
+        variable, place = tracks[name], f"{where}: {name}"
+        if variable.dims != dims:
+            raise InputError(place, f"has the dimensions {variable.dims}", f"needs {dims}", "transpose it")
+        needed, kinds = _TYPES.get(name, ("", variable.dtype.kind))
+        if variable.dtype.kind not in kinds or (kinds == "f" and variable.dtype != np.float64):
+            raise InputError(place, f"has the type {variable.dtype}", f"needs {needed}")
+        stated = variable.attrs.get("units")
+        if stated not in (UNITS if name == "position" else (unit, None)):
+            allowed = f"one of {', '.join(UNITS)}" if name == "position" else unit or "none"
+            raise InputError(
+                place, f"has the unit {shorten(repr(stated))}", f"needs {allowed}", "convert it, with its unit"
             )
-            raise InputError(f"{where}: {name}", fault, f"needs {allowed or 'none'}", "convert it, with its unit")
 
 
 def _check_labels(tracks: xr.Dataset, where: str) -> None:
-    unit = tracks["position"].attrs["units"]
     axes = tuple(map(str, tracks["axis"].values))
     if axes not in (AXES[:2], AXES):
         raise InputError(f"{where}: axis", f"got {axes}", "needs ('x', 'y') or ('x', 'y', 'z')")
-    if unit == "px" and len(axes) > 2:
+    if tracks["position"].attrs["units"] == "px" and len(axes) > 2:
         raise InputError(f"{where}: axis", f"got {axes}", "positions in px have the axes x and y")
     strange = sorted(set(map(str, tracks["kind"].values)) - set(KINDS))
     if strange:
         raise InputError(f"{where}: kind", f"got {shorten(repr(strange[0]))}", f"needs one of {', '.join(KINDS)}")
-    for name in ("marker", "ring"):
-        if name in tracks.variables and tracks[name].dtype.kind not in "iu":
-            raise InputError(f"{where}: {name}", f"has the type {tracks[name].dtype}", "needs whole numbers")
     numbers, counts = np.unique(tracks["marker"].values, return_counts=True)
     if (counts > 1).any():
         raise InputError(f"{where}: marker", f"{numbers[counts > 1][0]} stands twice", "needs each number once")
 
 
 def _check_values(tracks: xr.Dataset, where: str) -> None:
-    times = tracks["time"].values
+    times, position, quality = (tracks[name].values for name in ("time", "position", "quality"))
     if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
         later = np.flatnonzero(~(np.diff(times) > 0))
         fault = f"does not rise after {times[later[0]]:.6g} s" if later.size else "is not finite"
         raise InputError(f"{where}: time", fault, "needs finite times, each later than the one before")
-    position, quality = tracks["position"].values, tracks["quality"].values
     unknown = np.isnan(position)
-    wrong = (np.abs(position) > _FARTHEST).any(axis=2) | unknown.any(axis=2) & ~unknown.all(axis=2)
-    if wrong.any():
-        raise _at(tracks, where, "position", wrong)
+    odd = (np.abs(position) > _FARTHEST).any(axis=2) | unknown.any(axis=2) & ~unknown.all(axis=2)
     # NaN is outside too.
-    outside = ~((quality >= 0) & (quality <= 1))
-    if outside.any():
-        raise _at(tracks, where, "quality", outside)
-    if (quality[unknown.any(axis=2)] > 0).any():
-        raise _at(tracks, where, "quality", unknown.any(axis=2) & (quality > 0))
-
-
-# In pixels or metres; of larger numbers the squares of squares overflow.
-_FARTHEST = 1e9
-_NEEDED = {
-    "position": "needs finite numbers along all axes, up to 1e9, or NaN along all where it was not seen",
-    "quality": "needs a number from 0 to 1, and 0 where the position is NaN",
-}
-
-
-def _at(tracks: xr.Dataset, where: str, name: str, wrong: NDArray[np.bool_]) -> InputError:
-    """Return the error of the first wrong value of some variable."""
-    row, column = (int(index) for index in np.argwhere(wrong)[0])
-    fault = f"marker {tracks['marker'].values[column]} at {tracks['time'].values[row]:.6g} s"
-    return InputError(f"{where}: {name}", f"{fault} has {tracks[name].values[row, column]}", _NEEDED[name])
+    outside = ~((quality >= 0) & (quality <= 1)) | unknown.any(axis=2) & (quality > 0)
+    for name, wrong in (("position", odd), ("quality", outside)):
+        if wrong.any():
+            row, column = (int(index) for index in np.argwhere(wrong)[0])
+            marker = f"marker {tracks['marker'].values[column]} at {times[row]:.6g} s"
+            raise InputError(f"{where}: {name}", f"{marker} has {tracks[name].values[row, column]}", _NEEDED[name])
 
 
 def _check_attributes(tracks: xr.Dataset, where: str) -> None:
-    for name in _POSITIVE:
+    for name, meaning in ATTRIBUTES.items():
         value = tracks.attrs.get(name)
         number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-        if value is not None and not (number and np.isfinite(value) and value > 0):
-            raise InputError(
-                f"{where}: {name}", f"got {shorten(repr(value))}", f"needs a number > 0: {ATTRIBUTES[name]}"
-            )
+        if name != "source" and value is not None and not (number and np.isfinite(value) and value > 0):
+            raise InputError(f"{where}: {name}", f"got {shorten(repr(value))}", f"needs a number > 0: {meaning}")
 
 
 def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:

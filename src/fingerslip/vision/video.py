@@ -95,7 +95,11 @@ def frame_rate_of(info: VideoInfo, source: float | None = None) -> float:
     rate = info.frame_rate if source is None else source
     if rate is None:
         raise InputError(info.path, "states no frame rate", "needs one", "give the frames a second, such as 30")
-    if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
+    return _check_rate(rate)
+
+
+def _check_rate(rate: float) -> float:
+    if not 0 < rate <= _FASTEST:
         raise InputError("frame_rate", f"got {rate}", f"needs a number of frames a second above 0, up to {_FASTEST:g}")
     return float(rate)
 
@@ -163,29 +167,22 @@ def _open_reader(path: Path) -> Iterator[tuple[ModuleType, Any]]:
 
 
 def _file_frames(path: Path, start: int, stop: int | None, colour: str) -> Iterator[Frame]:
-    said = _file_info(path).frame_count
+    stated = _file_info(path).frame_count or 0
     with _open_reader(path) as (cv2, capture):
         for number in itertools.count() if stop is None else range(stop):
             # Skipped frames are decoded too: jumping is not exact in all formats.
             if not capture.grab():
-                _check_end(path, number, said)
+                if number == 0:
+                    fault = "has no frame that can be decoded"
+                    raise InputError(str(path), fault, "needs a video with frames", "record it again")
+                if stated - number > max(_MISSING_FRAMES, _MISSING_SHARE * stated):
+                    raise TruncatedVideoError(str(path), number, stated)
                 return
             if number >= start:
-                _, frame = capture.retrieve()
-                yield _colour(cv2, frame, colour)
-
-
-def _check_end(path: Path, count: int, said: int | None) -> None:
-    if count == 0:
-        raise InputError(str(path), "has no frame that can be decoded", "needs a video with frames", "record it again")
-    if said is not None and said - count > max(_MISSING_FRAMES, _MISSING_SHARE * said):
-        raise TruncatedVideoError(str(path), count, said)
-
-
-def _colour(cv2: ModuleType, frame: NDArray[Any], colour: str) -> Frame:
-    if frame.ndim == 2:
-        return frame if colour == "grey" else cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR)
-    return cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY) if colour == "grey" else frame
+                frame = capture.retrieve()[1]
+                conversions = {(2, "bgr"): cv2.COLOR_GRAY2BGR, (3, "grey"): cv2.COLOR_BGR2GRAY}
+                code = conversions.get((frame.ndim, colour))
+                yield frame if code is None else cv2.cvtColor(frame, code)
 
 
 def _images(folder: Path) -> list[Path]:
@@ -193,11 +190,7 @@ def _images(folder: Path) -> list[Path]:
     images = [path for path in folder.iterdir() if path.suffix.lower() in _IMAGES]
     if not images:
         raise InputError(str(folder), "has no images", f"needs files that end in {', '.join(sorted(_IMAGES))}")
-    return sorted(images, key=lambda path: [int(part) if part.isdigit() else part for part in _parts(path.name)])
-
-
-def _parts(name: str) -> list[str]:
-    return re.split(r"(\d+)", name)
+    return sorted(images, key=lambda path: [int(s) if s.isdigit() else s for s in re.split(r"(\d+)", path.name)])
 
 
 def _folder_info(folder: Path) -> VideoInfo:
@@ -208,8 +201,8 @@ def _folder_info(folder: Path) -> VideoInfo:
         repair = "write the images again"
         stated = read_json(folder / _RATE_FILE, repair).get("frame_rate")
         try:
-            rate = frame_rate_of(VideoInfo(str(folder), width, height, None, None), float(str(stated)))
-        except (TypeError, ValueError, OverflowError) as error:
+            rate = _check_rate(float(str(stated)))
+        except (ValueError, OverflowError) as error:
             fault = f"has the frame rate {shorten(repr(stated))}"
             raise DamagedError(str(folder / _RATE_FILE), fault, repair) from error
     return VideoInfo(str(folder), width, height, rate, len(images))
@@ -264,9 +257,7 @@ def write_video(
     ResultError
         Where the file cannot be written.
     """
-    path = Path(path)
-    checked = _check_frames(frames)
-    rate = frame_rate_of(VideoInfo(str(path), 0, 0, None, None), frame_rate)
+    path, checked, rate = Path(path), _check_frames(frames), _check_rate(frame_rate)
     if not path.suffix:
         return _write_images(path, checked, rate)
     chosen = codec or CODECS.get(path.suffix.lower())
@@ -291,54 +282,41 @@ def _check_frames(frames: Iterable[NDArray[Any]]) -> Iterator[Frame]:
 
 
 def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) -> int:
-    cv2, written = opencv(), 0
-    first = next(frames)
-    _check_even(path, first)
+    cv2, written, first = opencv(), 0, next(frames)
+    height, width = first.shape[:2]
+    if height % 2 or width % 2:
+        # OpenCV leaves a row or a column out without a word.
+        fault = f"gets frames of {width} x {height} px"
+        raise InputError(str(path), fault, "video files need an even width and height", "write a folder of images")
     with new_file(path) as partial:
-        writer = cv2.VideoWriter(
-            str(partial), cv2.VideoWriter_fourcc(*codec), rate, first.shape[1::-1], isColor=first.ndim == 3
-        )
+        size, code = (width, height), cv2.VideoWriter_fourcc(*codec)
+        writer = cv2.VideoWriter(str(partial), code, rate, size, isColor=first.ndim == 3)
         try:
             if not writer.isOpened():
+                others = " or ".join(CODECS.values())
                 fault = f"{path}: cannot be written with the codec {codec}"
-                raise ResultError(
-                    f"{fault}; give write access, or another codec such as {' or '.join(CODECS.values())}"
-                )
+                raise ResultError(f"{fault}; give write access, or another codec such as {others}")
             for frame in itertools.chain([first], frames):
                 writer.write(frame)
                 written += 1
         finally:
             writer.release()
-        _check_written(partial, path, written)
-    return written
-
-
-def _check_even(path: Path, frame: Frame) -> None:
-    """Refuse sizes of which OpenCV leaves a row or a column out without a word."""
-    height, width = frame.shape[:2]
-    if height % 2 or width % 2:
-        fault = f"gets frames of {width} x {height} px"
-        raise InputError(str(path), fault, "video files need an even width and height", "write a folder of images")
-
-
-def _check_written(partial: Path, path: Path, written: int) -> None:
-    """Refuse a file that lacks frames: OpenCV says nothing when the disk is full."""
-    try:
-        count = _file_info(partial).frame_count or 0
-    except InputError:
         count = 0
-    if written - count > max(_MISSING_FRAMES, _MISSING_SHARE * written):
-        raise ResultError(f"{path}: holds {count} of {written} frames; free some space or choose another folder")
+        with contextlib.suppress(InputError):
+            count = _file_info(partial).frame_count or 0
+        # OpenCV says nothing when the disk is full.
+        if written - count > max(_MISSING_FRAMES, _MISSING_SHARE * written):
+            raise ResultError(f"{path}: holds {count} of {written} frames; free some space or choose another folder")
+    return written
 
 
 def _write_images(folder: Path, frames: Iterator[Frame], rate: float) -> int:
     check_replaceable(folder, _RATE_FILE)
     cv2, written = opencv(), 0
     with new_folder(folder) as partial:
-        for number, frame in enumerate(frames):
+        for written, frame in enumerate(frames, start=1):
             _, content = cv2.imencode(".png", frame)
-            (partial / f"frame_{number:06d}.png").write_bytes(content.tobytes())
-            written += 1
+            (partial / f"frame_{written - 1:06d}.png").write_bytes(content.tobytes())
         write_json(partial / _RATE_FILE, {"frame_rate": rate})
     return written
 
@@ -359,26 +337,16 @@ class Frames:
 
 
 def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Channel = "grey") -> Frames:
-    """Open a video.
-
-    Units: frame_rate [1/s].
-    """
+    """Open a video, a folder of images, or frames in memory, with the frames a second [1/s] given or stated."""
     if channel not in get_args(Channel):
         raise InputError("channel", f"got {channel!r}", f"needs one of {', '.join(get_args(Channel))}")
     if isinstance(video, str | Path):
-        info = video_info(video)
-        colour = "grey" if channel == "grey" else "bgr"
-        rate = frame_rate_of(info, frame_rate)
-        return Frames(
-            str(video), rate, lambda: (_grey(frame, channel, str(video)) for frame in read_frames(video, colour=colour))
-        )
-    return _arrays(video, frame_rate, channel)
-
-
-def _arrays(video: NDArray[Any] | Sequence[NDArray[Any]], frame_rate: float | None, channel: Channel) -> Frames:
+        name, colour = str(video), "grey" if channel == "grey" else "bgr"
+        rate = frame_rate_of(video_info(video), frame_rate)
+        return Frames(name, rate, lambda: (_grey(frame, channel, name) for frame in read_frames(video, colour=colour)))
     if len(video) == 0:
         raise InputError("video", "has no frames", "needs at least one")
-    if frame_rate is None or not (math.isfinite(frame_rate) and frame_rate > 0):
+    if frame_rate is None or not 0 < frame_rate < math.inf:
         fault = "states no frame rate" if frame_rate is None else f"got the frame rate {frame_rate}"
         raise InputError("video", fault, "needs frames a second > 0", "give frame_rate")
     return Frames("video", frame_rate, lambda: (_grey(np.asarray(frame), channel, "video") for frame in video))
@@ -391,23 +359,20 @@ def _grey(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
     if frame.dtype != np.uint8 or frame.ndim not in (2, 3) or (frame.ndim == 3 and frame.shape[2] not in (1, 3, 4)):
         fault = f"a frame has the type {frame.dtype} and shape {frame.shape}"
         raise InputError(name, fault, "needs uint8 or uint16, (height, width) or (height, width, 3)")
-    if frame.ndim == 2:
-        return np.ascontiguousarray(frame)
-    if frame.shape[2] == 1:
-        return np.ascontiguousarray(frame[:, :, 0])
-    if channel != "grey":
-        return np.ascontiguousarray(frame[:, :, _COLOURS.index(channel)])
-    cv2 = opencv()
-    grey: Frame = cv2.cvtColor(np.ascontiguousarray(frame[:, :, :3]), cv2.COLOR_BGR2GRAY)
-    return grey
+    if frame.ndim == 3 and frame.shape[2] > 1 and channel == "grey":
+        cv2 = opencv()
+        grey: Frame = cv2.cvtColor(np.ascontiguousarray(frame[:, :, :3]), cv2.COLOR_BGR2GRAY)
+        return grey
+    if frame.ndim == 3:
+        frame = frame[:, :, _COLOURS.index(channel) if frame.shape[2] > 1 else 0]
+    return np.ascontiguousarray(frame)
 
 
 FINE, DARK, OVEREXPOSED, DUPLICATED = range(4)
 #: States of a frame by their number.
 STATES = ("fine", "dark", "overexposed", "duplicated")
 
-
-_EVERY = 8  # a frame is judged by every eighth pixel of every eighth row
+_FEW = (slice(None, None, 8),) * 2  # a frame is judged by every eighth pixel of every eighth row
 _SATURATED = 250
 _DARK_SHARE = 0.25
 _DARKEST = 4.0  # grey levels
@@ -424,7 +389,7 @@ class Exposure:
 
 def rest_exposure(frame: Frame) -> Exposure:
     """Return how bright a frame is."""
-    few = frame[::_EVERY, ::_EVERY]
+    few = frame[_FEW]
     return Exposure(float(few.mean()), float((few >= _SATURATED).mean()))
 
 
@@ -439,12 +404,7 @@ def frame_state(frame: Frame, before: Frame | None, rest: Exposure) -> int:
         return DARK
     if now.saturated > rest.saturated + _SATURATED_MORE:
         return OVEREXPOSED
-    if before is not None and frame.shape == before.shape and _same(frame, before):
+    # A few pixels settle it nearly always.
+    if before is not None and np.array_equal(frame[_FEW], before[_FEW]) and np.array_equal(frame, before):
         return DUPLICATED
     return FINE
-
-
-def _same(frame: Frame, before: Frame) -> bool:
-    # A few pixels settle it nearly always.
-    few = np.array_equal(frame[::_EVERY, ::_EVERY], before[::_EVERY, ::_EVERY])
-    return few and np.array_equal(frame, before)

@@ -1,22 +1,60 @@
-"""What can be written for other programs."""
+"""Histories as tidy tables, in every format, and as MATLAB files."""
 
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from scipy.io import loadmat
 
 import fingerslip as fs
 from fingerslip.errors import InputError, ResultError
-from fingerslip.export.formats import FORMATS, export_tables
+from fingerslip.export.formats import FORMATS, export_tables, write_history_mat, write_tables_mat
+from fingerslip.history import VARIABLES
 
-Read = Callable[[Path], pd.DataFrame]
+
+def test_every_record_is_in_a_table(pushed: xr.Dataset) -> None:
+    tables = fs.history_tables(pushed)
+    assert list(tables) == ["series", "sites", "contact", "counterfaces", "supports"]
+    columns = " ".join(column for frame in tables.values() for column in frame.columns)
+    missing = [name for name, known in VARIABLES.items() if known.dims[0] == "time" and name not in columns]
+    assert all(name.startswith("rigid_body") for name in missing)
+
+
+def test_a_row_is_a_moment_and_a_site(pushed: xr.Dataset) -> None:
+    sites = fs.history_tables(pushed)["sites"]
+    assert len(sites) == pushed.sizes["time"] * 2
+    low = sites[sites["site"] == "low"]
+    assert set(low["site_region"]) == {"bulk"}
+    np.testing.assert_array_equal(low["displacement_y_m"], pushed["displacement"].values[:, 1, 1])
+    np.testing.assert_array_equal(low["stress_yy_Pa"], pushed["stress"].sel(stress_component="yy").values[:, 1])
+    np.testing.assert_array_equal(low["time_s"], pushed["time"].values)
+
+
+def test_units_are_in_the_names_and_beside_the_table(pushed: xr.Dataset) -> None:
+    tables = fs.history_tables(pushed)
+    assert tables["counterfaces"].attrs["units"]["counterface_velocity_x_m_per_s"] == "m/s"
+    assert "contact_state" in tables["contact"].columns
+    assert tables["contact"].attrs["units"]["contact_area_m2"] == "m^2"
+    places = tables["contact"].query("time_s == 0")[["contact_position_x_m", "contact_position_y_m"]]
+    np.testing.assert_array_equal(places, pushed["contact_position"].values)
+    assert "contact_state" not in tables["contact"].attrs["units"]
+
+
+def test_sums_of_the_contact_table_are_the_forces(pushed: xr.Dataset) -> None:
+    tables = fs.history_tables(pushed)
+    contact = tables["contact"]
+    normal = (contact["normal_traction_Pa"] * contact["contact_area_m2"]).groupby(contact["time_s"]).sum()
+    assert normal.to_numpy() == pytest.approx(tables["counterfaces"]["counterface_force_y_N"].to_numpy(), rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", FORMATS)
@@ -29,13 +67,12 @@ def test_every_format_leaves_a_folder(pushed: xr.Dataset, tmp_path: Path, kind: 
 @pytest.mark.parametrize(
     ("kind", "read"), [("csv", partial(pd.read_csv, keep_default_na=False)), ("parquet", pd.read_parquet)]
 )
-def test_tables_read_back_the_same(pushed: xr.Dataset, tmp_path: Path, kind: str, read: Read) -> None:
+def test_tables_read_back_the_same(
+    pushed: xr.Dataset, tmp_path: Path, kind: str, read: Callable[[Path], pd.DataFrame]
+) -> None:
     folder = fs.export_history(pushed, tmp_path / kind, kind)
     for name, frame in fs.history_tables(pushed).items():
-        back = getattr(pd, f"read_{kind}")(
-            folder / f"{name}.{kind}", **({"keep_default_na": False} if kind == "csv" else {})
-        )
-        pd.testing.assert_frame_equal(back, frame, check_dtype=False)
+        pd.testing.assert_frame_equal(read(folder / f"{name}.{kind}"), frame, check_dtype=False)
 
 
 def test_json_has_columns_units_and_null(tmp_path: Path) -> None:
@@ -74,3 +111,39 @@ def test_an_export_is_replaced_and_nothing_else(pushed: xr.Dataset, tmp_path: Pa
             fs.export_history(pushed, target, "csv")
     assert (own / "thesis.txt").read_text(encoding="utf-8") == "years"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "out"]
+
+
+def test_a_history_reads_back_with_units_and_dimensions(pushed: xr.Dataset, tmp_path: Path) -> None:
+    write_history_mat(pushed, tmp_path)
+    history = loadmat(tmp_path / "history.mat", simplify_cells=True)["history"]
+    np.testing.assert_array_equal(history["displacement"], pushed["displacement"].values)
+    np.testing.assert_array_equal(history["contact_state"], pushed["contact_state"].values)
+    assert list(history["dimensions"]["displacement"]) == ["time", "site", "component"]
+    assert (history["units"]["stress"], history["meaning"]["time"]) == ("Pa", "time")
+    assert list(history["site"]) == ["deep", "low"]
+    assert history["attributes"]["element"] == pushed.attrs["element"]
+
+
+def test_a_table_reads_back_under_names_that_matlab_takes(tmp_path: Path) -> None:
+    frame = pd.DataFrame({"run": ["a", "b"], "contact.friction_coefficient": [0.2, np.nan]})
+    frame.attrs["units"] = {"contact.friction_coefficient": "1"}
+    write_tables_mat({"runs": frame}, tmp_path)
+    runs = loadmat(tmp_path / "runs.mat", simplify_cells=True)["runs"]
+    assert list(runs["run"]) == ["a", "b"]
+    np.testing.assert_array_equal(runs["contact_friction_coefficient"], [0.2, np.nan])
+    assert runs["units"]["contact_friction_coefficient"] == "1"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("octave") is None, reason="needs Octave")
+def test_octave_reads_a_history(pushed: xr.Dataset, tmp_path: Path) -> None:
+    write_history_mat(pushed, tmp_path)
+    code = (
+        "load('history.mat'); printf('%.17g|%s|%s|%s|%d', history.displacement(end, 1, 2), history.units.stress, "
+        "history.site{2}, history.attributes.element, size(history.contact_state, 2));"
+    )
+    command = ["octave", "--no-gui", "--quiet", "--eval", code]
+    printed = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    number, *words = printed.split("|")
+    assert float(number) == float(pushed["displacement"].values[-1, 0, 1])
+    assert words == ["Pa", "low", pushed.attrs["element"], str(pushed.sizes["contact_node"])]

@@ -1,4 +1,4 @@
-"""Overlays show each marker that is seen with its arrow, and nothing of one that is not."""
+"""Overlays show each marker that is seen with its arrow, or a field: colours between markers, arrows, the centroid."""
 
 from __future__ import annotations
 
@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.overlay import RING_COLOURS, overlay_frames, write_overlay
+from fingerslip.vision.fields import marker_fields
+from fingerslip.vision.overlay import (
+    RING_COLOURS,
+    SHOWN_FIELDS,
+    field_frames,
+    overlay_frames,
+    write_field_overlay,
+    write_overlay,
+)
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import read_frames, video_info
+from unit.vision.scenes import GREY
 
-GREY = np.full((120, 160), 90, dtype=np.uint8)
+COLOUR = np.dstack([GREY, GREY // 2, GREY // 3])
 
 
 def tracks(**more):
@@ -25,14 +34,17 @@ def coloured(frame, ring: int) -> np.ndarray:
     return np.asarray(found)
 
 
+def columns(frame, ring: int) -> np.ndarray:
+    return np.flatnonzero(coloured(frame, ring).any(axis=0))
+
+
 def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring():
     first, second = overlay_frames([GREY, GREY], tracks())
     assert first.shape == (120, 160, 3)
     for frame, ring, x in ((first, 0, 40), (first, 1, 100), (second, 0, 60)):
-        columns = np.flatnonzero(coloured(frame, ring).any(axis=0))
-        assert x - 5 <= columns.min() <= x + 5
-    assert np.flatnonzero(coloured(first, 0).any(axis=0)).max() <= 46, "no arrow at rest"
-    assert np.flatnonzero(coloured(second, 0).any(axis=0)).max() == pytest.approx(80, abs=1)
+        assert x - 5 <= columns(frame, ring).min() <= x + 5
+    assert columns(first, 0).max() <= 46, "no arrow at rest"
+    assert columns(second, 0).max() == pytest.approx(80, abs=1)
     assert not coloured(second, 1).any(), "a lost marker is not drawn"
     assert (first[:30] == 255).all(axis=2).any(), "time and count"
 
@@ -45,44 +57,17 @@ def test_arrows_may_be_others_and_stretched():
 
 
 def test_colour_frames_are_kept_and_not_drawn_on():
-    colour = np.dstack([GREY, GREY // 2, GREY // 3])
-    before = colour.copy()
-    frame = next(overlay_frames([colour, colour], tracks()))
-    np.testing.assert_array_equal(colour, before)
+    before = COLOUR.copy()
+    frame = next(overlay_frames([COLOUR, COLOUR], tracks()))
+    np.testing.assert_array_equal(COLOUR, before)
     assert frame[119, 159].tolist() == [90, 45, 30]
-
-
-def test_an_overlay_is_written_at_the_rate_of_the_tracks(tmp_path):
-    known = tracks(attributes={"frame_rate": 10.0})
-    assert write_overlay([GREY, GREY], known, tmp_path / "overlay.mkv") == 2
-    assert video_info(tmp_path / "overlay.mkv").frame_rate == 10.0
-    np.testing.assert_array_equal(
-        list(read_frames(tmp_path / "overlay.mkv", colour="bgr")), list(overlay_frames([GREY, GREY], known))
-    )
-
-
-def test_what_does_not_fit_is_refused(tmp_path):
-    with pytest.raises(InputError, match="frame_rate: is not there"):
-        write_overlay([GREY], tracks(), tmp_path / "a.avi")
-    with pytest.raises(InputError, match=r"arrows: got shape \(1, 2, 2\)"):
-        overlay_frames([GREY], tracks(), arrows=np.zeros((1, 2, 2)))
-    with pytest.raises(InputError, match="frames: got 1, needs 2"):
-        list(overlay_frames([GREY], tracks()))
-    with pytest.raises(InputError, match="is in m, needs px"):
-        overlay_frames([GREY], make_tracks(np.zeros((1, 1, 2)), [0.0], units="m"))
-
-
-def test_no_frames_are_none():
-    assert list(overlay_frames([], tracks().isel(time=slice(0)))) == []
 
 
 def test_circles_have_the_size_of_markers_and_are_thin_in_doubt():
     sized = tracks(quality=[[1.0, 0.3], [1.0, 0.0]]).assign(radius=("marker", [10.0, 10.0]))
     first = next(overlay_frames([GREY, GREY], sized))
-    bold, thin = (coloured(first, ring).sum() for ring in (0, 1))
-    columns = np.flatnonzero(coloured(first, 0).any(axis=0))
-    assert np.ptp(columns) == pytest.approx(2 * 17.0, abs=2)
-    assert bold > 1.5 * thin
+    assert np.ptp(columns(first, 0)) == pytest.approx(2 * 17.0, abs=2)
+    assert coloured(first, 0).sum() > 1.5 * coloured(first, 1).sum()
 
 
 def test_what_is_wrong_with_a_frame_is_written():
@@ -92,8 +77,82 @@ def test_what_is_wrong_with_a_frame_is_written():
     assert (told[30:] == plain[30:]).all()
 
 
-def test_frames_in_colour_are_left_as_they_are():
-    colour = np.repeat(GREY[..., None], 3, axis=2)
-    before = colour.copy()
-    next(overlay_frames([colour, colour], tracks()))
-    assert np.array_equal(colour, before)
+REST = np.array([[40.0, 40.0], [120.0, 40.0], [40.0, 100.0], [120.0, 100.0]])
+MIDDLE = np.array([80.0, 70.0])
+
+
+def fields(growth=0.1, units="px"):
+    times = np.arange(8) / 30.0
+    shares = growth * times / times[-1]
+    return marker_fields(make_tracks(MIDDLE + (REST - MIDDLE) * (1 + shares)[:, None, None], times, units=units))
+
+
+def drawn(name, found, number=-1):
+    return list(field_frames([GREY] * 8, found, name))[number].astype(int)
+
+
+@pytest.mark.parametrize("name", ["divergence", "strain"])
+def test_what_grows_is_orange_and_what_shrinks_is_blue(name):
+    grown, shrunk = (drawn(name, fields(growth))[60, 75] for growth in (0.1, -0.1))
+    assert grown[2] > grown[0] + 50
+    assert shrunk[0] > shrunk[2] + 50
+    # At rest there is nothing to see.
+    assert (drawn(name, fields(), 0)[60, 75] == 90).all()
+
+
+def test_colours_are_missing_where_a_marker_is():
+    found = fields()
+    found["divergence"][:, 0] = np.nan
+    assert (drawn("divergence", found)[48, 60] == 90).all()
+
+
+def test_arrows_of_a_field_begin_at_the_markers():
+    picture, plain = drawn("velocity", fields()), drawn("contact_centroid", fields())
+    start, along = MIDDLE + 1.1 * (REST[3] - MIDDLE), np.array([0.8, 0.6])
+    # The longest arrow is nine tenths of the distance of neighbours, 60 px at rest.
+    for far, there in ((-5.0, False), (2.0, True), (20.0, True)):
+        x, y = np.round(start + far * along).astype(int)
+        assert (picture[y, x] != plain[y, x]).any() == there
+
+
+def test_centroid_is_a_cross_where_markers_spread():
+    assert (drawn("contact_centroid", fields())[70, 80] != 90).any()
+    assert (drawn("contact_centroid", fields(-0.1))[40:] == 90).all()
+
+
+def test_overlays_are_written_at_the_rate_of_what_they_show(tmp_path):
+    known = tracks(attributes={"frame_rate": 10.0})
+    assert write_overlay([GREY, GREY], known, tmp_path / "overlay.mkv") == 2
+    assert video_info(tmp_path / "overlay.mkv").frame_rate == 10.0
+    back = list(read_frames(tmp_path / "overlay.mkv", colour="bgr"))
+    np.testing.assert_array_equal(back, list(overlay_frames([GREY, GREY], known)))
+    found = fields().assign_attrs(frame_rate=30.0)
+    for name in SHOWN_FIELDS:
+        assert write_field_overlay([np.dstack([GREY] * 3)] * 8, found, name, tmp_path / f"{name}.mkv") == 8
+        back = list(read_frames(tmp_path / f"{name}.mkv", colour="bgr"))
+        np.testing.assert_array_equal(back, list(field_frames([GREY] * 8, found, name)))
+
+
+METRES = make_tracks(np.zeros((1, 1, 2)), [0.0], units="m")
+
+
+@pytest.mark.parametrize(
+    ("draw", "said"),
+    [
+        (lambda: write_overlay([GREY], tracks(), "a.avi"), "tracks: frame_rate: is not there"),
+        (lambda: overlay_frames([GREY], tracks(), arrows=np.zeros((1, 2, 2))), r"arrows: got shape \(1, 2, 2\)"),
+        (lambda: list(overlay_frames([GREY], tracks())), "frames: got 1, needs 2"),
+        (lambda: overlay_frames([GREY], METRES), "tracks: position: is in m, needs px"),
+        (lambda: field_frames([GREY], fields(), "shear"), "field: got 'shear', needs one of displacement, velocity"),
+        (lambda: field_frames([GREY], fields(units="m"), "curl"), "fields: position: is in m, needs px"),
+        (lambda: list(field_frames([GREY], fields(), "curl")), "got 1, needs 8, as many as the fields have times"),
+        (lambda: write_field_overlay([GREY], fields(), "curl", "a.mkv"), "fields: frame_rate: is not there"),
+    ],
+)
+def test_what_does_not_fit_is_refused(draw, said):
+    with pytest.raises(InputError, match=said):
+        draw()
+
+
+def test_no_frames_are_none():
+    assert list(overlay_frames([], tracks().isel(time=slice(0)))) == []

@@ -1,4 +1,4 @@
-"""Tracks have one form, come back from files bit by bit, and say what is wrong with them."""
+"""Tracks have one form, come back from netCDF and CSV bit by bit, and say what is wrong with them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.errors import InputError, ResultError
+from fingerslip.vision.tables import read_tracks_csv, tracks_from_table, tracks_table, write_tracks_csv
 from fingerslip.vision.tracks import (
     VARIABLES,
     check_tracks,
@@ -17,7 +18,7 @@ from fingerslip.vision.tracks import (
     tracks_in_metres,
     write_tracks,
 )
-from unit.vision.synthetic import moving_tracks
+from unit.vision.scenes import hide, moving_tracks
 
 
 def test_variables_have_units_and_meanings():
@@ -32,8 +33,7 @@ def test_variables_have_units_and_meanings():
 
 def test_a_marker_that_was_not_seen_has_no_quality():
     tracks = moving_tracks()
-    assert not seen(tracks)[1, -1]
-    assert seen(tracks).sum() == seen(tracks).size - 1
+    assert np.argwhere(~seen(tracks)).tolist() == [[1, 24]]
     np.testing.assert_array_equal(tracks["quality"].values, seen(tracks).astype(float))
 
 
@@ -52,8 +52,7 @@ def test_round_trip_through_netcdf_keeps_every_bit(tmp_path, units, dim):
 
 
 def test_no_frames_and_no_markers_are_tracks(tmp_path):
-    empty = make_tracks(np.empty((0, 0, 2)), [], units="px")
-    write_tracks(empty, tmp_path / "empty.nc")
+    write_tracks(make_tracks(np.empty((0, 0, 2)), [], units="px"), tmp_path / "empty.nc")
     assert read_tracks(tmp_path / "empty.nc").sizes == {"time": 0, "marker": 0, "axis": 2}
 
 
@@ -98,6 +97,14 @@ def test_what_cannot_be_is_refused(values, said):
         make_tracks(**given)
 
 
+def in_units(tracks, **units):
+    """Return tracks whose variables say that they have other units."""
+    tracks = tracks.assign_coords(angle=("marker", np.zeros(tracks.sizes["marker"]), {"units": "rad"}))
+    for name, unit in units.items():
+        tracks[name].attrs["units"] = unit
+    return tracks
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -116,7 +123,7 @@ def test_other_datasets_are_refused(change, said):
         check_tracks(change(moving_tracks()))
 
 
-def test_damaged_and_missing_files_are_told(tmp_path):
+def test_missing_damaged_and_other_files_are_told(tmp_path):
     path = tmp_path / "tracks.nc"
     with pytest.raises(ResultError, match=r"tracks.nc: is not there; needs a file of tracks"):
         read_tracks(path)
@@ -124,36 +131,9 @@ def test_damaged_and_missing_files_are_told(tmp_path):
     path.write_bytes(path.read_bytes()[:500])
     with pytest.raises(ResultError, match=r"tracks.nc: cannot be read as tracks .*; make the tracks again"):
         read_tracks(path)
-
-
-def test_files_of_something_else_are_told(tmp_path):
     xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
     with pytest.raises(InputError, match=r"a.nc: has no 'position'"):
         read_tracks(tmp_path / "a.nc")
-
-
-def test_pixels_become_metres_by_the_scale_of_each_axis():
-    tracks = moving_tracks(attributes={"metres_per_pixel_x": 1e-5, "metres_per_pixel_y": 2e-5})
-    made = tracks_in_metres(tracks)
-    assert made["position"].attrs["units"] == "m"
-    np.testing.assert_allclose(made["position"].values, tracks["position"].values * (1e-5, 2e-5))
-    assert tracks["position"].attrs["units"] == "px"
-    assert tracks_in_metres(made) is made
-    other = tracks_in_metres(tracks, (1e-3, 1e-3))
-    np.testing.assert_allclose(other["position"].values, tracks["position"].values * 1e-3)
-
-
-def test_pixels_without_a_scale_are_no_metres():
-    with pytest.raises(InputError, match="metres_per_pixel: got"):
-        tracks_in_metres(moving_tracks())
-
-
-def in_units(tracks, **units):
-    """Return tracks whose variables say that they have other units."""
-    tracks = tracks.assign_coords(angle=("marker", np.zeros(tracks.sizes["marker"]), {"units": "rad"}))
-    for name, unit in units.items():
-        tracks[name].attrs["units"] = unit
-    return tracks
 
 
 def test_other_units_of_a_file_are_converted_or_refused(tmp_path):
@@ -171,3 +151,70 @@ def test_other_units_of_a_file_are_converted_or_refused(tmp_path):
         file["time"].attrs["units"] = "frames"
     with pytest.raises(InputError, match=r"unit of time: got '1 frames', needs a unit of .s."):
         read_tracks(tmp_path / "a.nc")
+
+
+def test_pixels_become_metres_by_the_scale_of_each_axis():
+    tracks = moving_tracks(attributes={"metres_per_pixel_x": 1e-5, "metres_per_pixel_y": 2e-5})
+    metres = tracks_in_metres(tracks)
+    assert (metres["position"].attrs["units"], tracks["position"].attrs["units"]) == ("m", "px")
+    np.testing.assert_allclose(metres["position"].values, tracks["position"].values * (1e-5, 2e-5))
+    assert tracks_in_metres(metres) is metres
+    other = tracks_in_metres(tracks, (1e-3, 1e-3))
+    np.testing.assert_allclose(other["position"].values, tracks["position"].values * 1e-3)
+    with pytest.raises(InputError, match="metres_per_pixel: got"):
+        tracks_in_metres(moving_tracks())
+
+
+def test_a_table_has_a_row_for_each_marker_at_each_time():
+    table = tracks_table(moving_tracks())
+    assert list(table.columns) == ["time_s", "marker", "x_px", "y_px", "quality", "kind", "ring", "angle_rad"]
+    assert len(table) == 5 * 25
+    assert table["x_px"].isna().sum() == 1
+    assert table.loc[26, ["time_s", "marker"]].tolist() == [pytest.approx(1 / 30), 1]
+
+
+@pytest.mark.parametrize(("units", "dim"), [("px", 2), ("m", 3)])
+def test_round_trip_through_csv_keeps_every_bit(tmp_path, units, dim):
+    tracks = moving_tracks(units=units, dim=dim)
+    write_tracks_csv(tracks, tmp_path / "tracks.csv")
+    xr.testing.assert_identical(read_tracks_csv(tmp_path / "tracks.csv"), tracks)
+
+
+def test_rows_in_any_order_missing_ones_and_missing_columns_are_read():
+    tracks = moving_tracks()
+    table = tracks_table(tracks).dropna().sample(frac=1.0, random_state=0)
+    xr.testing.assert_equal(tracks_from_table(table), tracks)
+    bare = tracks_from_table(tracks_table(tracks).drop(columns=["quality", "kind", "ring", "angle_rad"]))
+    assert float(bare["quality"].sum()) == 5 * 25 - 1
+    assert set(bare["kind"].values) == {"internal"}
+    nothing = hide(tracks, 2, slice(None))
+    xr.testing.assert_equal(tracks_from_table(tracks_table(nothing)), nothing)
+
+
+def test_what_is_no_table_of_tracks_is_refused(tmp_path):
+    table = tracks_table(moving_tracks())
+    with pytest.raises(InputError, match="table: has the columns"):
+        tracks_from_table(table.drop(columns="y_px"))
+    with pytest.raises(InputError, match=r"has two rows at 0.0 s"):
+        tracks_from_table(table.assign(marker=3))
+    (tmp_path / "empty.csv").write_text("")
+    with pytest.raises(InputError, match=r"empty.csv: is no table"):
+        read_tracks_csv(tmp_path / "empty.csv")
+    with pytest.raises(ResultError, match="cannot be read"):
+        read_tracks_csv(tmp_path / "missing.csv")
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("0.1,0,here,2.0,1.0", "x_px: row 2 has 'here', needs a number; correct that cell"),
+        ("later,0,1.0,2.0,1.0", "time_s: row 2 has 'later'"),
+        (",0,1.0,2.0,1.0", "time_s: row 2 has nothing"),
+        ("0.1,,1.0,2.0,1.0", "marker: row 2 has nothing"),
+        ("0.1,0,1.0,2.0,good", "quality: row 2 has 'good'"),
+    ],
+)
+def test_a_word_where_a_number_is_due_is_named(tmp_path, line, said):
+    (tmp_path / "a.csv").write_text(f"time_s,marker,x_px,y_px,quality\n0.0,0,1.0,2.0,1.0\n{line}\n")
+    with pytest.raises(InputError, match=rf"a\.csv: {said}"):
+        read_tracks_csv(tmp_path / "a.csv")

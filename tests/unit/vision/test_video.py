@@ -1,7 +1,8 @@
-"""Videos come back as they were written, stream, and tell what is wrong with them."""
+"""Videos come back as they were written, stream, and tell what is wrong with them and with their frames."""
 
 from __future__ import annotations
 
+import sys
 import tracemalloc
 from collections.abc import Iterator
 
@@ -10,7 +11,21 @@ import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError
 from fingerslip.storage.files import write_json
-from fingerslip.vision.video import VideoInfo, frame_rate_of, opencv, read_frames, video_info, write_video
+from fingerslip.vision.video import (
+    DARK,
+    DUPLICATED,
+    FINE,
+    OVEREXPOSED,
+    VideoInfo,
+    frame_rate_of,
+    frame_state,
+    open_frames,
+    opencv,
+    read_frames,
+    rest_exposure,
+    video_info,
+    write_video,
+)
 
 
 def clip(count: int = 12, colour: bool = False) -> Iterator[np.ndarray]:
@@ -20,6 +35,13 @@ def clip(count: int = 12, colour: bool = False) -> Iterator[np.ndarray]:
         frame = slope.copy()
         frame[16:32, 8 + 2 * number : 24 + 2 * number] = 220
         yield np.dstack([frame, frame // 2, frame // 4]) if colour else frame
+
+
+def test_missing_opencv_is_told_with_the_repair(monkeypatch):
+    assert callable(opencv().imread)
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(InputError, match=r'OpenCV is missing .*; pip install "fingerslip\[vision\]"'):
+        opencv()
 
 
 @pytest.mark.parametrize(("name", "error"), [("a.mkv", 0), ("frames", 0), ("a.avi", 30), ("a.mp4", 30)])
@@ -49,8 +71,7 @@ def test_colour_and_grey_become_each_other(tmp_path):
 @pytest.mark.parametrize("name", ["a.mkv", "frames"])
 def test_a_range_of_frames_is_read(tmp_path, name):
     write_video(tmp_path / name, clip(), 30)
-    chosen = list(read_frames(tmp_path / name, start=3, stop=6))
-    np.testing.assert_array_equal(chosen, list(clip())[3:6])
+    np.testing.assert_array_equal(list(read_frames(tmp_path / name, start=3, stop=6)), list(clip())[3:6])
 
 
 def test_images_sort_by_their_numbers(tmp_path):
@@ -79,19 +100,13 @@ def cut(path) -> None:
 
 
 def test_a_truncated_video_gives_its_frames_and_then_says_so(tmp_path):
-    path = tmp_path / "a.avi"
+    path, found = tmp_path / "a.avi", []
     write_video(path, clip(20), 30)
     cut(path)
-    found = []
     with pytest.raises(TruncatedVideoError, match=r"a.avi: ends after \d+ of 20 frames; copy") as caught:
         found.extend(read_frames(path))
     assert 0 < len(found) == caught.value.found < 20
-
-
-def test_a_range_inside_a_truncated_video_is_read(tmp_path):
-    write_video(tmp_path / "a.avi", clip(20), 30)
-    cut(tmp_path / "a.avi")
-    assert len(list(read_frames(tmp_path / "a.avi", stop=5))) == 5
+    assert len(list(read_frames(path, stop=5))) == 5
 
 
 def test_what_cannot_be_read_is_told(tmp_path):
@@ -151,41 +166,48 @@ def test_impossible_rates_are_refused(tmp_path, rate):
         write_video(tmp_path / "a.avi", clip(), rate)
 
 
+SQUARE = np.zeros((4, 4), np.uint8)
+
+
 @pytest.mark.parametrize(
-    ("frames", "said"),
+    ("name", "frames", "codec", "said"),
     [
-        ([], "frames: got none"),
-        ([np.zeros((4, 4))], "frame 0: has shape .* and type float64"),
-        ([np.zeros((4, 4), np.uint8), np.zeros((4, 6), np.uint8)], "frame 1: has shape"),
-        ([np.zeros((4, 4, 4), np.uint8)], "frame 0: has shape"),
+        *[
+            (name, frames, None, said)
+            for name in ("a.avi", "frames")
+            for frames, said in (
+                ([], "frames: got none"),
+                ([np.zeros((4, 4))], "frame 0: has shape .* and type float64"),
+                ([SQUARE, np.zeros((4, 6), np.uint8)], "frame 1: has shape"),
+                ([np.zeros((4, 4, 4), np.uint8)], "frame 0: has shape"),
+            )
+        ],
+        ("a.mkv", [SQUARE[:, :3]], None, "need an even width and height; write a folder of images"),
+        ("a.mkv", [SQUARE[:3]], None, "need an even width and height; write a folder of images"),
+        ("a.txt", [SQUARE], None, r"has the ending '.txt', needs one of .mp4, .avi, .mkv"),
+        ("a.avi", [SQUARE], "h264x", "got the codec 'h264x'"),
+        ("a.avi", [SQUARE], "ZZZZ", "cannot be written with the codec"),
+        ("missing/a.avi", [SQUARE], None, "cannot be written"),
     ],
 )
-@pytest.mark.parametrize("name", ["a.avi", "frames"])
-def test_frames_that_are_none_are_refused_and_nothing_is_left(tmp_path, frames, said, name):
-    with pytest.raises(InputError, match=said):
-        write_video(tmp_path / name, frames, 30)
+def test_what_cannot_be_written_is_told_and_nothing_is_left(tmp_path, name, frames, codec, said):
+    kind = ResultError if said.startswith("cannot be written") else InputError
+    with pytest.raises(kind, match=said):
+        write_video(tmp_path / name, frames, 30, codec=codec)
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("shape", [(4, 5), (5, 4)])
-def test_files_take_even_sizes_and_folders_all(tmp_path, shape):
-    frames = [np.full(shape, 7, dtype=np.uint8)] * 2
-    with pytest.raises(InputError, match="video files need an even width and height; write a folder of images"):
-        write_video(tmp_path / "a.mkv", frames, 30)
-    write_video(tmp_path / "frames", frames, 30)
-    np.testing.assert_array_equal(list(read_frames(tmp_path / "frames")), frames)
-
-
-def test_unknown_endings_codecs_and_folders_are_told(tmp_path):
-    with pytest.raises(InputError, match=r"has the ending '.txt', needs one of .mp4, .avi, .mkv"):
-        write_video(tmp_path / "a.txt", clip(), 30)
-    with pytest.raises(InputError, match="got the codec 'h264x'"):
-        write_video(tmp_path / "a.avi", clip(), 30, codec="h264x")
-    with pytest.raises(ResultError, match="cannot be written with the codec"):
-        write_video(tmp_path / "a.avi", clip(), 30, codec="ZZZZ")
-    with pytest.raises(ResultError, match="cannot be written"):
-        write_video(tmp_path / "missing" / "a.avi", clip(), 30)
-    assert list(tmp_path.iterdir()) == []
+def test_folders_take_images_of_any_size_and_replace_their_like_and_nothing_else(tmp_path):
+    frames = np.full((3, 5, 7), 7, dtype=np.uint8)
+    write_video(tmp_path / "mine", frames, 25.0)
+    write_video(tmp_path / "mine", frames[:2], 25.0)
+    np.testing.assert_array_equal(list(read_frames(tmp_path / "mine")), frames[:2])
+    theirs = tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "notes.txt").write_text("theirs")
+    with pytest.raises(InputError, match=r"holds files, but no video\.json, needs a new folder"):
+        write_video(theirs, frames, 25.0)
+    assert [path.name for path in theirs.iterdir()] == ["notes.txt"]
 
 
 @pytest.mark.parametrize("values", [{"start": -1}, {"start": 3, "stop": 2}, {"colour": "rgb"}])
@@ -194,14 +216,57 @@ def test_wrong_ranges_and_colours_are_refused_at_once(tmp_path, values):
         read_frames(tmp_path, **values)
 
 
-def test_a_folder_of_images_replaces_its_like_and_nothing_else(tmp_path):
-    frames = np.zeros((3, 4, 6), dtype=np.uint8)
-    write_video(tmp_path / "mine", frames, 25.0)
-    write_video(tmp_path / "mine", frames[:2], 25.0)
-    assert len(list((tmp_path / "mine").glob("*.png"))) == 2
-    theirs = tmp_path / "theirs"
-    theirs.mkdir()
-    (theirs / "notes.txt").write_text("theirs")
-    with pytest.raises(InputError, match=r"holds files, but no video\.json, needs a new folder"):
-        write_video(theirs, frames, 25.0)
-    assert [path.name for path in theirs.iterdir()] == ["notes.txt"]
+NOISE = np.random.default_rng(0).integers(0, 255, (4, 32, 48)).astype(np.uint8)
+COLOUR = np.stack([NOISE, NOISE // 2, NOISE // 4], axis=3)
+
+
+def test_frames_in_memory_can_be_read_again_of_any_depth_and_channel():
+    frames = open_frames(NOISE, 30.0)
+    for _ in range(2):
+        assert np.array_equal(list(frames.read()), NOISE)
+    assert frames.frame_rate == 30.0
+    assert np.array_equal(next(open_frames(NOISE.astype(np.uint16) * 256, 30.0).read()), NOISE[0])
+    assert np.array_equal(next(open_frames(NOISE[..., None], 30.0).read()), NOISE[0])
+    assert np.array_equal(list(open_frames(COLOUR, 30.0, "green").read()), NOISE // 2)
+    grey = next(open_frames(COLOUR, 30.0).read()).astype(float)
+    assert np.abs(grey - (0.114 * NOISE[0] + 0.587 * (NOISE[0] // 2) + 0.299 * (NOISE[0] // 4))).max() <= 1.0
+
+
+def test_files_and_folders_are_opened_with_their_rate_and_channels(tmp_path):
+    for name in ("clip.mkv", "images"):
+        write_video(tmp_path / name, NOISE, 25.0)
+        frames = open_frames(tmp_path / name)
+        assert frames.frame_rate == 25.0
+        assert np.array_equal(list(frames.read()), NOISE)
+        assert open_frames(tmp_path / name, 50.0).frame_rate == 50.0
+    write_video(tmp_path / "colour", COLOUR, 25.0)
+    assert np.array_equal(next(open_frames(tmp_path / "colour", channel="red").read()), NOISE[0] // 4)
+
+
+@pytest.mark.parametrize(
+    ("video", "rate", "channel", "words"),
+    [
+        (NOISE, None, "grey", "video: states no frame rate, needs frames a second > 0; give frame_rate"),
+        (NOISE, -3.0, "grey", "got the frame rate -3.0"),
+        ([], 30.0, "grey", "has no frames"),
+        (NOISE, 30.0, "pink", "channel: got 'pink', needs one of grey, blue, green, red"),
+        ("none.mp4", None, "grey", "none.mp4"),
+        (NOISE.astype(float), 30.0, "grey", "a frame has the type float64"),
+    ],
+)
+def test_what_cannot_be_opened_is_told(video, rate, channel, words):
+    with pytest.raises(InputError, match=words):
+        next(open_frames(video, rate, channel).read())
+
+
+def test_states_of_frames():
+    frame = np.random.default_rng(0).integers(80, 160, (64, 96)).astype(np.uint8)
+    rest, other = rest_exposure(frame), frame.copy()
+    other[3, 5] += 1
+    assert frame_state(frame, None, rest) == frame_state(frame, frame[::-1], rest) == FINE
+    assert frame_state(other, frame, rest) == FINE, "one other pixel is another frame"
+    assert frame_state(frame // 8, None, rest) == DARK
+    assert frame_state(np.full_like(frame, 255), None, rest) == OVEREXPOSED
+    assert frame_state(frame.copy(), frame, rest) == DUPLICATED
+    bright = np.full((64, 96), 253, dtype=np.uint8)
+    assert frame_state(bright, None, rest_exposure(bright)) == FINE, "bright at rest"

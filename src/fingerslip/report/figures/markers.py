@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, say, with_style
-from fingerslip.vision.fields.fields import larger_principal
+from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count
 from fingerslip.vision.video import FINE
 

@@ -31,7 +31,7 @@ def track_video(
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(video, **options)
     from fingerslip.report.page.sensor import write_tracking
-    from fingerslip.vision.fields.fields import marker_fields
+    from fingerslip.vision.fields import marker_fields
     from fingerslip.vision.overlay import SHOWN_FIELDS
     from fingerslip.vision.tracking.track import seen_share
 

@@ -36,19 +36,17 @@ from fingerslip.study.running.plan import Plan
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.films import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
-from fingerslip.vision.cameras.camera import (
+from fingerslip.vision.cameras.camera import Camera, aimed_camera, true_tracks
+from fingerslip.vision.cameras.looks import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,
-    Camera,
     Lighting,
     PixelCamera,
     SensorNoise,
-    true_tracks,
 )
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
-from fingerslip.vision.cameras.presets import aimed_camera
 from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_errors
 from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
@@ -157,7 +155,7 @@ def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folde
 
 
 def camera_of(settings: CameraSettings, kind: str, markers: xr.Dataset) -> Camera:
-    """Return the camera of settings, aimed at markers as of :func:`~fingerslip.vision.cameras.presets.aimed_camera`.
+    """Return the camera of settings, aimed at markers as of :func:`~fingerslip.vision.cameras.camera.aimed_camera`.
 
     Units: markers [m].
     """

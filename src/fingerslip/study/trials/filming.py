@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.study.definition.settings import TrialSettings
-from fingerslip.vision.cameras.camera import Camera, Pose
+from fingerslip.vision.cameras.camera import Camera, Pose, aimed_camera
 from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, PositionErrors
-from fingerslip.vision.cameras.presets import aimed_camera
 
 if TYPE_CHECKING:
     import xarray as xr

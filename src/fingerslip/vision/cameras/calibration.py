@@ -37,8 +37,6 @@ MODELS: Mapping[str, type[Pinhole] | type[Fisheye]] = MappingProxyType(
 )
 _MATRIX = ("camera_matrix", "K", "mtx")
 _DISTORTION = ("distortion_coefficients", "dist_coeffs", "dist_coeff", "dist", "D")
-_FIRST_LINE = re.compile(r"\A\s*%YAML[: ]1\.\d\s*\n")
-_TAG = re.compile(r"!!opencv-matrix")
 _LARGEST = 1_000_000  # bytes
 
 
@@ -67,30 +65,32 @@ def read_calibration(path: str | Path, *, model: str | None = None, size: tuple[
     InputError
         Where it is no calibration.
     """
-    values = _read_lines(Path(path))
-    where = str(path)
+    values, where = _read_values(Path(path)), str(path)
     matrix = _array(values, _MATRIX, where)
     if matrix is None or matrix.shape != (3, 3):
-        fault = (
-            f"has the keys {', '.join(values)}" if matrix is None else f"has a camera matrix of shape {matrix.shape}"
-        )
-        raise InputError(where, shorten(fault), "needs camera_matrix with 3 x 3 numbers")
+        fault = f"the keys {', '.join(values)}" if matrix is None else f"a camera matrix of shape {matrix.shape}"
+        raise InputError(where, shorten(f"has {fault}"), "needs camera_matrix with 3 x 3 numbers")
     if matrix[0, 1] != 0 or not np.array_equal(matrix[[1, 2, 2, 2], [0, 0, 1, 2]], [0, 0, 0, 1]):
         raise InputError(f"{where}: camera_matrix", "has a skew or another scale", "needs fx 0 cx, 0 fy cy, 0 0 1")
-    distortion = _array(values, _DISTORTION, where)
-    width, height = size or _size(values, where)
-    coefficients = () if distortion is None else tuple(_without_zeros(distortion.ravel()))
-    chosen = _model(values, model, where)
-    if chosen is Fisheye and coefficients:
-        coefficients = (*coefficients, 0.0, 0.0, 0.0, 0.0)[: max(len(coefficients), 4)]
+    width, height = size or (values.get("image_width"), values.get("image_height"))
+    if width is None or height is None:
+        width, height = values.get("image_size", (None, None))
+    if width is None or height is None:
+        raise InputError(where, "has no image_width and image_height", "needs the size of the image", "give size=")
+    name = model or values.get("distortion_model") or ("fisheye" if values.get("fisheye_model") else "pinhole")
+    if name not in MODELS:
+        allowed = f"needs one of {', '.join(MODELS)}"
+        raise InputError(f"{where}: distortion_model", f"got {shorten(repr(name))}", allowed)
+    coefficients = _coefficients(_array(values, _DISTORTION, where), 4 if MODELS[name] is Fisheye else 0)
     focal_x, focal_y, centre_x, centre_y = matrix[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
     try:
-        return chosen(width, height, focal_x, focal_y, centre_x, centre_y, coefficients)
+        return MODELS[name](int(width), int(height), focal_x, focal_y, centre_x, centre_y, coefficients)
     except InputError as error:
         raise error.moved(lambda place: f"{where}: {place}") from None
 
 
-def _read_lines(path: Path) -> Mapping[str, Any]:
+def _read_values(path: Path) -> Mapping[str, Any]:
+    """Return the keys and values of a file in JSON or YAML, also where OpenCV's tags and first line are in it."""
     try:
         content = path.read_bytes()[: _LARGEST + 1]
         text = content.decode("utf-8")
@@ -100,13 +100,11 @@ def _read_lines(path: Path) -> Mapping[str, Any]:
         raise InputError(str(path), "is no text", "needs a calibration file in YAML or JSON") from error
     if len(content) > _LARGEST:
         raise InputError(str(path), "is larger than 1 MB", "needs a calibration file in YAML or JSON")
-    text = _TAG.sub("", _FIRST_LINE.sub("", text))
+    text = re.sub(r"\A\s*%YAML[: ]1\.\d\s*\n", "", text).replace("!!opencv-matrix", "")
     try:
         # The tabs of JSON are no YAML.
         values = json.loads(text) if text.lstrip().startswith("{") else parse_document(text, str(path)).content
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
+    except json.JSONDecodeError as error:
         raise InputError(str(path), f"is no JSON ({shorten(str(error))})", "needs a calibration file") from None
     if not isinstance(values, Mapping):
         raise InputError(str(path), "has no keys", "needs camera_matrix and distortion_coefficients")
@@ -129,29 +127,13 @@ def _array(values: Mapping[str, Any], names: Sequence[str], where: str) -> Float
     return array.reshape(3, 3) if name in _MATRIX and array.size == 9 else array
 
 
-def _without_zeros(coefficients: Floats) -> list[float]:
-    """Return coefficients without zeros at the end, as many as some model of a pinhole has."""
-    last = int(np.flatnonzero(coefficients)[-1]) + 1 if coefficients.any() else 0
+def _coefficients(distortion: Floats | None, fewest: int) -> tuple[float, ...]:
+    """Return coefficients without zeros at the end, as many as some lens has; none where there are none."""
+    if distortion is None or not distortion.any():
+        return ()
+    last = max(int(np.flatnonzero(distortion)[-1]) + 1, fewest)
     count = next((count for count in (0, 4, 5, 8, 12) if count >= last), last)
-    return [float(value) for value in coefficients[:count]] + [0.0] * max(count - coefficients.size, 0)
-
-
-def _size(values: Mapping[str, Any], where: str) -> tuple[int, int]:
-    width, height = values.get("image_width"), values.get("image_height")
-    if width is None or height is None:
-        width, height = values.get("image_size", (None, None))
-    if width is None or height is None:
-        raise InputError(where, "has no image_width and image_height", "needs the size of the image", "give size=")
-    return int(width), int(height)
-
-
-def _model(values: Mapping[str, Any], source: str | None, where: str) -> type[Pinhole] | type[Fisheye]:
-    name = source or values.get("distortion_model") or ("fisheye" if values.get("fisheye_model") else "pinhole")
-    if name not in MODELS:
-        raise InputError(
-            f"{where}: distortion_model", f"got {shorten(repr(name))}", f"needs one of {', '.join(MODELS)}"
-        )
-    return MODELS[name]
+    return (*distortion.ravel().tolist(), *[0.0] * count)[:count]
 
 
 def write_calibration(intrinsics: Pinhole | Fisheye, path: str | Path) -> None:
@@ -169,31 +151,27 @@ def write_calibration(intrinsics: Pinhole | Fisheye, path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    path = Path(path)
-    model = "fisheye" if isinstance(intrinsics, Fisheye) else "pinhole"
-    distortion = np.array([intrinsics.distortion or (0.0,) * 4])
+    is_fisheye = isinstance(intrinsics, Fisheye)
     plain = {
         "image_width": intrinsics.width,
         "image_height": intrinsics.height,
-        "distortion_model": model,
-        **({"fisheye_model": 1} if model == "fisheye" else {}),
+        "distortion_model": "fisheye" if is_fisheye else "pinhole",
+        **({"fisheye_model": 1} if is_fisheye else {}),
     }
-    matrices = {"camera_matrix": intrinsics.camera_matrix, "distortion_coefficients": distortion}
-    write_text(path, (_json if path.suffix.lower() == ".json" else _yaml)(plain, matrices))
-
-
-def _json(plain: Mapping[str, Any], matrices: Mapping[str, Floats]) -> str:
-    stored = {name: {"type_id": "opencv-matrix", **_stored_values(matrix)} for name, matrix in matrices.items()}
-    return json.dumps({**plain, **stored}, indent=4) + "\n"
-
-
-def _yaml(plain: Mapping[str, Any], matrices: Mapping[str, Floats]) -> str:
-    lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in plain.items())]
-    for name, matrix in matrices.items():
-        lines.append(f"{name}: !!opencv-matrix")
-        lines += [f"   {key}: {value}" for key, value in _stored_values(matrix).items()]
-    return "\n".join(lines) + "\n"
-
-
-def _stored_values(matrix: Floats) -> dict[str, Any]:
-    return {"rows": matrix.shape[0], "cols": matrix.shape[1], "dt": "d", "data": matrix.ravel().tolist()}
+    arrays = {
+        "camera_matrix": intrinsics.camera_matrix,
+        "distortion_coefficients": np.array([intrinsics.distortion or (0.0,) * 4]),
+    }
+    matrices = {
+        name: {"rows": array.shape[0], "cols": array.shape[1], "dt": "d", "data": array.ravel().tolist()}
+        for name, array in arrays.items()
+    }
+    if Path(path).suffix.lower() == ".json":
+        stored = {name: {"type_id": "opencv-matrix", **matrix} for name, matrix in matrices.items()}
+        text = json.dumps({**plain, **stored}, indent=4)
+    else:
+        lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in plain.items())]
+        for name, matrix in matrices.items():
+            lines += [f"{name}: !!opencv-matrix", *(f"   {key}: {value}" for key, value in matrix.items())]
+        text = "\n".join(lines)
+    write_text(Path(path), f"{text}\n")

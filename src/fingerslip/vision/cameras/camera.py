@@ -1,53 +1,42 @@
-"""Cameras: lens, pose, frame rate, and how markers look to them.
-
-Cameras: where they stand, what they see, and when they look. Markers that move become tracks in pixels.
+"""Cameras: lens, pose and frame rate. Markers that move become tracks in pixels.
 
 Light goes straight: refraction at windows, gels and plates is not modelled. All rows of the image are exposed at the
-same time.
-
-How markers look in pictures: their size and grey levels, the light, and the noise of the sensor. Numbers only.
-
-Nobody publishes these numbers for sensors of this kind: every default is assumed. Grey levels are those of 8 bits, from
-0 to 255.
+same time. The heights, views, rates and exposures of real sensors are not published: all defaults are assumed.
 """
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import Angle, Fraction, Length, NonNegativeNumber, Number, PositiveLength, Rate, parameters
+from fingerslip.parameters import Length, parameters
 from fingerslip.units import Unit
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, PositiveNumber
-from fingerslip.vision.tracks import check_tracks, make_tracks
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, fisheye_for_view, pinhole_for_view
+from fingerslip.vision.tracks import check_tracks, tracks_like
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "BRIGHT_ON_DARK",
-    "DARK_ON_BRIGHT",
-    "HARSH_LIGHT",
-    "BrightRing",
     "Camera",
-    "Glare",
-    "Lighting",
-    "MarkerLook",
-    "PixelCamera",
     "Pose",
-    "SensorNoise",
+    "aimed_camera",
+    "external_camera",
     "frame_times",
+    "image_attributes",
+    "image_points",
+    "internal_camera",
     "interpolate",
     "pixels_of",
     "pixels_per_metre",
+    "seen_kind",
     "true_tracks",
 ]
-
 
 Floats = NDArray[np.float64]
 FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
@@ -96,8 +85,11 @@ class Pose:
         return np.stack([right, np.cross(forward, right), forward])
 
     def to_camera(self, points: Floats) -> Floats:
-        """Return points (..., 3) [m] in the camera's own frame: x right, y down, z forward."""
-        coordinates: Floats = (np.asarray(points, dtype=np.float64) - self.position) @ self.rotation.T
+        """Return points (..., 2 or 3) [m] in the camera's own frame: x right, y down, z forward. In 2D z is 0."""
+        points = np.asarray(points, dtype=np.float64)
+        if points.shape[-1] == 2:
+            points = np.concatenate([points, np.zeros_like(points[..., :1])], axis=-1)
+        coordinates: Floats = (points - self.position) @ self.rotation.T
         return coordinates
 
 
@@ -138,28 +130,24 @@ class Camera:
             )
 
 
-def pixels_of(camera: Camera, points: Floats) -> Floats:
-    """Return the pixels (..., 2) at which a camera sees points (..., 2 or 3) [m]; NaN for what it does not see.
+def image_points(camera: Camera, points: Floats) -> Floats:
+    """Return the pixels (..., 2) of points (..., 2 or 3) [m], also outside the image."""
+    return camera.intrinsics.project(camera.pose.to_camera(points))
 
-    Points of the plane have z = 0. What is outside the image is not seen.
-    """
-    points = np.asarray(points, dtype=np.float64)
-    if points.shape[-1] == 2:
-        points = np.concatenate([points, np.zeros_like(points[..., :1])], axis=-1)
-    pixels = camera.intrinsics.project(camera.pose.to_camera(points))
+
+def pixels_of(camera: Camera, points: Floats) -> Floats:
+    """Return the pixels (..., 2) at which a camera sees points (..., 2 or 3) [m]; NaN for what is outside the image."""
+    pixels = image_points(camera, points)
     largest = np.array([camera.intrinsics.width, camera.intrinsics.height]) - 0.5
     # The image begins half a pixel before the middle of its first pixel.
-    outside = ~((pixels >= -0.5) & (pixels <= largest)).all(axis=-1)
-    pixels[outside] = np.nan
+    pixels[~((pixels >= -0.5) & (pixels <= largest)).all(axis=-1)] = np.nan
     return pixels
 
 
 def pixels_per_metre(camera: Camera, points: Floats, step: float = 1e-6) -> Floats:
-    """Return how long a metre at points (..., 3) [m], square to the line of sight, is in the image [px/m].
+    """Return how long a metre at points (..., 2 or 3) [m], square to the line of sight, is in the image [px/m].
 
-    The geometric mean over both directions, by central differences.
-
-    Arrays: points (..., 3) [m]; step [m].
+    The geometric mean over both directions, by central differences with a step [m].
     """
     local = camera.pose.to_camera(points)
     sight = local / np.linalg.norm(local, axis=-1, keepdims=True)
@@ -177,10 +165,7 @@ def pixels_per_metre(camera: Camera, points: Floats, step: float = 1e-6) -> Floa
 
 
 def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
-    """Return the times [s] of the frames that a camera takes of tracks, from the first to the last time of them.
-
-    The time of a frame is the middle of its exposure.
-    """
+    """Return the middles of the exposures [s] of the frames that a camera takes from the first to the last time."""
     times = tracks["time"].values
     if times.size == 0:
         return np.empty(0)
@@ -230,16 +215,8 @@ def true_tracks(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
     chosen = seen_kind(camera, tracks)
     times = frame_times(camera, chosen)
     position = interpolate(chosen, times) if times.size else chosen["position"].values
-    more = {name: chosen[name].values for name in ("ring", "angle") if name in chosen.coords}
-    return make_tracks(
-        pixels_of(camera, position),
-        times,
-        units="px",
-        kind=camera.sees,
-        marker=chosen["marker"].values,
-        attributes=image_attributes(camera, "camera without faults"),
-        **more,
-    )
+    attributes = image_attributes(camera, "camera without faults")
+    return tracks_like(chosen, pixels_of(camera, position), times, attributes=attributes)
 
 
 def seen_kind(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
@@ -263,168 +240,97 @@ def image_attributes(camera: Camera, source: str) -> dict[str, object]:
     }
 
 
-GreyLevel = Annotated[Number, pydantic.Field(ge=0, le=255)]
-Softness = Annotated[Number, pydantic.Field(ge=0.5, le=100)]
-Change = Annotated[float, Unit("1/s")]
-
-
-@parameters
-class MarkerLook:
-    """What markers look like: round spots of one grey level on a background of another, with soft edges.
-
-    Parameters
-    ----------
-    radius : float
-        Radius of a marker [m]; 0.6 mm, assumed.
-    marker, background : float
-        Grey levels from 0 to 255 in full light; 200 on 40, assumed.
-    softness : float
-        Standard deviation of the blur by the lens and the area of a pixel together [px]; 0.7, assumed. At least 0.5:
-        with it the middle of a drawn spot is off by up to 0.0025 px, with 0.7 by up to 0.0002 px, if its radius is
-        above 2 px; a radius of 0.5 px is off by 0.01 px.
-    """
-
-    radius: PositiveLength = 0.6e-3
-    marker: GreyLevel = 200.0
-    background: GreyLevel = 40.0
-    softness: Softness = 0.7
-
-
-BRIGHT_ON_DARK = MarkerLook()
-DARK_ON_BRIGHT = MarkerLook(marker=50.0, background=190.0)
-
-
-@parameters
-class Glare:
-    """A round spot of reflected light that stays where it is.
+def internal_camera(
+    distance: float,
+    view_width: float,
+    *,
+    target: float = 0.0,
+    size: tuple[int, int] = (640, 480),
+    lens: Literal["pinhole", "fisheye"] = "pinhole",
+    frame_rate: float = 30.0,
+    exposure: float = 10e-3,
+) -> Camera:
+    """Return a camera inside a sensor whose axis is y, above its markers; x is to the right and z down in its image.
 
     Parameters
     ----------
-    x, y : float
-        Its middle, as shares of the width and the height of the image [-].
-    radius : float
-        Distance at which it falls to 61 % (a Gaussian's standard deviation), as a share of the width [-].
-    level : float
-        Grey levels that it adds in its middle.
+    distance : float
+        Height of the lens above the target [m].
+    view_width : float
+        Length along x that the image shows at the target [m].
+    target : float, optional
+        Height y of the point on the axis that it looks at [m].
+    size : (int, int), optional
+        Width and height of the image [px].
+    lens : {'pinhole', 'fisheye'}, optional
+        Kind of the lens, without distortion of its own.
+    frame_rate : float, optional
+        Frames a second [1/s].
+    exposure : float, optional
+        Exposure of a frame [s].
+
+    Returns
+    -------
+    Camera
+        The camera, which sees internal markers.
+
+    Raises
+    ------
+    InputError
+        Where a length is not above 0, or the lens is of another kind.
+
+    Examples
+    --------
+    >>> pixels_of(internal_camera(50e-3, 64e-3), [1e-3, 0.0, 2e-3]).round(6).tolist()
+    [329.5, 259.5]
     """
-
-    x: Fraction
-    y: Fraction
-    radius: PositiveNumber = 0.02
-    level: NonNegativeNumber = 150.0
+    pose = Pose((0.0, target + distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, -1.0))
+    return Camera(_lens(lens, size, view_width, distance), pose, "internal", frame_rate, exposure)
 
 
-@parameters
-class BrightRing:
-    """A bright ring around the markers, as the rim of a lit sensor.
+def external_camera(
+    distance: float,
+    view_width: float,
+    *,
+    target: float = 0.0,
+    size: tuple[int, int] = (640, 480),
+    lens: Literal["pinhole", "fisheye"] = "pinhole",
+    frame_rate: float = 30.0,
+    exposure: float = 10e-3,
+) -> Camera:
+    """Return a camera below a transparent plate that looks up at a sensor's skin; z points up in its image.
 
     Parameters
     ----------
-    radius : float
-        Its radius around the middle of the image, as a share of the height [-].
-    width : float
-        Standard deviation across the ring, as a share of the height [-].
-    level : float
-        Grey levels that it adds on its line.
+    distance : float
+        Depth of the lens below the target [m].
+    view_width, target, size, lens, frame_rate, exposure
+        As for :func:`internal_camera`.
+
+    Returns
+    -------
+    Camera
+        The camera, which sees external markers.
+
+    Raises
+    ------
+    InputError
+        Where a length is not above 0, or the lens is of another kind.
     """
-
-    radius: PositiveNumber = 0.46
-    width: PositiveNumber = 0.012
-    level: NonNegativeNumber = 180.0
+    pose = Pose((0.0, target - distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, 1.0))
+    return Camera(_lens(lens, size, view_width, distance), pose, "external", frame_rate, exposure)
 
 
-@parameters
-class Lighting:
-    """The light: even by default, each fault of it a switch.
-
-    Parameters
-    ----------
-    vignetting : float
-        Share of the light that is lost in the corners [-]; the loss grows with the squared distance from the middle.
-    gradient : float
-        Relative change of the light over the width of the image [-].
-    gradient_angle : float
-        Direction in which it brightens, from x towards y of the image [rad].
-    texture : float
-        Standard deviation of a pattern of the background that stays [grey levels].
-    texture_length : float
-        Length over which that pattern changes [px].
-    glare : tuple of Glare
-        Spots of reflected light.
-    ring : BrightRing, optional
-        A bright ring.
-    drift : float
-        Relative change of brightness a second [1/s].
-    flicker : float
-        Amplitude of a periodic change of brightness [-].
-    flicker_rate : float
-        Its frequency [1/s]; 100, twice that of mains in Europe.
-    """
-
-    vignetting: Fraction = 0.0
-    gradient: Number = 0.0
-    gradient_angle: Angle = 0.0
-    texture: NonNegativeNumber = 0.0
-    texture_length: PositiveNumber = 8.0
-    glare: tuple[Glare, ...] = ()
-    ring: BrightRing | None = None
-    drift: Change = 0.0
-    flicker: Fraction = 0.0
-    flicker_rate: Rate = 100.0
+def aimed_camera(kind: str, heights: ArrayLike, distance: float, view_width: float, **more: Any) -> Camera:
+    """Return a camera aimed at markers at heights (n_markers,) [m]: the middle from inside, the lowest from outside."""
+    seen = np.asarray(heights, dtype=np.float64)
+    if kind == "internal":
+        return internal_camera(distance, view_width, target=float(np.nanmean(seen)), **more)
+    return external_camera(distance, view_width, target=float(np.nanmin(seen)), **more)
 
 
-#: Light as bad as that of real sensors may be; assumed, made to try trackers.
-HARSH_LIGHT = Lighting(
-    vignetting=0.5,
-    gradient=0.4,
-    gradient_angle=0.25 * math.pi,
-    texture=6.0,
-    glare=(Glare(0.36, 0.40), Glare(0.62, 0.56, 0.03, 120.0), Glare(0.55, 0.22, 0.015, 200.0)),
-    ring=BrightRing(),
-    drift=0.002,
-    flicker=0.02,
-)
-
-
-@parameters
-class SensorNoise:
-    """Random noise of the image sensor, new in every pixel of every frame.
-
-    Parameters
-    ----------
-    read : float
-        Standard deviation in the dark [grey levels]; 2, assumed.
-    shot : float
-        Variance that each grey level of light adds [grey levels]; 0, assumed.
-    """
-
-    read: NonNegativeNumber = 2.0
-    shot: NonNegativeNumber = 0.0
-
-
-@parameters
-class PixelCamera:
-    """A camera that takes pictures.
-
-    Parameters
-    ----------
-    camera : Camera
-        Lens, place and times.
-    look : MarkerLook
-        Markers and background.
-    lighting : Lighting
-        The light.
-    noise : SensorNoise
-        Noise of the image sensor.
-    jpeg_quality : int, optional
-        Quality from 1 to 100 of the compression that each frame goes through; none by default.
-    seed : int
-        Seed of everything random: the same seed gives the same frames, whatever part of them is taken.
-    """
-
-    camera: Camera
-    look: MarkerLook = BRIGHT_ON_DARK
-    lighting: Lighting = Lighting()
-    noise: SensorNoise = SensorNoise()
-    jpeg_quality: Annotated[int, pydantic.Field(ge=1, le=100)] | None = None
-    seed: Annotated[int, pydantic.Field(ge=0, lt=2**63)] = 0
+def _lens(kind: str, size: tuple[int, int], view_width: float, distance: float) -> Pinhole | Fisheye:
+    makers: dict[str, Callable[..., Pinhole | Fisheye]] = {"pinhole": pinhole_for_view, "fisheye": fisheye_for_view}
+    if kind not in makers:
+        raise InputError("lens", f"got {kind!r}", f"needs one of {', '.join(makers)}")
+    return makers[kind](*size, view_width, distance)

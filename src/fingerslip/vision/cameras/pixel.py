@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from fingerslip.vision.cameras.camera import (
     Camera,
-    Lighting,
-    PixelCamera,
     frame_times,
+    image_points,
     interpolate,
     pixels_per_metre,
     seen_kind,
     true_tracks,
 )
+from fingerslip.vision.cameras.looks import Lighting, PixelCamera
 from fingerslip.vision.video import opencv, write_video
 
 if TYPE_CHECKING:
@@ -39,11 +39,12 @@ __all__ = [
     "ring_mask",
 ]
 
-
+Frame = NDArray[np.uint8]
 Picture = NDArray[np.float32]
 Floats = NDArray[np.float64]
-
 _REACH = 4.0  # standard deviations of the edge, beyond which a spot covers 3e-5 of a pixel
+_MASKED = 3.0  # standard deviations of the bright ring on either side
+_CHUNK = 64  # frames whose spots are computed together
 _SAMPLES_PER_PIXEL, _MOST_SAMPLES = 2.0, 512
 _BITS = 16
 # The constants of SplitMix64 (Steele, Lea & Flood 2014).
@@ -141,20 +142,16 @@ def expose(  # noqa: PLR0917  numba takes them in order
     return frame
 
 
-_MASKED = 3.0  # standard deviations of the bright ring on either side
-
-
 def empty_picture(pixel_camera: PixelCamera) -> Picture:
     """Return the grey levels (height, width) of a frame without markers, noise and changes over time."""
-    look, lighting = pixel_camera.look, pixel_camera.lighting
-    surface = look.background + _texture(pixel_camera)
-    return (_even_light(pixel_camera, lighting) * surface + _added_light(pixel_camera)).astype(np.float32)
+    light, added = _light(pixel_camera)
+    return (light * (pixel_camera.look.background + _texture(pixel_camera)) + added).astype(np.float32)
 
 
 def marker_picture(pixel_camera: PixelCamera) -> Picture:
     """Return the grey levels (height, width) that each pixel would have if a marker covered it."""
-    light = _even_light(pixel_camera, pixel_camera.lighting)
-    return (light * pixel_camera.look.marker + _added_light(pixel_camera)).astype(np.float32)
+    light, added = _light(pixel_camera)
+    return (light * pixel_camera.look.marker + added).astype(np.float32)
 
 
 def brightness(lighting: Lighting, times: Floats) -> Floats:
@@ -168,8 +165,7 @@ def ring_mask(pixel_camera: PixelCamera) -> NDArray[np.bool_]:
     """Tell which pixels (height, width) a tracker may use: those inside the bright ring; all without one."""
     ring = pixel_camera.lighting.ring
     x, y = _grid(pixel_camera)
-    height = pixel_camera.camera.intrinsics.height
-    largest = math.inf if ring is None else (ring.radius - _MASKED * ring.width) * height
+    largest = math.inf if ring is None else (ring.radius - _MASKED * ring.width) * y.size
     mask: NDArray[np.bool_] = np.hypot(x, y) < largest
     return mask
 
@@ -182,46 +178,34 @@ def _grid(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
     return x[None, :], y[:, None]
 
 
-def _even_light(pixel_camera: PixelCamera, lighting: Lighting) -> Floats:
-    x, y = _grid(pixel_camera)
-    corner = x[0, -1] ** 2 + y[-1, 0] ** 2
-    lost = lighting.vignetting * (x * x + y * y) / max(corner, 1.0)
-    along = (x * math.cos(lighting.gradient_angle) + y * math.sin(lighting.gradient_angle)) / x.size
-    light: Floats = np.maximum((1.0 - lost) * (1.0 + lighting.gradient * along), 0.0)
-    return light
-
-
-def _added_light(pixel_camera: PixelCamera) -> Floats:
-    """Return the grey levels that glare and ring add."""
+def _light(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
+    """Return the share of the light at each pixel [-], and the grey levels that glare and ring add."""
     lighting = pixel_camera.lighting
     x, y = _grid(pixel_camera)
-    light = np.zeros((y.size, x.size))
+    lost = lighting.vignetting * (x * x + y * y) / max(x[0, -1] ** 2 + y[-1, 0] ** 2, 1.0)
+    along = (x * math.cos(lighting.gradient_angle) + y * math.sin(lighting.gradient_angle)) / x.size
+    light: Floats = np.maximum((1.0 - lost) * (1.0 + lighting.gradient * along), 0.0)
+    added = np.zeros((y.size, x.size))
     for spot in lighting.glare:
         across, down = x - (spot.x - 0.5) * x.size, y - (spot.y - 0.5) * y.size
-        light += spot.level * np.exp(-0.5 * (across * across + down * down) / (spot.radius * x.size) ** 2)
+        added += spot.level * np.exp(-0.5 * (across * across + down * down) / (spot.radius * x.size) ** 2)
     if lighting.ring is not None:
         off = np.hypot(x, y) / y.size - lighting.ring.radius
-        light += lighting.ring.level * np.exp(-0.5 * (off / lighting.ring.width) ** 2)
-    return light
+        added += lighting.ring.level * np.exp(-0.5 * (off / lighting.ring.width) ** 2)
+    return light, added
 
 
-def _texture(pixel_camera: PixelCamera) -> Floats:
-    """Return a seeded pattern of the background [grey levels]; zeros without one."""
+def _texture(pixel_camera: PixelCamera) -> Floats | float:
+    """Return a seeded pattern of the background [grey levels], (height, width); 0 without one."""
     lighting, lens = pixel_camera.lighting, pixel_camera.camera.intrinsics
-    shape = (lens.height, lens.width)
     if lighting.texture == 0:
-        return np.zeros(shape)
+        return 0.0
     from scipy import ndimage
 
-    random = np.random.default_rng([pixel_camera.seed, 1])
-    pattern: Floats = ndimage.gaussian_filter(random.standard_normal(shape), lighting.texture_length, mode="wrap")
+    random = np.random.default_rng([pixel_camera.seed, 1]).standard_normal((lens.height, lens.width))
+    pattern: Floats = ndimage.gaussian_filter(random, lighting.texture_length, mode="wrap")
     pattern *= lighting.texture / pattern.std()
     return pattern
-
-
-Frame = NDArray[np.uint8]
-
-_CHUNK = 64  # frames whose spots are computed together
 
 
 def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, codec: str | None = None) -> xr.Dataset:
@@ -258,76 +242,39 @@ def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, cod
 def frames_of(
     pixel_camera: PixelCamera, tracks: xr.Dataset, *, start: int = 0, stop: int | None = None
 ) -> Iterator[Frame]:
-    """Yield the frames that a camera takes of markers.
+    """Yield the frames (height, width) that a camera takes of tracks in metres, from `start` to before `stop`.
 
-    During the exposure a marker moves straight and evenly, half of the way before the time of the frame, so that the
-    middle of its spot is its true position at that time.
-
-    Parameters
-    ----------
-    pixel_camera : PixelCamera
-        The camera.
-    tracks : xarray.Dataset
-        Tracks in metres. A marker that is NaN is not drawn.
-    start, stop : int, optional
-        First frame and the one behind the last. They are as in the whole video.
-
-    Yields
-    ------
-    (height, width) array of uint8
-        Each frame, an array of its own.
-
-    Raises
-    ------
-    InputError
-        Where the tracks are not in metres, or have no marker that the camera sees.
+    Each is as in the whole video. A marker that is NaN is not drawn. During the exposure a marker moves straight and
+    evenly, half of the way before the time of the frame, so that the middle of its spot is its true position then.
+    Raises InputError where the tracks are not in metres, or have no marker that the camera sees.
     """
-    chosen = seen_kind(pixel_camera.camera, tracks)
+    camera, look, noise = pixel_camera.camera, pixel_camera.look, pixel_camera.noise
+    chosen = seen_kind(camera, tracks)
     empty, covered = empty_picture(pixel_camera), marker_picture(pixel_camera)
-    times = frame_times(pixel_camera.camera, chosen)
+    times = frame_times(camera, chosen)
     last = times.size if stop is None else min(stop, times.size)
     for first in range(start, last, _CHUNK):
         numbers = np.arange(first, min(first + _CHUNK, last))
-        spots = _spots(pixel_camera, chosen, times[numbers])
+        points = interpolate(chosen, times[numbers])
+        middles, radii = image_points(camera, points), look.radius * pixels_per_metre(camera, points)
+        halves = _half_movements(camera, chosen, times[numbers])
         factors = brightness(pixel_camera.lighting, times[numbers])
-        for number, factor, middles, halves, radii in zip(numbers, factors, *spots, strict=True):
+        for row, number in enumerate(numbers.tolist()):
             picture = empty.copy()
-            draw_spots(picture, covered, middles, halves, radii, pixel_camera.look.softness)
-            yield _develop(pixel_camera, picture, int(number), float(factor))
-
-
-def _spots(pixel_camera: PixelCamera, tracks: xr.Dataset, times: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return middles, half movements (n_times, n_markers, 2) and radii (n_times, n_markers) of the spots [px]."""
-    camera = pixel_camera.camera
-    points = _in_space(interpolate(tracks, times))
-    radii = pixel_camera.look.radius * pixels_per_metre(camera, points)
-    return _image(camera, points), _half_movements(camera, tracks, times), radii
+            draw_spots(picture, covered, middles[row], halves[row], radii[row], look.softness)
+            factor, seed = float(factors[row]), pixel_camera.seed
+            frame: Frame = expose(picture, factor, noise.read**2, noise.shot, seed, number, normal_table())
+            yield frame if pixel_camera.jpeg_quality is None else _compress(frame, pixel_camera.jpeg_quality)
 
 
 def _half_movements(camera: Camera, tracks: xr.Dataset, times: Floats) -> Floats:
-    """Return how far spots move in half of the exposure [px], 0 where that is not known."""
-    times_known = tracks["time"].values
-    opened, closed = (np.clip(times + side * camera.exposure, times_known[0], times_known[-1]) for side in (-0.5, 0.5))
-    ends = [_image(camera, _in_space(interpolate(tracks, shutter))) for shutter in (closed, opened)]
+    """Return how far spots move in half of the exposure (n_times, n_markers, 2) [px], 0 where that is not known."""
+    first, last = tracks["time"].values[[0, -1]]
+    opened, closed = (np.clip(times + side * camera.exposure, first, last) for side in (-0.5, 0.5))
+    movement = image_points(camera, interpolate(tracks, closed)) - image_points(camera, interpolate(tracks, opened))
     # At both ends of the tracks half of the exposure lies outside: the speed is that of the other half.
     span = np.where(closed > opened, closed - opened, np.inf)[:, None, None]
-    return np.nan_to_num(0.5 * camera.exposure * (ends[0] - ends[1]) / span)
-
-
-def _image(camera: Camera, points: Floats) -> Floats:
-    """Return pixels also outside the image, where the spots of markers may reach into it."""
-    return camera.intrinsics.project(camera.pose.to_camera(points))
-
-
-def _in_space(points: Floats) -> Floats:
-    return points if points.shape[-1] == 3 else np.concatenate([points, np.zeros_like(points[..., :1])], axis=-1)
-
-
-def _develop(pixel_camera: PixelCamera, picture: NDArray[np.float32], number: int, factor: float) -> Frame:
-    """Return the frame that the sensor and the compression make of the light."""
-    noise = pixel_camera.noise
-    frame: Frame = expose(picture, factor, noise.read**2, noise.shot, pixel_camera.seed, number, normal_table())
-    return frame if pixel_camera.jpeg_quality is None else _compress(frame, pixel_camera.jpeg_quality)
+    return np.nan_to_num(0.5 * camera.exposure * movement / span)
 
 
 def _compress(frame: Frame, quality: int) -> Frame:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import pydantic
@@ -15,15 +15,16 @@ from fingerslip.parameters import Fraction, NonNegativeNumber, Number, parameter
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 from fingerslip.vision.cameras.camera import (
     Camera,
-    PixelCamera,
     frame_times,
     image_attributes,
+    image_points,
     interpolate,
     pixels_per_metre,
     true_tracks,
 )
+from fingerslip.vision.cameras.looks import PixelCamera
 from fingerslip.vision.cameras.pixel import frames_of
-from fingerslip.vision.tracks import make_tracks
+from fingerslip.vision.tracks import make_tracks, tracks_like
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,6 +55,8 @@ Frame = NDArray[np.uint8]
 Locate = Callable[[Iterator[Frame], Floats], Floats]
 _FEWEST = 3
 _FLOOR, _CLEAR = 0.2, 6.0
+# Positions of pairs are rounded to this share of a pixel, far below their noise, so that files are small.
+_ROUNDING = 1.0 / 1024.0
 
 
 @parameters
@@ -101,13 +104,10 @@ def position_errors(tracks: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
     variance = float(np.nansum(changing**2) / (counts - 1).sum())
     # The mean of a few frames has a share of the noise itself.
     staying = float((means**2).mean() - variance * (1.0 / counts).mean())
-    return PositionErrors(np.sqrt(variance), np.sqrt(max(staying, 0.0)), _correlation(changing), lost)
-
-
-def _correlation(changing: Floats) -> float:
-    """Return the correlation of errors with those of the next frame [-]; 0 where there is nothing to correlate."""
     products, squares = np.nanmean(changing[1:] * changing[:-1]), np.nanmean(changing**2)
-    return float(np.clip(products / squares, -0.999, 0.999)) if squares > 0 and np.isfinite(products) else 0.0
+    correlation = products / squares if squares > 0 and np.isfinite(products) else 0.0
+    bias = np.sqrt(max(staying, 0.0))
+    return PositionErrors(np.sqrt(variance), bias, float(np.clip(correlation, -0.999, 0.999)), lost)
 
 
 def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate) -> PositionErrors:
@@ -138,20 +138,13 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
         raise InputError("locate", f"returned shape {positions.shape}", f"needs {truth['position'].shape}")
     # What is outside the image has no truth to be compared with.
     positions[np.isnan(truth["position"].values)] = np.nan
-    result = make_tracks(positions, truth["time"].values, units="px", marker=truth["marker"].values)
-    return position_errors(result, truth)
+    return position_errors(tracks_like(truth, positions, truth["time"].values), truth)
 
 
 def following(centroids: Callable[[Frame, Floats], Floats]) -> Locate:
-    """Make a :data:`Locate` of a function that finds markers in one frame near expected positions.
+    """Make a :data:`Locate` of a function such as :func:`window_centroids`, which finds markers in one frame.
 
     A marker is expected to move on as between the last two frames; one that was lost, to be where it was expected last.
-
-    Parameters
-    ----------
-    centroids : callable
-        Gets a frame and expected positions (n_markers, 2) [px], returns positions (n_markers, 2) [px], NaN where lost;
-        such as :func:`window_centroids`.
     """
 
     def locate(frames: Iterator[Frame], start: Floats) -> Floats:
@@ -170,21 +163,9 @@ def window_centroids(frame: Frame, expected: Floats, reach: int = 9) -> Floats:
     """Return the centroid of what differs from the surroundings of each marker, weighted by how much it does.
 
     A plain method for calibration: pixels that differ by less than a fifth of the largest difference do not count.
-
-    Parameters
-    ----------
-    frame : (height, width) array of uint8
-        The frame.
-    expected : (n, 2) array
-        Where the markers should be, within a pixel or two [px].
-    reach : int, optional
-        Half of the width of the window [px]: a marker must fit, its neighbours must not.
-
-    Returns
-    -------
-    (n, 2) array
-        Positions [px]; NaN where the window is not inside the frame, or nothing in it stands out by more than six
-        standard deviations of its border.
+    The frame is (height, width); markers are expected within a pixel or two at (n, 2) [px]. A window is twice `reach`
+    wide [px]: a marker must fit, its neighbours must not. NaN where the window is not inside the frame, or nothing in
+    it stands out by more than six standard deviations of its border.
     """
     height, width = frame.shape
     starts = np.round(np.nan_to_num(expected, nan=-1e6)).astype(int)
@@ -258,16 +239,8 @@ def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
     position = truth["position"].values + errors.bias * random.standard_normal(shape[1:])
     position += errors.noise * _noise(random.standard_normal(shape), errors.correlation)
     position[random.random(shape[:2]) < errors.lost] = np.nan
-    more = {name: truth[name].values for name in ("ring", "angle") if name in truth.coords}
-    return make_tracks(
-        position,
-        truth["time"].values,
-        units="px",
-        kind=point_camera.camera.sees,
-        marker=truth["marker"].values,
-        attributes=truth.attrs | {"source": f"point camera, seed {point_camera.seed}"},
-        **more,
-    )
+    source = f"point camera, seed {point_camera.seed}"
+    return tracks_like(truth, position, truth["time"].values, attributes=truth.attrs | {"source": source})
 
 
 def _noise(white: Floats, correlation: float) -> Floats:
@@ -282,16 +255,12 @@ def _noise(white: Floats, correlation: float) -> Floats:
     return noise
 
 
-# Positions are kept to this share of a pixel, far below their noise, so that files are small.
-_KEPT = 1.0 / 1024.0
-
-
 @dataclass(frozen=True)
 class CameraPair:
     """The cameras of one trial."""
 
-    internal: Camera  # both cameras, with one frame rate
-    external: Camera  # both cameras, with one frame rate
+    internal: Camera
+    external: Camera  # of the same frame rate
     errors: PositionErrors = MEASURED_ERRORS  # errors of the positions of both
     seed: int = 0  # seed of the errors
 
@@ -308,33 +277,23 @@ class CameraPair:
 
 
 def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
-    """Return what both cameras and a tracker make of markers.
+    """Return what both cameras and a tracker make of markers [m], in pixels, the internal markers first."""
+    import xarray as xr
 
-    Units: markers [m]; returns [px].
-    """
     seen = [
         point_tracks(PointCamera(camera, pair.errors, 2 * pair.seed + number), markers)
         for number, camera in enumerate((pair.internal, pair.external))
     ]
-    position = np.concatenate([tracks_of_camera["position"].values for tracks_of_camera in seen], axis=1)
-    more = {
-        name: np.concatenate([tracks_of_camera[name].values for tracks_of_camera in seen])
-        for name in ("marker", "ring", "angle")
-        if all(name in tracks_of_camera.coords for tracks_of_camera in seen)
+    # All but the markers is the same in both.
+    same: dict[str, Any] = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "join": "override"}
+    both = xr.concat(seen, "marker", combine_attrs="override", **same)
+    position, scale = both["position"].values, metres_per_pixel(pair.external)
+    attributes = {
+        **image_attributes(pair.external, f"simulation, point cameras, seed {pair.seed}"),
+        "metres_per_pixel_x": scale,
+        "metres_per_pixel_y": scale,
     }
-    scale = metres_per_pixel(pair.external)
-    return make_tracks(
-        np.round(position / _KEPT) * _KEPT,
-        seen[0]["time"].values,
-        units="px",
-        kind=[kind for tracks_of_camera in seen for kind in tracks_of_camera["kind"].values.astype(str)],
-        attributes={
-            **image_attributes(pair.external, f"simulation, point cameras, seed {pair.seed}"),
-            "metres_per_pixel_x": scale,
-            "metres_per_pixel_y": scale,
-        },
-        **more,
-    )
+    return tracks_like(both, np.round(position / _ROUNDING) * _ROUNDING, both["time"].values, attributes=attributes)
 
 
 def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArray[np.float64]) -> xr.Dataset:
@@ -345,7 +304,7 @@ def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArra
     mark = make_tracks(displacement[:, None], time, units="m", kind="external")
     camera, times = pair.external, frame_times(pair.external, mark)
     # As far as a marker may fall it is in sight: it need not be in the middle of the image.
-    image = camera.intrinsics.project(camera.pose.to_camera(interpolate(mark, times)))
+    image = image_points(camera, interpolate(mark, times))
     noise = pair.errors.noise * np.random.default_rng([pair.seed, 3]).standard_normal(image.shape)
     return make_tracks(image + noise, times, units="px", kind="external")
 

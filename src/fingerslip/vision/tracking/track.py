@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from fingerslip.errors import FingerslipError, InputError
 from fingerslip.vision.cameras.calibration import read_calibration
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.markers import LayoutName, check_layout
+from fingerslip.vision.tracking.layouts import LayoutName, check_layout
 from fingerslip.vision.tracking.neighbours import expected_displacement, nearest_neighbours
 from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
 from fingerslip.vision.tracks import make_tracks, seen
@@ -60,6 +59,11 @@ Flags = NDArray[np.bool_]
 _AVERAGED = 10
 # Positions of a frame that shows nothing new are marked.
 _OLD_QUALITY = 0.5
+_MOVED = 0.5  # px that the rest frames may move
+# Share of the frames in which a marker may be missing before it is said.
+_OFTEN = 0.1
+_DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
+_SATURATED = 0.5  # share of the pixels at rest
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,9 @@ def open_markers(
 ) -> MarkerStream:
     """Find the markers of a video in its first frames, so that they can be followed frame by frame."""
     check_layout(layout)
-    _check_counts(n_markers, rest_frames)
+    for option, number in (("n_markers", n_markers), ("rest_frames", rest_frames)):
+        if number is not None and number < 1:
+            raise InputError(option, f"got {number}", "needs a number >= 1")
     frames = open_frames(video, frame_rate, channel)
     averaged, first = first_frames(frames.read(), min(rest_frames, _AVERAGED))
     allowed = _mask(mask, first.shape)
@@ -122,13 +128,6 @@ def open_markers(
     exposure = rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8))
     height, width = first.shape
     return MarkerStream(frames, reference, allowed, exposure, (height, width))
-
-
-def _check_counts(n_markers: int | None, rest_frames: int) -> None:
-    if n_markers is not None and n_markers < 1:
-        raise InputError("n_markers", f"got {n_markers}", "needs a number >= 1")
-    if rest_frames < 1:
-        raise InputError("rest_frames", f"got {rest_frames}", "needs a number >= 1")
 
 
 def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
@@ -146,10 +145,7 @@ def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -
 
 
 def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) -> Pinhole | Fisheye:
-    """Return intrinsics, from a file where a path is given.
-
-    Arrays: size (int, int) [px].
-    """
+    """Return intrinsics, from a file where a path is given; the size is the width and height of the image [px]."""
     if isinstance(calibration, str | Path):
         lens: Pinhole | Fisheye = read_calibration(calibration, size=size)
         return lens
@@ -157,22 +153,10 @@ def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) 
 
 
 def undistort_pixels(lens: Pinhole | Fisheye, position: Floats) -> Floats:
-    """Return pixels of a pinhole with the same camera matrix and no distortion; NaN for what it does not see.
-
-    Arrays: position (..., 2) [px].
-    """
+    """Return pixels (..., 2) of a pinhole with the same camera matrix and no distortion; NaN for what it cannot see."""
     rays = lens.directions(position)
     depth = np.where(rays[..., 2] > 0, rays[..., 2], np.nan)
     return rays[..., :2] / depth[..., None] * (lens.focal_x, lens.focal_y) + (lens.centre_x, lens.centre_y)
-
-
-Frame = NDArray[np.uint8]
-
-_MOVED = 0.5  # px that the rest frames may move
-# Share of the frames in which a marker may be missing before it is said.
-_OFTEN = 0.1
-_DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
-_SATURATED = 0.5  # share of the pixels at rest
 
 
 class TrackingWarning(UserWarning):
@@ -257,56 +241,29 @@ def track_markers(
         frame_rate=frame_rate,
         channel=channel,
     )
-    course = _follow(stream)
-    if calibration is not None:
-        lens = lens_of(calibration, (stream.shape[1], stream.shape[0]))
-        course = dataclasses.replace(course, position=undistort_pixels(lens, course.position), raw=course.position)
-    tracks = _label(stream, course, rest_frames)
+    lens = None if calibration is None else lens_of(calibration, (stream.shape[1], stream.shape[0]))
+    tracks = _tracks(stream, lens, rest_frames)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
     return tracks
 
 
-@dataclass(frozen=True)
-class _Course:
-    """What was found in all frames: positions (t, n, 2), qualities (t, n), states (t,), why reading ended early, and
-    positions before the lens was corrected.
-    """
-
-    position: Floats
-    quality: Floats
-    states: NDArray[np.int8]
-    broken: str = ""
-    raw: Floats | None = None
-
-
-def _follow(stream: MarkerStream) -> _Course:
-    """Return what was found in all frames; of the frames, only two are in memory at a time."""
-    rows: list[SeenMarkers] = []
-    broken = ""
+def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: int) -> xr.Dataset:
+    """Return what is found in all frames, of which only two are in memory at a time."""
+    frames, reference, broken, rows = stream.frames, stream.reference, "", []
     try:
         for row in stream:
             rows.append(row)  # noqa: PERF402  what was read before an error is kept
     except FingerslipError as error:
         broken = str(error)
-    return _Course(
-        np.array([row.position for row in rows], dtype=np.float64),
-        np.array([row.quality for row in rows], dtype=np.float64),
-        np.array([row.state for row in rows], dtype=np.int8),
-        broken,
-    )
-
-
-def _label(stream: MarkerStream, course: _Course, rest_frames: int) -> xr.Dataset:
-    frames, reference = stream.frames, stream.reference
-    complaints = [*reference.warnings, *_complaints(stream, course, rest_frames)]
-    rest = min(rest_frames, len(course.states))
-    partial = bool(course.broken or reference.warnings)
+    image_position = np.array([row.position for row in rows], dtype=np.float64)
+    position = image_position if lens is None else undistort_pixels(lens, image_position)
+    states = np.array([row.state for row in rows], dtype=np.int8)
     tracks = make_tracks(
-        course.position,
-        np.arange(len(course.states)) / frames.frame_rate,
+        position,
+        np.arange(len(rows)) / frames.frame_rate,
         units="px",
-        quality=course.quality,
+        quality=np.array([row.quality for row in rows], dtype=np.float64),
         ring=reference.ring,
         angle=reference.angle,
         attributes={
@@ -314,72 +271,58 @@ def _label(stream: MarkerStream, course: _Course, rest_frames: int) -> xr.Datase
             "image_height": stream.shape[0],
             "frame_rate": frames.frame_rate,
             "source": frames.name,
-            "rest_frames": rest,
+            "rest_frames": min(rest_frames, len(rows)),
             "bright": int(reference.markers.polarity > 0),
-            "partial": int(partial),
-            "warnings": "\n".join(complaints),
+            "partial": int(bool(broken or reference.warnings)),
+            "warnings": "\n".join([*reference.warnings, *_complaints(stream, position, states, rest_frames, broken)]),
         },
     )
-    if course.raw is not None:
-        meaning = {"units": "px", "long_name": "position in the frames, with the lens's distortion"}
-        tracks = tracks.assign(image_position=(("time", "marker", "axis"), course.raw, meaning))
-    return tracks.assign(_at_rest(course.position[:rest])).assign(
-        frame_state=("time", course.states, {"long_name": ", ".join(f"{n} {s}" for n, s in enumerate(STATES))}),
-        radius=("marker", reference.markers.radius, {"units": "px", "long_name": "radius of the markers at rest"}),
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of markers that were not seen at rest
+        mean, noise = np.nanmean(position[:rest_frames], axis=0), np.nanstd(position[:rest_frames], axis=0, ddof=1)
+    extra: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
+        "reference": (("marker", "axis"), mean, "px", "mean position in the rest frames"),
+        "rest_noise": (("marker", "axis"), noise, "px", "standard deviation of the position at rest"),
+        "radius": (("marker",), reference.markers.radius, "px", "radius of the markers at rest"),
+        "frame_state": (("time",), states, "", ", ".join(f"{n} {state}" for n, state in enumerate(STATES))),
+    }
+    if lens is not None:
+        meaning = "position in the frames, with the lens's distortion"
+        extra["image_position"] = (("time", "marker", "axis"), image_position, "px", meaning)
+    return tracks.assign(
+        {
+            name: (dims, values, {**({"units": unit} if unit else {}), "long_name": meaning})
+            for name, (dims, values, unit, meaning) in extra.items()
+        }
     )
 
 
-def _at_rest(position: Floats) -> dict[str, tuple[tuple[str, str], Floats, dict[str, str]]]:
-    seen = np.isfinite(position)
-    count = seen.sum(axis=0)
-    total = np.where(seen, position, 0.0).sum(axis=0)
-    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    square = np.where(seen, (position - mean) ** 2, 0.0).sum(axis=0)
-    noise = np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
-    dims = ("marker", "axis")
-    return {
-        "reference": (dims, mean, {"units": "px", "long_name": "mean position in the rest frames"}),
-        "rest_noise": (dims, noise, {"units": "px", "long_name": "standard deviation of the position at rest"}),
-    }
-
-
-def _complaints(stream: MarkerStream, course: _Course, rest_frames: int) -> Iterator[str]:
+def _complaints(
+    stream: MarkerStream, position: Floats, states: NDArray[np.int8], rest_frames: int, broken: str
+) -> Iterator[str]:
     """Yield what is wrong with the frames."""
-    frames, count = stream.frames, len(course.states)
-    rest = min(rest_frames, count)
-    if course.broken:
-        yield f"{course.broken}; the tracks are those of the first {count} frames"
+    name, light, count, rest = stream.frames.name, stream.exposure, len(states), min(rest_frames, len(states))
+    if broken:
+        yield f"{broken}; the tracks are those of the first {count} frames"
     elif count < rest_frames:
-        yield f"{frames.name}: ends within the {rest_frames} rest frames, after {count}; all are the reference"
-    yield from _of_light(frames.name, stream.exposure)
+        yield f"{name}: ends within the {rest_frames} rest frames, after {count}; all are the reference"
+    # Frames are only compared with the light at rest.
+    if light.mean < _DARK:
+        yield f"{name}: is dark, mean grey level {light.mean:.0f} of 255 at rest; noise is large: add light or exposure"
+    if light.saturated > _SATURATED:
+        yield f"{name}: is overexposed, {100 * light.saturated:.0f} % of the pixels are saturated at rest; less light"
     for number, state in enumerate(STATES):
-        which = np.flatnonzero(course.states == number)
+        which = np.flatnonzero(states == number)
         if number and which.size:
-            yield f"{frames.name}: {which.size} of {count} frames are {state}, the first is frame {which[0]}"
-    often = int((np.isnan(course.position).any(axis=2).mean(axis=0) > _OFTEN).sum())
+            yield f"{name}: {which.size} of {count} frames are {state}, the first is frame {which[0]}"
+    often = int((np.isnan(position).any(axis=2).mean(axis=0) > _OFTEN).sum())
     if often:
-        total = course.position.shape[1]
-        yield f"{frames.name}: {often} of {total} markers were not seen in more than a tenth of the frames"
-    moved = _largest_motion(course.position[:rest])
-    if moved > _MOVED:
-        yield f"{frames.name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
-
-
-def _of_light(name: str, rest: Exposure) -> Iterator[str]:
-    """Yield what is wrong with the light at rest: frames are only compared with it later."""
-    if rest.mean < _DARK:
-        yield f"{name}: is dark, mean grey level {rest.mean:.0f} of 255 at rest; noise is large: add light or exposure"
-    if rest.saturated > _SATURATED:
-        yield f"{name}: is overexposed, {100 * rest.saturated:.0f} % of the pixels are saturated at rest; less light"
-
-
-def _largest_motion(position: Floats) -> float:
-    """Return the largest distance between the markers' median displacements in some frames [px]."""
-    seen = position[np.isfinite(position).all(axis=(1, 2))]
-    if len(seen) < 2:
-        return 0.0
-    middle = np.median(seen - seen.mean(axis=0), axis=1)
-    return float(np.linalg.norm(middle.max(axis=0) - middle.min(axis=0)))
+        yield f"{name}: {often} of {position.shape[1]} markers were not seen in more than a tenth of the frames"
+    whole = position[:rest][np.isfinite(position[:rest]).all(axis=(1, 2))]
+    if len(whole) > 1:
+        moved = float(np.linalg.norm(np.ptp(np.median(whole - whole.mean(axis=0), axis=1), axis=0)))
+        if moved > _MOVED:
+            yield f"{name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
 
 
 @dataclass(frozen=True)
@@ -387,8 +330,8 @@ class Lost:
     """An interval in which a marker was not seen."""
 
     marker: int  # number of the marker
-    first: int  # first and last frame without it
-    last: int  # first and last frame without it
+    first: int  # first frame without it
+    last: int  # last frame without it
     returned: bool  # whether it was seen again
 
     @property

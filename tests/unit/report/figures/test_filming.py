@@ -7,8 +7,7 @@ import pytest
 
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.report.figures.film import film_times, frames_figure, onsets, slip_order_figure
-from fingerslip.vision.cameras.camera import true_tracks
-from fingerslip.vision.cameras.presets import external_camera
+from fingerslip.vision.cameras.camera import external_camera, true_tracks
 from unit.filmed import NODES, filmed_history
 from unit.report.figures.made import panels
 from unit.report.scenes import block_history

@@ -8,7 +8,7 @@ from matplotlib.quiver import Quiver
 
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.report.figures.markers import fields_figure, marker_tracks_figure, ring_colours
-from fingerslip.vision.fields.fields import marker_fields
+from fingerslip.vision.fields import marker_fields
 from fingerslip.vision.tracks import make_tracks
 from unit.report.figures.made import panels, words
 

@@ -9,8 +9,7 @@ from fingerslip.report.page.films import Film
 from fingerslip.report.page.pictures import RunToDraw
 from fingerslip.report.page.sensor import cameras_section, has_markers, marker_pictures, place_pictures
 from fingerslip.slip import find_events
-from fingerslip.vision.cameras.camera import true_tracks
-from fingerslip.vision.cameras.presets import external_camera
+from fingerslip.vision.cameras.camera import external_camera, true_tracks
 from unit.filmed import filmed_history
 from unit.report.figures.made import EVENTS, HISTORY
 

@@ -1,23 +1,50 @@
-"""Frames show markers where they truly are, and are the same for the same seed."""
+"""Frames show markers where they truly are with the faults that were asked for, and are the same for the same seed."""
 
 from __future__ import annotations
+
+import dataclasses
 
 import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.camera import DARK_ON_BRIGHT, Lighting, MarkerLook, PixelCamera, SensorNoise, true_tracks
-from fingerslip.vision.cameras.pixel import film, frames_of
+from fingerslip.vision.cameras.camera import true_tracks
+from fingerslip.vision.cameras.looks import (
+    BRIGHT_ON_DARK,
+    DARK_ON_BRIGHT,
+    HARSH_LIGHT,
+    BrightRing,
+    Glare,
+    Lighting,
+    MarkerLook,
+    PixelCamera,
+    SensorNoise,
+)
+from fingerslip.vision.cameras.pixel import (
+    brightness,
+    draw_spots,
+    empty_picture,
+    expose,
+    film,
+    frames_of,
+    marker_picture,
+    normal_table,
+    ring_mask,
+)
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import read_frames, video_info
-from unit.vision.cameras.scenes import camera, middle, sliding, taken
+from unit.vision.scenes import camera, hide, middle, silent_camera, sliding
+
+
+def marker_at(*place: float):
+    return make_tracks([[place]], [0.0], units="m")
 
 
 @pytest.mark.parametrize("look", [MarkerLook(), DARK_ON_BRIGHT])
 @pytest.mark.parametrize("exposure", [0.0, 0.02])
 def test_markers_are_where_they_truly_are(look, exposure):
     """Within what 8 bits hold: 0.03 px for a marker that is smeared over 2 px in an exposure."""
-    pixel_camera = taken(camera=camera(exposure=exposure), look=look)
+    pixel_camera = silent_camera(camera=camera(exposure=exposure), look=look)
     tracks = sliding(speed=10e-3)
     truth = true_tracks(pixel_camera.camera, tracks)["position"].values
     for frame, places in zip(frames_of(pixel_camera, tracks), truth, strict=True):
@@ -30,7 +57,7 @@ def test_a_longer_exposure_smears_a_moving_marker_along_its_way():
     tracks = sliding(speed=100e-3, seconds=0.03)
 
     def variance(exposure: float, axis: int) -> float:
-        frame = next(frames_of(taken(camera=camera(exposure=exposure)), tracks))
+        frame = next(frames_of(silent_camera(camera=camera(exposure=exposure)), tracks))
         weights = frame[45:75, 65:95].astype(float).sum(axis=1 - axis) - 30 * 40
         places = np.arange(30)
         middle = (weights * places).sum() / weights.sum()
@@ -51,37 +78,22 @@ def test_a_part_of_the_frames_is_as_in_the_whole():
     assert (other != whole[0]).mean() > 0.5
 
 
-def test_a_marker_that_is_not_known_is_not_drawn():
-    tracks = sliding()
-    tracks["position"].values[:, 0] = np.nan
-    tracks["quality"].values[:, 0] = 0.0
-    frame = next(frames_of(taken(), tracks))
-    assert frame[60, 80] == 40
-    assert frame.max() == 200
+def test_unknown_markers_are_not_drawn_and_those_outside_reach_into_the_image():
+    frame = next(frames_of(silent_camera(), hide(sliding(), slice(None), 0)))
+    assert (frame[60, 80], frame.max()) == (40, 200)
+    outside = marker_at(8.2e-3, 0.0, 0.0)
+    assert next(frames_of(silent_camera(), outside))[:, -1].max() > 100
+    assert np.isnan(true_tracks(silent_camera().camera, outside)["position"].values).all()
 
 
-def test_a_marker_outside_reaches_into_the_image():
-    tracks = make_tracks([[[8.2e-3, 0.0, 0.0]]], [0.0], units="m")
-    frame = next(frames_of(taken(), tracks))
-    assert frame[:, -1].max() > 100
-    assert np.isnan(true_tracks(taken().camera, tracks)["position"].values).all()
-
-
-def test_markers_of_the_section_lie_in_its_plane():
-    tracks = make_tracks([[[0.0, 0.0]]], [0.0], units="m")
-    assert next(frames_of(taken(), tracks))[60, 80] == 200
-
-
-def test_closer_markers_are_larger():
-    areas = []
-    for height in (0.0, 0.025):
-        tracks = make_tracks([[[0.0, 0.0, height]]], [0.0], units="m")
-        areas.append(int((next(frames_of(taken(), tracks)) > 120).sum()))
-    assert areas[1] == pytest.approx(4 * areas[0], rel=0.05)
+def test_markers_in_2d_have_no_depth_and_closer_ones_are_larger():
+    assert next(frames_of(silent_camera(), marker_at(0.0, 0.0)))[60, 80] == 200
+    far, near = (int((next(frames_of(silent_camera(), marker_at(0.0, 0.0, z))) > 120).sum()) for z in (0.0, 0.025))
+    assert near == pytest.approx(4 * far, rel=0.05)
 
 
 def test_compression_leaves_its_artefacts():
-    frames = [next(frames_of(taken(jpeg_quality=quality), sliding())).astype(int) for quality in (None, 95, 30)]
+    frames = [next(frames_of(silent_camera(jpeg_quality=quality), sliding())).astype(int) for quality in (None, 95, 30)]
     errors = [np.abs(frame - frames[0]).mean() for frame in frames]
     assert 0 == errors[0] < errors[1] < errors[2] < 3
 
@@ -91,12 +103,165 @@ def test_a_film_is_written_with_its_truth(tmp_path):
     truth = film(pixel_camera, sliding(), tmp_path / "slide.mkv")
     assert video_info(tmp_path / "slide.mkv").frame_rate == 60.0
     np.testing.assert_array_equal(list(read_frames(tmp_path / "slide.mkv")), list(frames_of(pixel_camera, sliding())))
-    assert truth.sizes["time"] == 13
-    assert truth.attrs["source"] == "truth of slide.mkv"
-
-
-def test_tracks_without_a_time_give_no_film(tmp_path):
+    assert (truth.sizes["time"], truth.attrs["source"]) == (13, "truth of slide.mkv")
     empty = make_tracks(np.empty((0, 1, 3)), [], units="m")
-    assert list(frames_of(taken(), empty)) == []
+    assert list(frames_of(silent_camera(), empty)) == []
     with pytest.raises(InputError, match="frames: got none"):
-        film(taken(), empty, tmp_path / "a.avi")
+        film(silent_camera(), empty, tmp_path / "a.avi")
+
+
+def test_even_light_is_even():
+    assert np.unique(empty_picture(silent_camera())).tolist() == [40.0]
+    assert np.unique(marker_picture(silent_camera())).tolist() == [200.0]
+    assert empty_picture(silent_camera()).shape == (120, 160)
+
+
+def test_vignetting_takes_its_share_from_the_corners():
+    picture = marker_picture(silent_camera(lighting=Lighting(vignetting=0.4)))
+    assert (picture[0, 0], picture[60, 80]) == (pytest.approx(120.0), pytest.approx(200.0, rel=1e-3))
+
+
+@pytest.mark.parametrize(("angle", "axis"), [(0.0, 1), (np.pi / 2, 0)])
+def test_a_gradient_brightens_in_its_direction(angle, axis):
+    lighting = Lighting(gradient=0.5, gradient_angle=angle)
+    picture = marker_picture(silent_camera(camera=camera(120, 120), lighting=lighting))
+    np.testing.assert_allclose(picture.take([0, -1], axis=axis).mean(axis=1 - axis), [150.0, 250.0], rtol=0.01)
+
+
+def test_glare_and_ring_are_where_they_should_be_and_the_mask_is_inside_the_ring():
+    picture = empty_picture(silent_camera(lighting=Lighting(glare=(Glare(0.25, 0.75, 0.02, 100.0),))))
+    assert np.unravel_index(picture.argmax(), picture.shape) in {(89, 39), (89, 40), (90, 39), (90, 40)}
+    assert picture.max() == pytest.approx(140.0, rel=0.02)
+    ringed = silent_camera(lighting=Lighting(ring=BrightRing(0.4, 0.02, 100.0)))
+    picture, mask = empty_picture(ringed), ring_mask(ringed)
+    assert (picture[60, 80 + 48], picture[60, 80]) == (pytest.approx(140.0, rel=0.05), pytest.approx(40.0))
+    assert mask.sum() == pytest.approx(np.pi * (0.34 * 120) ** 2, rel=0.01)
+    assert mask[60, 80]
+    assert ring_mask(silent_camera()).all()
+
+
+def test_texture_is_of_the_background_alone_and_seeded():
+    lighting = Lighting(texture=5.0)
+    first, again, other = (empty_picture(silent_camera(lighting=lighting, seed=seed)) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert np.abs(first - other).max() > 1
+    assert first.std() == pytest.approx(5.0, rel=1e-5)
+    assert np.unique(marker_picture(silent_camera(lighting=lighting))).tolist() == [200.0]
+
+
+def test_brightness_drifts_and_flickers_and_is_never_negative():
+    lighting = Lighting(drift=-0.01, flicker=0.1, flicker_rate=1.0)
+    np.testing.assert_allclose(brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
+
+
+def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7, shape=(64, 80)) -> np.ndarray:
+    picture, top = np.zeros(shape, dtype=np.float32), np.full(shape, 1.0, dtype=np.float32)
+    draw_spots(picture, top, np.array([place]), np.array([half]), np.array([radius]), softness)
+    return picture
+
+
+def middle_of(picture) -> tuple[float, float]:
+    rows, columns = np.indices(picture.shape)
+    return float((picture * columns).sum() / picture.sum()), float((picture * rows).sum() / picture.sum())
+
+
+@pytest.mark.parametrize("radius", [1.0, 2.0, 5.0, 9.0])
+@pytest.mark.parametrize("softness", [0.5, 0.7, 2.0])
+def test_the_middle_of_a_spot_is_exact(radius, softness):
+    """To 0.0025 px for small and sharp spots, and to 0.0002 px for those of 2 px and the softness of cameras."""
+    worst = 0.0
+    for place in np.random.default_rng(0).uniform((30, 24), (50, 40), (30, 2)):
+        found = middle_of(drawn(place, radius=radius, softness=softness))
+        worst = max(worst, *np.abs(np.subtract(found, place)))
+    assert worst < (2e-4 if radius >= 2 and softness > 0.5 else 2.5e-3)
+
+
+@pytest.mark.parametrize("half", [(3.0, 0.0), (0.4, -2.2), (0.0, 0.05)])
+def test_the_middle_of_a_smeared_spot_is_exact(half):
+    picture = drawn((40.3, 31.8), half)
+    np.testing.assert_allclose(middle_of(picture), (40.3, 31.8), atol=1e-3)
+    assert picture.sum() == pytest.approx(drawn((40.3, 31.8)).sum(), rel=1e-3), "the light is spread, not lost"
+
+
+def test_spots_cover_their_area_stay_within_the_grey_levels_and_do_no_harm_at_the_edge():
+    assert drawn((40.3, 31.8), radius=8.0).sum() == pytest.approx(np.pi * 64, rel=0.01)
+    assert drawn((-2.0, -1.0)).sum() > 0
+    assert drawn((-200.0, 1e9)).sum() == 0
+    assert drawn((np.nan, 3.0)).sum() == drawn((3.0, 3.0), (np.inf, 0.0)).sum() == 0
+    picture, top = np.zeros((64, 64), dtype=np.float32), np.full((64, 64), 200.0, dtype=np.float32)
+    draw_spots(picture, top, np.full((3, 2), 32.0), np.zeros((3, 2)), np.full(3, 6.0), 0.7)
+    assert picture.max() <= 200.0, "over each other"
+
+
+def exposed(light, factor=1.0, *, read=0.0, shot=0.0, seed=0, number=0):
+    return expose(np.asarray(light, dtype=np.float32), factor, read, shot, seed, number, normal_table())
+
+
+LEVEL = np.full((240, 320), 100.0)
+
+
+def test_noise_has_its_deviation_and_is_white():
+    frames = np.array([exposed(LEVEL, read=9.0, seed=5, number=number) for number in range(20)]).astype(float)
+    errors, count = frames - frames.mean(), frames.size
+    assert frames.mean() == pytest.approx(100.0, abs=5 * 3 / np.sqrt(count))
+    # Rounding to whole levels adds a twelfth.
+    assert errors.var() == pytest.approx(9.0 + 1 / 12, rel=5 * np.sqrt(2 / count))
+    for axis in range(3):
+        for lag in (1, 2, 4):
+            size = errors.shape[axis]
+            ahead, behind = (np.take(errors, range(start, start + size - lag), axis) for start in (lag, 0))
+            assert abs((ahead * behind).mean() / errors.var()) < 5 / np.sqrt(count)
+
+
+def test_shot_noise_grows_with_the_light():
+    frame = exposed(np.tile([20.0, 180.0], (200, 200)), read=1.0, shot=0.1).astype(float)
+    assert frame[:, ::2].var() == pytest.approx(1 + 2 + 1 / 12, rel=0.05)
+    assert frame[:, 1::2].var() == pytest.approx(1 + 18 + 1 / 12, rel=0.05)
+
+
+def test_the_same_seed_and_number_give_the_same_noise():
+    def one(seed: int, number: int) -> np.ndarray:
+        return exposed(LEVEL, read=4.0, seed=seed, number=number)
+
+    np.testing.assert_array_equal(one(2**63 - 1, 3), one(2**63 - 1, 3))
+    for first, second in (((1, 3), (1, 4)), ((1, 3), (2, 3)), ((0, 1), (1, 0))):
+        assert (one(*first) != one(*second)).mean() > 0.5
+
+
+def test_light_is_cut_and_rounded_to_grey_levels():
+    light = [[-5.0, 0.4, 0.6, 100.5, 254.7, 300.0]]
+    assert exposed(light).tolist() == [[0, 0, 1, 101, 255, 255]]
+    assert exposed(light, 2.0).tolist() == [[0, 1, 1, 201, 255, 255]]
+
+
+def test_the_table_is_normal():
+    table = normal_table().astype(float)
+    assert (table.size, (np.diff(table) > 0).all()) == (65536, True)
+    assert (table.mean(), table.var(), (table**4).mean()) == pytest.approx((0.0, 1.0, 3.0), abs=3e-3)
+
+
+def test_defaults_have_no_fault_but_noise():
+    plain = PixelCamera(camera())
+    assert (plain.lighting, plain.noise.read, plain.jpeg_quality) == (Lighting(), 2.0, None)
+    assert HARSH_LIGHT.ring is not None
+    assert BRIGHT_ON_DARK.marker > BRIGHT_ON_DARK.background
+    assert DARK_ON_BRIGHT.marker < DARK_ON_BRIGHT.background
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: MarkerLook(radius=0.0), "radius"),
+        (lambda: MarkerLook(marker=256.0), "marker"),
+        (lambda: MarkerLook(softness=0.3), "softness"),
+        (lambda: Lighting(vignetting=1.5), "vignetting"),
+        (lambda: Glare(2.0, 0.5), "x"),
+        (lambda: SensorNoise(read=-1.0), "read"),
+        (lambda: PixelCamera(camera(), jpeg_quality=0), "jpeg_quality"),
+        (lambda: PixelCamera(camera(), seed=-1), "seed"),
+        (lambda: dataclasses.replace(PixelCamera(camera()), seed=2**63), "seed"),
+    ],
+)
+def test_what_cannot_be_is_refused(make, said):
+    with pytest.raises(InputError, match=said):
+        make()

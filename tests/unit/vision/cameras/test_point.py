@@ -1,4 +1,4 @@
-"""The point camera's tracks have the statistics of tracks from frames, and are the same for the same seed."""
+"""Statistics of errors are those that were put in, trackers are measured, and the point camera errs as frames do."""
 
 from __future__ import annotations
 
@@ -6,29 +6,83 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.vision.cameras.camera import PixelCamera, SensorNoise, true_tracks
+from fingerslip.errors import InputError
+from fingerslip.vision.cameras.camera import external_camera, internal_camera, true_tracks
+from fingerslip.vision.cameras.looks import DARK_ON_BRIGHT, PixelCamera, SensorNoise
 from fingerslip.vision.cameras.pixel import frames_of
 from fingerslip.vision.cameras.point import (
     MEASURED_ERRORS,
+    CameraPair,
     PointCamera,
     PositionErrors,
     following,
     measure_errors,
+    metres_per_pixel,
+    pair_tracks,
     point_tracks,
     position_errors,
     window_centroids,
 )
 from fingerslip.vision.tracks import make_tracks, seen
-from unit.vision.cameras.scenes import camera, sliding
+from unit.vision.scenes import camera, hide, sliding
 
 SLIDE = sliding(6.0, 3e-4)
+SECOND = sliding(1.0, 3e-4)
 LOCATE = following(window_centroids)
 
 
-def found_in_frames(pixel_camera: PixelCamera) -> xr.Dataset:
-    truth = true_tracks(pixel_camera.camera, SLIDE)
-    found = LOCATE(frames_of(pixel_camera, SLIDE), truth["position"].values[0])
-    return make_tracks(found, truth["time"].values, units="px")
+def tracks(position) -> xr.Dataset:
+    return make_tracks(position, np.arange(len(position)) / 30.0, units="px")
+
+
+def test_noise_bias_and_losses_are_told_apart():
+    random = np.random.default_rng(0)
+    truth = random.uniform(0, 100, (500, 80, 2))
+    found = truth + 0.03 * random.standard_normal((80, 2)) + 0.01 * random.standard_normal(truth.shape)
+    found[random.random((500, 80)) < 0.02] = np.nan
+    measured = position_errors(tracks(found), tracks(truth))
+    assert measured.noise == pytest.approx(0.01, rel=0.02)
+    assert measured.bias == pytest.approx(0.03, rel=0.2)
+    assert measured.lost == pytest.approx(0.02, rel=0.1)
+    assert abs(measured.correlation) < 0.02
+    assert measured.rms == np.hypot(measured.noise, measured.bias)
+
+
+def test_white_noise_of_few_frames_is_no_bias_and_no_errors_are_none():
+    white, zeros = np.random.default_rng(0).standard_normal((10, 2000, 2)), tracks(np.zeros((10, 2000, 2)))
+    measured = position_errors(tracks(white), zeros)
+    assert measured.noise == pytest.approx(1.0, rel=0.02)
+    assert measured.bias < 0.1
+    assert position_errors(zeros, zeros) == PositionErrors(0.0)
+    truth = np.zeros((5, 2, 2))
+    truth[:, 1] = np.nan
+    assert position_errors(tracks(truth), tracks(truth)).lost == 0.0, "outside the image"
+
+
+@pytest.mark.parametrize("look", [PixelCamera(camera()).look, DARK_ON_BRIGHT])
+def test_centroids_of_frames_are_found_to_a_hundredth_of_a_pixel(look):
+    found = measure_errors(PixelCamera(camera(), look=look), SECOND, LOCATE)
+    assert found.rms < 0.01
+    assert found.lost == 0.0
+
+
+def test_twice_the_noise_of_the_sensor_is_twice_the_error():
+    low, high = (
+        measure_errors(PixelCamera(camera(), noise=SensorNoise(read)), sliding(2.0, 3e-4), LOCATE)
+        for read in (3.0, 6.0)
+    )
+    assert high.noise / low.noise == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_marker_that_vanishes_is_lost_and_found_again():
+    moving = hide(SECOND, slice(5, 10), 3)
+    whole, broken = (measure_errors(PixelCamera(camera()), one, LOCATE) for one in (SECOND, moving))
+    assert broken.noise == pytest.approx(whole.noise, rel=0.05), "what is not drawn has no truth to be missed"
+
+
+def test_windows_at_the_edge_and_without_a_marker_give_nothing():
+    frame = np.full((60, 60), 40, dtype=np.uint8)
+    assert np.isnan(window_centroids(frame, np.array([[30.0, 30.0], [3.0, 30.0], [np.nan, 30.0]]))).all()
 
 
 def correlations(found: xr.Dataset, truth: xr.Dataset, lags: tuple[int, ...]) -> list[float]:
@@ -44,8 +98,9 @@ def test_both_cameras_have_the_same_statistics(changes):
     """Calibrated on one seed and compared on another: size and whiteness in time, of positions and of speeds."""
     errors = measure_errors(PixelCamera(camera(), seed=1, **changes), SLIDE, LOCATE)
     point = point_tracks(PointCamera(camera(), errors, seed=2), SLIDE)
-    pixel = found_in_frames(PixelCamera(camera(), seed=2, **changes))
     truth = true_tracks(camera(), SLIDE)
+    frames = frames_of(PixelCamera(camera(), seed=2, **changes), SLIDE)
+    pixel = make_tracks(LOCATE(frames, truth["position"].values[0]), truth["time"].values, units="px")
     by_point, by_pixel = position_errors(point, truth), position_errors(pixel, truth)
     assert by_point.noise == pytest.approx(by_pixel.noise, rel=0.1)
     assert by_point.rms == pytest.approx(by_pixel.rms, rel=0.15)
@@ -63,23 +118,75 @@ def test_the_default_errors_are_those_of_the_default_pixel_camera():
 
 
 def test_tracks_have_the_errors_that_were_asked_for():
-    asked = PositionErrors(noise=0.05, bias=0.2, correlation=0.6, lost=0.1)
-    tracks = point_tracks(PointCamera(camera(), asked), sliding(60.0, 0.0))
-    measured = position_errors(tracks, true_tracks(camera(), sliding(60.0, 0.0)))
+    asked, still = PositionErrors(noise=0.05, bias=0.2, correlation=0.6, lost=0.1), sliding(60.0, 0.0)
+    found = point_tracks(PointCamera(camera(), asked), still)
+    measured = position_errors(found, true_tracks(camera(), still))
     assert measured.noise == pytest.approx(0.05, rel=0.05)
     assert measured.bias == pytest.approx(0.2, rel=0.5), "nine markers"
     assert measured.correlation == pytest.approx(0.6, abs=0.03)
     assert measured.lost == pytest.approx(0.1, rel=0.1)
-    assert seen(tracks).mean() == pytest.approx(0.9, abs=0.01)
-    np.testing.assert_array_equal(tracks["ring"], sliding()["ring"])
+    assert seen(found).mean() == pytest.approx(0.9, abs=0.01)
+    np.testing.assert_array_equal(found["ring"], still["ring"])
 
 
-def test_the_same_seed_gives_the_same_tracks():
-    tracks = [point_tracks(PointCamera(camera(), seed=seed), SLIDE) for seed in (4, 4, 5)]
-    xr.testing.assert_identical(tracks[0], tracks[1])
-    assert not np.allclose(tracks[0]["position"], tracks[2]["position"], atol=1e-3)
+def test_the_same_seed_gives_the_same_tracks_and_no_errors_the_truth():
+    first, again, other = (point_tracks(PointCamera(camera(), seed=seed), SLIDE) for seed in (4, 4, 5))
+    xr.testing.assert_identical(first, again)
+    assert not np.allclose(first["position"], other["position"], atol=1e-3)
+    exact = point_tracks(PointCamera(camera(), PositionErrors(0.0)), SLIDE)
+    np.testing.assert_array_equal(exact["position"], true_tracks(camera(), SLIDE)["position"])
 
 
-def test_no_errors_give_the_truth():
-    tracks = point_tracks(PointCamera(camera(), PositionErrors(0.0)), SLIDE)
-    np.testing.assert_array_equal(tracks["position"], true_tracks(camera(), SLIDE)["position"])
+INSIDE = internal_camera(50e-3, 45e-3, target=5e-3, frame_rate=20.0)
+OUTSIDE = external_camera(60e-3, 60e-3, frame_rate=20.0)
+
+
+def test_tracks_of_a_pair_have_internal_markers_first_in_pixels_of_their_own_camera():
+    position = np.zeros((2, 3, 3))
+    position[:, 1:, 1], position[1, :, 0] = 5e-3, 1e-3
+    position[:, 2] = np.nan
+    labels = {"kind": ["external", "internal", "internal"], "ring": [0, 0, 1], "angle": [0.0] * 3}
+    markers = make_tracks(position, [0.0, 1.0], units="m", **labels)
+    found = pair_tracks(CameraPair(INSIDE, OUTSIDE, PositionErrors(0.0)), markers)
+    assert found["kind"].values.tolist() == ["internal", "internal", "external"]
+    assert found["marker"].values.tolist() == [1, 2, 0]
+    assert found["ring"].values.tolist() == [0, 1, 0]
+    moved = found["position"].values[-1, :, 0] - found["position"].values[0, :, 0]
+    assert moved[[0, 2]] == pytest.approx([640 / 45, 640 / 60], abs=2e-3)
+    assert np.isnan(moved[1])
+    assert found.attrs["metres_per_pixel_x"] == pytest.approx(60e-3 / 640)
+    assert found.attrs["frame_rate"] == 20.0
+    assert metres_per_pixel(INSIDE) == pytest.approx(45e-3 / 640)
+
+
+def test_each_camera_of_a_pair_has_errors_of_its_own_from_one_seed():
+    both = make_tracks(np.zeros((400, 2, 3)), np.arange(400) / 20.0, units="m", kind=["internal", "external"])
+    first, again, other = (
+        pair_tracks(CameraPair(INSIDE, OUTSIDE, PositionErrors(0.05), seed), both)["position"].values
+        for seed in (1, 1, 2)
+    )
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
+    assert abs(np.corrcoef(first[:, 0, 0], first[:, 1, 0])[0, 1]) < 0.2
+
+
+ZEROS, NANS = np.zeros((5, 2, 2)), np.full((5, 2, 2), np.nan)
+FAST = external_camera(60e-3, 60e-3, frame_rate=60.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: position_errors(tracks(ZEROS), tracks(ZEROS[:, :1])), "needs the same times and markers in both"),
+        (lambda: position_errors(tracks(NANS), tracks(ZEROS)), "has no marker in three frames"),
+        (
+            lambda: measure_errors(PixelCamera(camera()), sliding(), lambda *_: np.empty(0)),
+            r"locate: returned shape \(0,\), needs \(7, 9, 2\)",
+        ),
+        (lambda: CameraPair(INSIDE, FAST), "cameras: frame_rate: got 20 and 60 frames a second, needs one rate"),
+        (lambda: CameraPair(INSIDE, INSIDE), "cameras: external: sees internal markers"),
+    ],
+)
+def test_what_cannot_be_compared_or_paired_is_refused(call, said):
+    with pytest.raises(InputError, match=said):
+        call()

@@ -1,11 +1,21 @@
-"""A step of the tracker: it keeps to the marker, says when it is gone, and finds it again."""
+"""A step of the tracker: it keeps to the marker, says when it is gone, finds it again, and heeds its neighbours."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fingerslip.vision.tracking.follow import State, follow, rest_state
+from fingerslip.vision.tracking.neighbours import (
+    assign,
+    common_shift,
+    consistent,
+    expected_displacement,
+    lost_suddenly,
+    nearest_neighbours,
+)
 from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
 from problems import clips
 
@@ -53,8 +63,7 @@ def test_hidden_marker_is_not_a_number_and_comes_back_with_less_quality(referenc
 
 def test_frame_that_shows_nothing_changes_no_memory(reference: Reference) -> None:
     state = begun(reference)
-    dark = np.zeros(clips.DEFAULT.shape, dtype=np.uint8)
-    after, found, quality = follow(reference.markers, state, dark, None)
+    after, found, quality = follow(reference.markers, state, np.zeros(clips.DEFAULT.shape, dtype=np.uint8), None)
     assert np.isnan(found).all()
     assert (quality == 0).all()
     assert after.image is state.image
@@ -64,8 +73,7 @@ def test_frame_that_shows_nothing_changes_no_memory(reference: Reference) -> Non
 
 def test_markers_that_move_apart_from_their_neighbours_are_kept() -> None:
     rest = np.column_stack([197.0 + 30.0 * np.arange(9), np.full(9, 240.0)])
-    frames = clips.filmed(clips.still(rest, 4))
-    reference = reference_of(first_frames(frames, 4)[0], None, 9, "free", None, "clip")
+    reference = reference_of(first_frames(clips.filmed(clips.still(rest, 4)), 4)[0], None, 9, "free", None, "clip")
     order = np.argsort(reference.markers.position[:, 0])
     state = rest_state(reference.markers)
     for step in range(40):
@@ -73,3 +81,66 @@ def test_markers_that_move_apart_from_their_neighbours_are_kept() -> None:
         here = rest + np.column_stack([0.2 * step * np.where(np.arange(9) % 2, 1.0, -1.0), np.zeros(9)])
         state, found, _ = follow(reference.markers, state, one(here), None)
         assert np.abs(found[order] - here).max() < 0.05
+
+
+POINTS = clips.field()
+NEIGHBOURS, SPACING = nearest_neighbours(POINTS)
+ALL = np.ones(81, dtype=bool)
+
+
+def test_nearest_neighbours_come_first() -> None:
+    assert NEIGHBOURS.shape == (81, 8)
+    assert set(NEIGHBOURS[0]) == set(range(1, 9))
+    assert nearest_neighbours(POINTS[:1])[1].tolist() == [np.inf]
+    assert nearest_neighbours(POINTS[:3])[0].shape == (3, 2)
+
+
+def test_translation_is_expected_exactly_gradients_nearly_and_nothing_without_neighbours() -> None:
+    shift, spread = np.tile([3.0, -2.0], (81, 1)), 0.1 * (POINTS - POINTS[0])
+    moved, counts = expected_displacement(POINTS, shift, ALL, NEIGHBOURS)
+    assert moved == pytest.approx(shift)
+    assert (counts == 8).all()
+    moved, _ = expected_displacement(POINTS, spread, ALL, NEIGHBOURS)
+    assert np.abs(moved - spread).max() < 0.05 * np.abs(spread).max()
+    moved, counts = expected_displacement(POINTS, shift, ~ALL, NEIGHBOURS)
+    assert np.isnan(moved).all()
+    assert counts.sum() == 0
+
+
+def test_strangers_are_left_out_and_nobody_else() -> None:
+    displacement, wrong = 0.05 * (POINTS - POINTS[0]) + [10.0, 0.0], [5, 6, 40, 80]
+    displacement[wrong] += [[25.0, 0.0], [25.0, 0.0], [0.0, -30.0], [-20.0, 20.0]]
+    kept = consistent(POINTS, displacement, ALL, NEIGHBOURS, 0.3 * SPACING)
+    assert np.flatnonzero(~kept).tolist() == wrong
+    assert consistent(POINTS, displacement, ~ALL, NEIGHBOURS, SPACING).sum() == 0
+
+
+def test_candidates_too_far_are_not_taken_and_one_that_was_found_twice_is_given_once() -> None:
+    rows, columns = assign(np.array([[0.0, 0.0]]), np.array([5.0]), np.array([[6.0, 0.0]]), np.ones(1))
+    assert (len(rows), len(columns)) == (0, 0)
+    expected, found = np.array([[0.0, 0.0], [8.0, 0.0]]), np.array([[4.0, 0.0], [4.01, 0.0]])
+    assert len(assign(expected, np.full(2, 10.0), found, np.array([0.8, 0.9]))[0]) == 1
+
+
+@given(st.integers(1, 8), st.integers(1, 8), st.integers(0, 99))
+def test_nobody_is_matched_twice(n: int, m: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    expected, found = rng.uniform(0, 30, (n, 2)), rng.uniform(0, 30, (m, 2))
+    rows, columns = assign(expected, np.full(n, 12.0), found, rng.uniform(0, 1, m))
+    assert len(set(rows)) == len(rows)
+    assert len(set(columns)) == len(columns) == len(rows)
+    assert (np.linalg.norm(expected[rows] - found[columns], axis=1) <= 12.0).all()
+
+
+def test_a_tenth_of_the_markers_lost_at_once_is_sudden() -> None:
+    here = np.array([True] * 30 + [False] * 10)
+    for lost, sudden in ((0, False), (2, False), (3, True)):
+        assert lost_suddenly(here, here & (np.arange(40) >= lost)) == sudden
+    assert not lost_suddenly(np.array([True]), np.array([False]))
+
+
+def test_a_shift_of_a_whole_distance_between_markers_is_found_in_bad_light() -> None:
+    look, points = clips.with_look(clips.BAD, exposure=0.0, jpeg=0), clips.field(layout="hex", rings=6)
+    shift = points[1] - points[0]
+    before, image = (next(clips.filmed((points + by)[None], look, seed=4)) for by in (0.0, shift))
+    assert common_shift(before, image, points, look.radius, -1) == pytest.approx(shift, abs=2.0)

@@ -1,26 +1,63 @@
-"""From videos to tracks: truth, bad clips, bad input."""
+"""From videos to tracks: truth, bad clips, bad input, measures of quality, lenses, and frames as they come."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trackpy
+import xarray as xr
+from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.intrinsics import Pinhole
-from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+from fingerslip.vision.cameras.calibration import write_calibration
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.tracking.track import (
+    Lost,
+    TrackingWarning,
+    jumps,
+    lens_of,
+    lost_intervals,
+    noise_at_rest,
+    open_markers,
+    seen_count,
+    seen_share,
+    track_markers,
+    undistort_pixels,
+)
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
-from fingerslip.vision.video import write_video
+from fingerslip.vision.video import opencv, write_video
 from problems import clips
 from problems.nearest import track_nearest
-from unit.vision.tracking.conftest import RATE, REST, Clip, tracked
+
+REST, RATE = 10, 60.0
 
 
-def test_tracks_are_the_truth_in_the_order_of_the_layout(clip: Clip) -> None:
+@dataclass(frozen=True)
+class Clip:
+    frames: list[NDArray[np.uint8]]
+    truth: NDArray[np.float64]
+    tracks: xr.Dataset
+
+
+def tracked(positions: NDArray[np.float64], look: clips.Look = clips.DEFAULT, **options) -> Clip:
+    seed, hidden = options.pop("seed", 0), options.pop("hidden", None)
+    frames = list(clips.filmed(positions, look, seed=seed, hidden=hidden))
+    tracks = track_markers(frames, frame_rate=RATE, **{"rest_frames": REST, "n_markers": positions.shape[1], **options})
+    return Clip(frames, clips.truth_of(positions, look), tracks)
+
+
+@pytest.fixture(scope="module")
+def clip() -> Clip:
+    """Return a slide of 81 markers by 40 px, in 40 frames."""
+    return tracked(clips.slide(clips.field(), 0.7, count=40, rest=REST))
+
+
+def test_tracks_are_the_truth_in_the_order_of_the_layout_and_can_be_written(clip: Clip, tmp_path: Path) -> None:
     position = check_tracks(clip.tracks)["position"].values
     assert np.sqrt(((position - clip.truth) ** 2).mean()) < 0.02
     assert np.abs(position - clip.truth).max() < 0.1
@@ -28,9 +65,6 @@ def test_tracks_are_the_truth_in_the_order_of_the_layout(clip: Clip) -> None:
     assert clip.tracks["time"].values == pytest.approx(np.arange(40) / RATE)
     assert clip.tracks["reference"].values == pytest.approx(clips.field(), abs=0.02)
     assert (clip.tracks.attrs["partial"], clip.tracks.attrs["warnings"]) == (0, "")
-
-
-def test_tracks_can_be_written_and_read(clip: Clip, tmp_path: Path) -> None:
     write_tracks(clip.tracks, tmp_path / "tracks.nc")
     again = read_tracks(tmp_path / "tracks.nc")
     assert np.array_equal(again["position"], clip.tracks["position"])
@@ -116,11 +150,9 @@ def test_calibration_straightens_positions_and_keeps_those_of_the_image(clip: Cl
 
 
 def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
-    import cv2
-
     mask = np.zeros((480, 640), dtype=bool)
     mask[:, :330] = True
-    cv2.imwrite(str(tmp_path / "mask.png"), mask.astype(np.uint8) * 255)
+    opencv().imwrite(str(tmp_path / "mask.png"), mask.astype(np.uint8) * 255)
     for given in (mask, tmp_path / "mask.png"):
         tracks = track_markers(clip.frames[:3], rest_frames=2, frame_rate=RATE, mask=given, layout="free")
         assert (tracks["position"].values[0, :, 0] < 330).all()
@@ -130,35 +162,19 @@ def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
         track_markers(clip.frames, frame_rate=RATE, mask="none.png")
 
 
-def odd_frames(change: Callable[[list[np.ndarray]], None]) -> list[np.ndarray]:
-    frames = list(clips.filmed(clips.still(clips.field(), 18)))
-    change(frames)
-    return frames
-
-
-def darken(frames: list[np.ndarray]) -> None:
-    frames[15] = frames[15] // 12
-
-
-def overexpose(frames: list[np.ndarray]) -> None:
-    frames[15] = np.full_like(frames[15], 255)
-
-
-def duplicate(frames: list[np.ndarray]) -> None:
-    frames[15] = frames[14]
-
-
 @pytest.mark.parametrize(
-    ("change", "words", "lost"),
+    ("odd", "words", "lost"),
     [
-        (darken, "1 of 18 frames are dark, the first is frame 15", True),
-        (overexpose, "are overexposed", True),
-        (duplicate, "are duplicated", False),
+        (lambda frame: frame // 12, "1 of 18 frames are dark, the first is frame 15", True),
+        (lambda frame: np.full_like(frame, 255), "are overexposed", True),
+        (lambda frame: frame, "are duplicated", False),
     ],
 )
-def test_odd_frames_are_said_and_marked(change: Callable[[list[np.ndarray]], None], words: str, lost: bool) -> None:
+def test_odd_frames_are_said_and_marked(odd: Callable[[np.ndarray], np.ndarray], words: str, lost: bool) -> None:
+    frames = list(clips.filmed(clips.still(clips.field(), 18)))
+    frames[15] = odd(frames[14])
     with pytest.warns(TrackingWarning, match=words):
-        tracks = track_markers(odd_frames(change), n_markers=81, rest_frames=REST, frame_rate=RATE)
+        tracks = track_markers(frames, n_markers=81, rest_frames=REST, frame_rate=RATE)
     assert np.flatnonzero(tracks["frame_state"].values).tolist() == [15]
     assert np.isnan(tracks["position"].values[15]).all() == lost
     assert tracks["quality"].values[15].max() <= 0.5
@@ -219,3 +235,54 @@ def test_bad_arguments_and_videos_have_clear_errors(clip: Clip, tmp_path: Path) 
     ):
         with pytest.raises(InputError, match=words):
             track_markers(video, **options)
+
+
+def test_lost_intervals_begin_and_end_where_they_do(clip: Clip) -> None:
+    assert (seen_count(clip.tracks) == 81).all()
+    assert (seen_share(clip.tracks), lost_intervals(clip.tracks)) == (1.0, [])
+    assert 0.002 < np.median(noise_at_rest(clip.tracks)) < 0.03
+    tracks = clip.tracks.copy(deep=True)
+    for marker, first, last in ((3, 5, 9), (3, 20, 20), (7, 30, 39)):
+        tracks["position"][first : last + 1, marker] = np.nan
+    assert lost_intervals(tracks) == [Lost(3, 5, 9, True), Lost(3, 20, 20, True), Lost(7, 30, 39, False)]
+    assert lost_intervals(tracks)[0].frames == 5
+
+
+def test_swap_is_a_jump(clip: Clip) -> None:
+    assert np.nanmax(jumps(clip.tracks)) < 3.0
+    tracks = clip.tracks.copy(deep=True)
+    swapped = tracks["position"].values[20:, [11, 12]]
+    tracks["position"][20:, [12, 11]] = swapped
+    found = jumps(tracks)
+    assert found.shape == (39, 81)
+    assert np.argwhere(found > 20.0).tolist() == [[19, 11], [19, 12]]
+    assert found[19, 11] == pytest.approx(np.linalg.norm(swapped[0, 0] - swapped[0, 1]), rel=0.2)
+
+
+def test_frames_that_come_one_by_one_give_what_the_tracks_have_and_can_be_gone_through_again(clip: Clip) -> None:
+    stream = open_markers(clip.frames, n_markers=81, rest_frames=REST, frame_rate=RATE)
+    for rows in (list(stream), list(stream)):
+        np.testing.assert_array_equal([row.position for row in rows], clip.tracks["position"].values)
+        np.testing.assert_array_equal([row.quality for row in rows], clip.tracks["quality"].values)
+        np.testing.assert_allclose([row.time for row in rows], clip.tracks["time"].values)
+    assert stream.at_rest.sizes["marker"] == 81
+    np.testing.assert_array_equal(stream.at_rest["ring"].values, clip.tracks["ring"].values)
+
+
+BENT = Pinhole(640, 480, 500.0, 510.0, 320.0, 240.0, (-0.2, 0.05, 0.001, -0.002))
+
+
+@pytest.mark.parametrize("lens", [BENT, Fisheye(640, 480, 300.0, 300.0, 320.0, 240.0, (0.02, 0.0, 0.0, 0.0))])
+def test_what_lenses_bend_is_bent_back(lens: Pinhole | Fisheye) -> None:
+    points = np.random.default_rng(0).uniform([-0.3, -0.2, 1.0], [0.3, 0.2, 1.0], (20, 3))
+    straight = points[:, :2] * (lens.focal_x, lens.focal_y) + (lens.centre_x, lens.centre_y)
+    assert undistort_pixels(lens, lens.project(points)) == pytest.approx(straight, abs=1e-6)
+    found = undistort_pixels(lens, np.array([[np.nan, np.nan], [320.0, 240.0]]))
+    assert np.isnan(found[0]).all()
+    assert found[1] == pytest.approx([320.0, 240.0])
+
+
+def test_lens_of_a_file(tmp_path: Path) -> None:
+    write_calibration(BENT, tmp_path / "camera.yml")
+    assert lens_of(tmp_path / "camera.yml", (640, 480)) == BENT
+    assert lens_of(BENT, (640, 480)) is BENT

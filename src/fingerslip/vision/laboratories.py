@@ -1,15 +1,11 @@
-"""Formats of tactile recordings that laboratories have, in and out.
+"""Forms in which laboratories keep tactile recordings, in and out.
 
-Data sets as the tactile laboratory in Bristol keeps them.
-
-A folder has ``targets.csv`` with a row for each image (``sensor_image``, and labels such as ``pose_*`` and
-``shear_*``), ``sensor_images/`` with the images, ``sensor_image_params.json`` with the settings of the camera, and
-``processed_markers/markers_N.npy`` with the markers of ``image_N``: x and y in shares of the width and height.
-
-Recordings in time: folders ``run_0``, ``run_1``, ... each with images and tables of what else was measured.
-
-A run has ``time_series_images/`` and ``image_data.csv``; perhaps ``control_data.csv`` (times ``start``,
-``shear_start``, ``shear_end`` and ``end``), ``ft_sensor_data.csv`` and ``robot_data.csv``.
+The tactile laboratory in Bristol keeps folders with ``targets.csv``, which has a row for each image (``sensor_image``,
+and labels such as ``pose_*`` and ``shear_*``), ``sensor_images/`` with the images, ``sensor_image_params.json`` with
+the settings of the camera, and ``processed_markers/markers_N.npy`` with the markers of ``image_N``: x and y in shares
+of the width and height. Recordings in time are folders ``run_0``, ``run_1``, ... with images in
+``time_series_images/`` and ``image_data.csv``; perhaps ``control_data.csv`` (times ``start``, ``shear_start``,
+``shear_end`` and ``end``), ``ft_sensor_data.csv`` and ``robot_data.csv``. Tables of pins are CSV files.
 """
 
 from __future__ import annotations
@@ -26,8 +22,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, ResultError, shorten
+from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
+from fingerslip.vision.tables import read_csv
 from fingerslip.vision.tracks import check_tracks, make_tracks
 from fingerslip.vision.video import write_video
 
@@ -53,16 +50,9 @@ __all__ = [
 
 def read_table(path: Path) -> pd.DataFrame:
     """Read a CSV file with a line of names."""
-    import pandas as pd
-
     if not path.is_file():
         raise InputError(str(path), "there is no such file", "needs a CSV file with a line of names")
-    try:
-        return pd.read_csv(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
-    except ValueError as error:
-        raise InputError(str(path), f"is no table ({shorten(str(error))})", "needs CSV with names") from error
+    return read_csv(path)
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
@@ -85,20 +75,23 @@ class BristolSet:
 
 
 def read_bristol(folder: str | Path) -> BristolSet:
-    """Read a data set of this form.
-
-    Raises
-    ------
-    InputError
-        Where ``targets.csv`` is missing or names no images, or a file is not of its form.
-    """
+    """Read a data set of this form; raise InputError where ``targets.csv`` names no images, or a file is not right."""
     folder = Path(folder)
     targets = read_table(folder / _TARGETS)
     if _IMAGE not in targets.columns:
         raise InputError(str(folder / _TARGETS), f"has no column {_IMAGE}", "needs the name of the image in each row")
-    processed = (folder / _MARKERS).is_dir()
-    names = [_markers_name(str(name)) for name in targets[_IMAGE]] if processed else []
-    return BristolSet(folder, targets, _parameters(folder / _PARAMETERS), tuple(_markers(folder, n) for n in names))
+    path, parameters = folder / _PARAMETERS, {}
+    if path.is_file():
+        try:
+            parameters = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            fault = f"is no JSON ({shorten(str(error))})"
+            raise InputError(str(path), fault, "needs settings of a camera") from None
+        if not isinstance(parameters, dict):
+            raise InputError(str(path), f"holds {shorten(repr(parameters))}", "needs names and values in {}")
+    images = map(str, targets[_IMAGE] if (folder / _MARKERS).is_dir() else ())
+    markers = tuple(_read_markers(folder / _MARKERS / _markers_name(image)) for image in images)
+    return BristolSet(folder, targets, parameters, markers)
 
 
 def _markers_name(image: str) -> str:
@@ -108,20 +101,7 @@ def _markers_name(image: str) -> str:
     return f"markers_{numbers[-1]}.npy"
 
 
-def _parameters(path: Path) -> Mapping[str, Any]:
-    if not path.is_file():
-        return {}
-    try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(str(path), f"is no JSON ({shorten(str(error))})", "needs settings of a camera") from None
-    if not isinstance(values, dict):
-        raise InputError(str(path), f"holds {shorten(repr(values))}", "needs names and values in {}")
-    return values
-
-
-def _markers(folder: Path, name: str) -> NDArray[np.float64]:
-    path = folder / _MARKERS / name
+def _read_markers(path: Path) -> NDArray[np.float64]:
     if not path.is_file():
         raise InputError(str(path), "there is no such file", "needs the markers of every image")
     try:
@@ -135,33 +115,18 @@ def _markers(folder: Path, name: str) -> NDArray[np.float64]:
 
 
 def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:
-    """Return the markers of a data set as tracks, its rows in order of time.
+    """Return the markers of a data set as tracks, its rows in order of time at a rate [1/s].
 
-    Parameters
-    ----------
-    data : BristolSet
-        The data set. Its markers must be in the same order in every image, which those that were sorted by x are not.
-    size : (int, int)
-        Width and height of the images [px].
-    frame_rate : float
-        Rows a second [1/s].
-
-    Raises
-    ------
-    InputError
-        Where there are no markers, or their number changes.
+    Its markers must be in the same order in every image, which those that were sorted by x are not. The size is the
+    width and height of the images [px]. Raises InputError where there are no markers, or their number changes.
     """
     counts = sorted({len(markers) for markers in data.markers})
     if len(counts) != 1:
         fault = f"has {' or '.join(map(str, counts))} markers in an image" if counts else "has no processed markers"
         raise InputError(str(data.folder), fault, "tracks need the same ones in all", "track its images")
     position = np.stack(data.markers) * np.array(size, dtype=np.float64)
-    attributes = {
-        "source": str(data.folder),
-        "image_width": size[0],
-        "image_height": size[1],
-        "frame_rate": frame_rate,
-    }
+    image = {"image_width": size[0], "image_height": size[1], "frame_rate": frame_rate}
+    attributes = {"source": str(data.folder), **image}
     return make_tracks(position, np.arange(len(position)) / frame_rate, units="px", attributes=attributes)
 
 
@@ -179,18 +144,11 @@ def write_bristol(
     tracks : xarray.Dataset
         Tracks in pixels with the attributes ``image_width`` and ``image_height``. Markers that were not seen are NaN.
     folder : path
-        The folder, new or empty.
+        The folder; it must be new or empty.
     labels : mapping of str to sequence, optional
         Columns of ``targets.csv`` with a value for each frame, such as ``pose_1`` or ``shear_1``.
     image_parameters : mapping, optional
         Settings of the camera, added to the size of the image and the frame rate.
-
-    Raises
-    ------
-    InputError
-        Where the dataset is no tracks in pixels, or does not say the size of the image; where the folder holds files.
-    ResultError
-        Where the folder cannot be written.
     """
     import pandas as pd
 
@@ -202,12 +160,7 @@ def write_bristol(
         raise InputError("tracks: position", fault, "needs pixels and the attributes image_width and image_height")
     shares = tracks["position"].values / (float(width), float(height))
     names = [f"image_{number}.png" for number in range(len(shares))]
-    plain = {
-        "width": int(width),
-        "height": int(height),
-        "fps": tracks.attrs.get("frame_rate"),
-        **(image_parameters or {}),
-    }
+    image = {"width": int(width), "height": int(height), "fps": tracks.attrs.get("frame_rate")}
     with new_folder(Path(folder)) as partial:
         (partial / _MARKERS).mkdir()
         for name, markers in zip(names, shares, strict=True):
@@ -215,7 +168,7 @@ def write_bristol(
             np.save(stream, markers)
             write_bytes(partial / _MARKERS / _markers_name(name), stream.getvalue())
         write_table(pd.DataFrame({_IMAGE: names, **(labels or {})}), partial / _TARGETS)
-        write_text(partial / _PARAMETERS, json_text(plain))
+        write_text(partial / _PARAMETERS, json_text({**image, **(image_parameters or {})}))
 
 
 _PIN = re.compile(r"pin_(\d+)_([xy])")
@@ -223,15 +176,7 @@ _TIME = "time"
 
 
 def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
-    """Write tracks as a table of pins, with the column ``time`` [s] before them; what was not seen is an empty cell.
-
-    Raises
-    ------
-    InputError
-        Where the dataset is no tracks, or they are not in pixels.
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write tracks in pixels as a table of pins, with their times [s] before; what was not seen is an empty cell."""
     import pandas as pd
 
     check_tracks(tracks)
@@ -245,19 +190,10 @@ def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
 
 
 def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
-    """Read a table of pins as tracks.
+    """Read a CSV file with ``pin_0_x``, ``pin_0_y``, ... [px] as tracks; other columns but ``time`` [s] are left alone.
 
-    Parameters
-    ----------
-    path : path
-        A CSV file with ``pin_0_x``, ``pin_0_y``, ...; other columns but ``time`` [s] are left alone.
-    frame_rate : float, optional
-        Rows a second [1/s], where there is no column ``time``.
-
-    Raises
-    ------
-    InputError
-        Where there are no pins, one lacks x or y, or nothing says the time.
+    The rows a second [1/s] may be given instead of the times. Raises InputError where there are no pins, one lacks x or
+    y, or nothing says the time.
     """
     table = read_table(Path(path))
     matches = [match for match in map(_PIN.fullmatch, map(str, table.columns)) if match]
@@ -296,8 +232,8 @@ class SeriesRun:
     def image_times(self) -> NDArray[np.float64] | None:
         """Times of the images [s], from the first column ``time``, ``timestamp`` or ``t``; None without one."""
         table = self.tables.get("image")
-        name = None if table is None else next((name for name in _TIMES if name in table.columns), None)
-        return None if table is None or name is None else table[name].to_numpy(np.float64)
+        columns = [] if table is None else [table[name] for name in _TIMES if name in table.columns]
+        return columns[0].to_numpy(np.float64) if columns else None
 
     @property
     def frame_rate(self) -> float | None:
@@ -309,25 +245,18 @@ class SeriesRun:
 
 
 def read_series(folder: str | Path) -> dict[int, SeriesRun]:
-    """Return the runs of a folder by their numbers, without reading images.
-
-    Raises
-    ------
-    InputError
-        Where there are no runs, or one has no images.
-    """
+    """Return the runs of a folder by their numbers, without reading images; raise InputError where a run has none."""
     folder = Path(folder)
     folders = {int(match[1]): path for path in folder.glob("run_*") if (match := _RUN.fullmatch(path.name))}
     if not folders:
         raise InputError(str(folder), "has no runs", "needs folders run_0, run_1, ...")
-    return {number: _read_run(folders[number]) for number in sorted(folders)}
-
-
-def _read_run(folder: Path) -> SeriesRun:
-    if not (folder / _IMAGES).is_dir():
-        raise InputError(str(folder), f"has no {_IMAGES}", "needs a folder of images")
-    files = {name: folder / file for name, file in TABLES.items() if (folder / file).is_file()}
-    return SeriesRun(folder / _IMAGES, {name: read_table(path) for name, path in files.items()})
+    runs = {}
+    for number, run in sorted(folders.items()):
+        if not (run / _IMAGES).is_dir():
+            raise InputError(str(run), f"has no {_IMAGES}", "needs a folder of images")
+        tables = {name: read_table(run / file) for name, file in TABLES.items() if (run / file).is_file()}
+        runs[number] = SeriesRun(run / _IMAGES, tables)
+    return runs
 
 
 def write_series_run(
@@ -337,44 +266,30 @@ def write_series_run(
     frame_rate: float,
     tables: Mapping[str, pd.DataFrame] | None = None,
 ) -> Path:
-    """Write a run, whole or not at all.
+    """Write a run, whole or not at all, and return its folder, which must be new or empty.
 
     Parameters
     ----------
-    folder : path
-        The folder of the recording.
-    number : int
-        Number of the run.
+    folder, number
+        The folder of the recording, and the number of the run in it.
     frames : iterable of arrays
         Its frames, (height, width) or (height, width, 3) of uint8.
     frame_rate : float
         Frames a second [1/s].
     tables : mapping of str to pandas.DataFrame, optional
         Tables by their names in :data:`TABLES`; ``image`` is made where it is not given.
-
-    Returns
-    -------
-    Path
-        The folder of the run.
-
-    Raises
-    ------
-    InputError
-        Where a table has another name, there are no frames, or the folder of the run holds files.
-    ResultError
-        Where the folder cannot be written.
     """
     import pandas as pd
 
-    frames_by_name = dict(tables or {})
-    unknown = sorted(frames_by_name.keys() - TABLES.keys())
+    by_name = dict(tables or {})
+    unknown = sorted(by_name.keys() - TABLES.keys())
     if unknown:
         raise InputError("tables", f"got {unknown[0]!r}", f"needs names among {', '.join(TABLES)}")
     final = Path(folder) / f"run_{number}"
     check_empty(final)
     with new_folder(final) as partial:
         count = write_video(partial / _IMAGES, frames, frame_rate)
-        frames_by_name.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
-        for name, table in frames_by_name.items():
+        by_name.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
+        for name, table in by_name.items():
             write_table(table, partial / TABLES[name])
     return final

@@ -1,4 +1,4 @@
-"""Markers and cameras that tests of cameras share."""
+"""Markers, tracks and cameras that tests share."""
 
 from __future__ import annotations
 
@@ -9,11 +9,25 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.marker_layouts import ring_layout
-from fingerslip.vision.cameras.camera import Camera, PixelCamera, Pose, SensorNoise
+from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
+from fingerslip.vision.cameras.looks import PixelCamera, SensorNoise
 from fingerslip.vision.tracks import make_tracks
 
 SILENT = SensorNoise(read=0.0)
+GREY = np.full((120, 160), 90, dtype=np.uint8)
+
+
+def moving_tracks(times: int = 5, units: str = "px", dim: int = 2, **more: Any) -> xr.Dataset:
+    """Return 25 markers on rings that move along x; the last one is not seen at the second time."""
+    layout = ring_layout(1e-3, (1, 8, 16))
+    position = np.zeros((times, layout.count, dim))
+    position[:, :, :2] = layout.position * (1e5 if units == "px" else 1.0) + np.array([320.0, 240.0])
+    position[:, :, 0] += np.arange(times)[:, None]
+    if times > 1:
+        position[1, -1] = np.nan
+    labels = {"ring": layout.ring, "angle": layout.angle} | more
+    return make_tracks(position, np.arange(times) / 30.0, units=units, **labels)
 
 
 def camera(width: int = 160, height: int = 120, **more: Any) -> Camera:
@@ -32,7 +46,15 @@ def sliding(seconds: float = 0.2, speed: float = 1e-3, pitch: float = 3e-3) -> x
     return make_tracks(position, times, units="m", ring=layout.ring, angle=layout.angle)
 
 
-def taken(**more: Any) -> PixelCamera:
+def hide(tracks: xr.Dataset, times: Any, marker: Any) -> xr.Dataset:
+    """Return tracks in which a marker is not seen at some times."""
+    tracks = tracks.copy(deep=True)
+    tracks["position"].values[times, marker] = np.nan
+    tracks["quality"].values[times, marker] = 0.0
+    return tracks
+
+
+def silent_camera(**more: Any) -> PixelCamera:
     """Return a pixel camera without noise."""
     return PixelCamera(**({"camera": camera(), "noise": SILENT} | more))
 

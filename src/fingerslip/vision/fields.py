@@ -1,10 +1,10 @@
-"""All fields from markers as one labelled dataset."""
+"""Fields from moving markers: displacement, velocity, strain, and what rigid motions leave, as one labelled dataset."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,23 +31,113 @@ __all__ = [
     "window_frames",
 ]
 
-
 Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
 
-_DEGREE = 2
+_DEGREE = 2  # of the polynomials that velocities come from
+_FLAT = 0.1  # height over longest edge of a triangle that is left out
+_MARKER = ("time", "marker")
+
+#: Dimensions, unit and meaning of each field; ``length`` is the unit of the tracks.
+FIELDS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
+    "rest": (("marker", "axis"), "length", "position at rest"),
+    "position": ((*_MARKER, "axis"), "length", "position"),
+    "displacement": ((*_MARKER, "axis"), "length", "displacement from rest"),
+    "velocity": ((*_MARKER, "axis"), "length/s", "smooth velocity"),
+    "divergence": (_MARKER, "1", "divergence of the displacement in the plane of x and y"),
+    "curl": (_MARKER, "1", "curl of the displacement in the plane of x and y, from x towards y"),
+    "rigid_translation": (("time", "axis"), "length", "translation of the rigid motion that fits best"),
+    "rigid_rotation": (("time",), "rad", "rotation of the rigid motion that fits best"),
+    "rigid_residual": ((*_MARKER, "axis"), "length", "position less that of the rigid motion that fits best"),
+    "rigid_residual_rms": (("time",), "length", "root mean square of what the rigid motion leaves"),
+    "strain": (("time", "triangle", "strain_component"), "1", "Green's strain in the plane of x and y"),
+    "triangle_marker": (("triangle", "corner"), "", "row of the marker at the corner of a triangle"),
+    "contact_centroid": (("time", "axis"), "length", "middle of the markers that are spread, NaN where none is"),
+}
+
+
+def marker_fields(
+    tracks: xr.Dataset, *, rest: int = 1, smoothing: float = 0.2, spread_floor: float = 0.01
+) -> xr.Dataset:
+    """Return the fields of moving markers.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        Tracks in pixels or metres. What was not seen is NaN in the fields too, and has no weight in any mean.
+    rest : int, optional
+        Number of frames at the start over which positions at rest are averaged.
+    smoothing : float, optional
+        Time that the fits of the velocity span [s]; 0.2, assumed.
+    spread_floor : float, optional
+        Divergence [-] above which a marker counts for the contact centroid; 0.01, assumed.
+
+    Returns
+    -------
+    xarray.Dataset
+        :data:`FIELDS`; every variable carries `units` and `long_name`. In pixels y points down, so that a positive curl
+        or rotation is clockwise to the eye.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is no tracks, or shorter than `rest` or `smoothing`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fingerslip.marker_layouts import ring_layout
+    >>> from fingerslip.vision.tracks import make_tracks
+    >>> rest = ring_layout(1e-3, (1, 8)).position
+    >>> times = np.arange(20) / 30.0
+    >>> growing = rest * (1.0 + 0.1 * times)[:, None, None]
+    >>> fields = marker_fields(make_tracks(growing, times, units="m"))
+    >>> round(float(fields["divergence"][15, 0]), 6)
+    0.1
+    """
+    import xarray as xr
+
+    check_tracks(tracks)
+    position, times = tracks["position"].values, tracks["time"].values
+    before = rest_positions(position, rest)
+    plane, moved = before[:, :2], position[:, :, :2]
+    triangles = marker_triangles(plane)
+    gradients = triangle_gradients(plane, moved, triangles)
+    motions = fit_rigid_motions(before, position)
+    squares = (motions.residual**2).sum(axis=2)
+    counts = (~np.isnan(squares)).sum(axis=1)
+    divergence = marker_means(gradients[..., 0, 0] + gradients[..., 1, 1], plane, triangles)
+    values = {
+        "rest": before,
+        "position": position,
+        "displacement": position - before,
+        "velocity": smooth_velocity(position, times, window_frames(times, smoothing)),
+        "divergence": divergence,
+        "curl": marker_means(gradients[..., 1, 0] - gradients[..., 0, 1], plane, triangles),
+        "rigid_translation": motions.translation,
+        "rigid_rotation": motions.rotation,
+        "rigid_residual": motions.residual,
+        "rigid_residual_rms": np.where(counts > 0, np.sqrt(np.nansum(squares, axis=1) / np.maximum(counts, 1)), np.nan),
+        "strain": green_strain(gradients),
+        "triangle_marker": triangles,
+        "contact_centroid": contact_centroid(position, divergence, spread_floor),
+    }
+    length = tracks["position"].attrs["units"]
+    variables = {
+        name: xr.Variable(dims, values[name], {"units": unit.replace("length", length), "long_name": meaning})
+        for name, (dims, unit, meaning) in FIELDS.items()
+    }
+    coords = {name: tracks.variables[name] for name in tracks.coords} | {"strain_component": ["xx", "yy", "xy"]}
+    settings = {"rest_frames": rest, "smoothing": smoothing, "spread_floor": spread_floor}
+    return xr.Dataset(variables, coords=coords, attrs=tracks.attrs | settings)
 
 
 def rest_positions(position: Floats, frames: int) -> Floats:
-    """Return the mean position of each marker in the first frames, shape (n_markers, n_axes); NaN where never seen.
-
-    Arrays: position (n_times, n_markers, n_axes).
-    """
+    """Return the mean of the first positions (n_times, n_markers, n_axes); NaN for markers that are not seen there."""
     if not 1 <= frames <= len(position):
         raise InputError("rest", f"got {frames} frames", f"needs 1 to {len(position)}, as many as there are")
-    first = position[:frames]
-    counts = (~np.isnan(first)).sum(axis=0)
-    positions: Floats = np.where(counts > 0, np.nansum(first, axis=0) / np.maximum(counts, 1), np.nan)
-    return positions
+    counts = (~np.isnan(position[:frames])).sum(axis=0)
+    return np.where(counts > 0, np.nansum(position[:frames], axis=0) / np.maximum(counts, 1), np.nan)
 
 
 def window_frames(times: Floats, smoothing: float) -> int:
@@ -85,22 +175,15 @@ def smooth_velocity(position: Floats, times: Floats, frames: int) -> Floats:
         powers = ((times[rows] - times) / span)[None, :] ** np.arange(2 * _DEGREE + 1)[:, None]
         moments += powers[:, :, None] * visible[rows]
         sums += powers[: _DEGREE + 1, :, None, None] * filled[rows]
-    velocity = _slopes(moments, sums) / span[:, None, None]
+    # The slopes of the parabolas by Cramer's rule: no small systems to be solved.
+    m0, m1, m2, m3, m4 = moments
+    determinant = m0 * (m2 * m4 - m3 * m3) - m1 * (m1 * m4 - m2 * m3) + m2 * (m1 * m3 - m2 * m2)
+    factors = (m2 * m3 - m1 * m4, m0 * m4 - m2 * m2, m1 * m2 - m0 * m3)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second, third = ((factor / determinant)[..., None] for factor in factors)
+        velocity: Floats = (first * sums[0] + second * sums[1] + third * sums[2]) / span[:, None, None]
     velocity[~visible | (moments[0] < _DEGREE + 2)] = np.nan
     return velocity
-
-
-def _slopes(moments: Floats, sums: Floats) -> Floats:
-    """Return the slopes of fitted parabolas by Cramer's rule from their moments: no small systems to be solved."""
-    m0, m1, m2, m3, m4 = moments
-    s0, s1, s2 = sums
-    determinant = m0 * (m2 * m4 - m3 * m3) - m1 * (m1 * m4 - m2 * m3) + m2 * (m1 * m3 - m2 * m2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        first, second, third = (
-            (factor / determinant)[..., None] for factor in (m2 * m3 - m1 * m4, m0 * m4 - m2 * m2, m1 * m2 - m0 * m3)
-        )
-        slopes: Floats = first * s0 + second * s1 + third * s2
-    return slopes
 
 
 @dataclass(frozen=True)
@@ -123,7 +206,11 @@ def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
     before, after = np.nan_to_num(rest), np.nan_to_num(position)
     middle_before, middle_after = weights @ before, np.einsum("tm,tma->ta", weights, after)
     spread = (before[None] - middle_before[:, None]) * weights[:, :, None]
-    turns = _rotations(np.einsum("tma,tmb->tab", spread, after - middle_after[:, None]))
+    left, _, right = np.linalg.svd(np.einsum("tma,tmb->tab", spread, after - middle_after[:, None]))
+    # Without a reflection: the direction that matters least gives way.
+    signs = np.sign(np.linalg.det(left @ right))
+    right[:, -1] *= np.where(signs == 0, 1.0, signs)[:, None]
+    turns = np.swapaxes(left @ right, 1, 2)
     turned = np.einsum("tab,tmb->tma", turns, before[None] - middle_before[:, None])
     residual = after - middle_after[:, None] - turned
     residual[~visible] = np.nan
@@ -133,27 +220,12 @@ def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
     return RigidMotions(translation, np.where(enough, _angles(turns), np.nan), residual)
 
 
-def _rotations(covariance: Floats) -> Floats:
-    """Return the rotations (n, d, d) that bring vectors nearest to others, from their covariance (n, d, d)."""
-    left, _, right = np.linalg.svd(covariance)
-    # Without a reflection: the direction that matters least gives way.
-    signs = np.sign(np.linalg.det(left @ right))
-    right[:, -1] *= np.where(signs == 0, 1.0, signs)[:, None]
-    turns: Floats = np.swapaxes(left @ right, 1, 2)
-    return turns
-
-
 def _angles(turns: Floats) -> Floats:
     if turns.shape[1] == 2:
         return np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
     axis = np.stack([turns[:, i, j] - turns[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], axis=1)
     angles: Floats = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(turns, axis1=1, axis2=2) - 1.0)
     return angles
-
-
-Ints = NDArray[np.intp]
-
-_FLAT = 0.1  # height over longest edge of a triangle that is left out
 
 
 def marker_triangles(rest: Floats) -> Ints:
@@ -219,110 +291,6 @@ def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
     return means
 
 
-def larger_principal(strain: Floats) -> Floats:
-    """Return the principal strain of larger size, with its sign.
-
-    Arrays: strain (..., 3) [-]; returns (...) [-].
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> larger_principal(np.array([[0.1, -0.3, 0.0]])).tolist()
-    [-0.3]
-    """
-    middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
-    radius = np.hypot(half, strain[..., 2])
-    larger: Floats = np.where(middle >= 0, middle + radius, middle - radius)
-    return larger
-
-
-_MARKER = ("time", "marker")
-
-#: Dimensions, unit and meaning of each field; ``length`` is the unit of the tracks.
-FIELDS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
-    "rest": (("marker", "axis"), "length", "position at rest"),
-    "position": ((*_MARKER, "axis"), "length", "position"),
-    "displacement": ((*_MARKER, "axis"), "length", "displacement from rest"),
-    "velocity": ((*_MARKER, "axis"), "length/s", "smooth velocity"),
-    "divergence": (_MARKER, "1", "divergence of the displacement in the plane of x and y"),
-    "curl": (_MARKER, "1", "curl of the displacement in the plane of x and y, from x towards y"),
-    "rigid_translation": (("time", "axis"), "length", "translation of the rigid motion that fits best"),
-    "rigid_rotation": (("time",), "rad", "rotation of the rigid motion that fits best"),
-    "rigid_residual": ((*_MARKER, "axis"), "length", "position less that of the rigid motion that fits best"),
-    "rigid_residual_rms": (("time",), "length", "root mean square of what the rigid motion leaves"),
-    "strain": (("time", "triangle", "strain_component"), "1", "Green's strain in the plane of x and y"),
-    "triangle_marker": (("triangle", "corner"), "", "row of the marker at the corner of a triangle"),
-    "contact_centroid": (("time", "axis"), "length", "middle of the markers that are spread, NaN where none is"),
-}
-
-
-def marker_fields(
-    tracks: xr.Dataset, *, rest: int = 1, smoothing: float = 0.2, spread_floor: float = 0.01
-) -> xr.Dataset:
-    """Return the fields of moving markers.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks in pixels or metres. What was not seen is NaN in the fields too, and has no weight in any mean.
-    rest : int, optional
-        Number of frames at the start over which positions at rest are averaged.
-    smoothing : float, optional
-        Time that the fits of the velocity span [s]; 0.2, assumed.
-    spread_floor : float, optional
-        Divergence [-] above which a marker counts for the contact centroid; 0.01, assumed.
-
-    Returns
-    -------
-    xarray.Dataset
-        :data:`FIELDS`; every variable carries `units` and `long_name`. In pixels y points down, so that a positive curl
-        or rotation is clockwise to the eye.
-
-    Raises
-    ------
-    InputError
-        Where the dataset is no tracks, or shorter than `rest` or `smoothing`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from fingerslip.marker_layouts import ring_layout
-    >>> from fingerslip.vision.tracks import make_tracks
-    >>> rest = ring_layout(1e-3, (1, 8)).position
-    >>> times = np.arange(20) / 30.0
-    >>> growing = rest * (1.0 + 0.1 * times)[:, None, None]
-    >>> fields = marker_fields(make_tracks(growing, times, units="m"))
-    >>> round(float(fields["divergence"][15, 0]), 6)
-    0.1
-    """
-    check_tracks(tracks)
-    position, times = tracks["position"].values, tracks["time"].values
-    before = rest_positions(position, rest)
-    plane, moved = before[:, :2], position[:, :, :2]
-    triangles = marker_triangles(plane)
-    gradients = triangle_gradients(plane, moved, triangles)
-    motions = fit_rigid_motions(before, position)
-    squares = (motions.residual**2).sum(axis=2)
-    counts = (~np.isnan(squares)).sum(axis=1)
-    divergence = marker_means(gradients[..., 0, 0] + gradients[..., 1, 1], plane, triangles)
-    values = {
-        "rest": before,
-        "position": position,
-        "displacement": position - before,
-        "velocity": smooth_velocity(position, times, window_frames(times, smoothing)),
-        "divergence": divergence,
-        "curl": marker_means(gradients[..., 1, 0] - gradients[..., 0, 1], plane, triangles),
-        "rigid_translation": motions.translation,
-        "rigid_rotation": motions.rotation,
-        "rigid_residual": motions.residual,
-        "rigid_residual_rms": np.where(counts > 0, np.sqrt(np.nansum(squares, axis=1) / np.maximum(counts, 1)), np.nan),
-        "strain": green_strain(gradients),
-        "triangle_marker": triangles,
-        "contact_centroid": contact_centroid(position, divergence, spread_floor),
-    }
-    return _label(values, tracks, {"rest_frames": rest, "smoothing": smoothing, "spread_floor": spread_floor})
-
-
 def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floats:
     """Return the middle of the markers that are spread, weighted by their divergence above a floor.
 
@@ -339,13 +307,18 @@ def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floa
     return centroid
 
 
-def _label(values: Mapping[str, Any], tracks: xr.Dataset, settings: Mapping[str, Any]) -> xr.Dataset:
-    import xarray as xr
+def larger_principal(strain: Floats) -> Floats:
+    """Return the principal strain of larger size, with its sign.
 
-    length = tracks["position"].attrs["units"]
-    variables = {
-        name: xr.Variable(dims, values[name], {"units": unit.replace("length", length), "long_name": meaning})
-        for name, (dims, unit, meaning) in FIELDS.items()
-    }
-    coords = {name: tracks.variables[name] for name in tracks.coords} | {"strain_component": ["xx", "yy", "xy"]}
-    return xr.Dataset(variables, coords=coords, attrs=dict(tracks.attrs) | dict(settings))
+    Arrays: strain (..., 3) [-]; returns (...) [-].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> larger_principal(np.array([[0.1, -0.3, 0.0]])).tolist()
+    [-0.3]
+    """
+    middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
+    radius = np.hypot(half, strain[..., 2])
+    larger: Floats = np.where(middle >= 0, middle + radius, middle - radius)
+    return larger

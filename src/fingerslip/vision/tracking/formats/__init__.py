@@ -1,1 +1,0 @@
-"""Formats of tactile recordings that laboratories have, in and out."""

@@ -1,0 +1,153 @@
+"""Numbers of markers by their layout: concentric rings, hexagonal lattices, or rows of free markers."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fingerslip.errors import InputError
+
+__all__ = ["LayoutName", "Topology", "check_layout", "out_of_place", "topology"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.intp]
+LayoutName = Literal["rings", "hex", "free"]
+
+# A gap between sorted radii of this share of the distance between neighbours separates two rings.
+_GAP = 0.45
+# How far a marker may lie from where the lattice has it, in distances between neighbours.
+_OFF_LATTICE = 0.4
+# Rings have at least so many markers, and none much nearer to the next than the others are.
+_FEWEST = 4
+_NARROW = 0.65
+# A gap between sorted heights of this share of the distance between neighbours separates two rows of free markers.
+_ROW = 0.2
+_HEX_STEPS = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
+
+
+@dataclass(frozen=True)
+class Topology:
+    """The order of markers."""
+
+    order: Integers  # (n,), which of the detected markers has each number
+    ring: Integers | None  # (n,), ring of each marker, in the new order
+    angle: Floats | None  # (n,) [rad]
+    complaint: str = ""  # what does not fit the layout
+
+
+def check_layout(layout: str) -> None:
+    """Raise InputError where a layout has another name than ``rings``, ``hex`` or ``free``."""
+    if layout not in get_args(LayoutName):
+        raise InputError("layout", f"got {layout!r}", f"needs one of {', '.join(get_args(LayoutName))}")
+
+
+def topology(points: Floats, layout: LayoutName) -> Topology:
+    """Return the order of markers (n, 2) [px]: ring by ring and by rising angle, or by rows where they are free."""
+    check_layout(layout)
+    if layout == "free" or len(points) < 2:
+        by_height = np.argsort(points[:, 1])
+        gap = _ROW * _spacing(points) if len(points) > 1 else 0.0
+        row = np.cumsum(np.diff(points[by_height, 1], prepend=-np.inf) > gap)[np.argsort(by_height)]
+        return Topology(np.lexsort((points[:, 0], row)), None, None)
+    centre = _centre(points)
+    ring, complaint = _circles(points, centre) if layout == "rings" else _hexagons(points, centre)
+    dx, dy = (points - centre).T
+    # Rounding keeps the marker on the x axis first in its ring, wherever noise puts it.
+    angle = np.arctan2(dy, dx) % (2.0 * math.pi)
+    first = 0.25 * math.pi / np.maximum(np.bincount(ring, minlength=ring.max() + 1)[ring], 1)
+    order = np.lexsort(((angle + first) % (2.0 * math.pi), ring))
+    return Topology(order, ring[order], angle[order], complaint)
+
+
+def out_of_place(points: Floats) -> NDArray[np.bool_]:
+    """Tell which points (n, 2) [px] are no part of evenly spaced rings.
+
+    Of two that are too near, it is the one without which the ring is even.
+    """
+    odd = np.zeros(len(points), dtype=bool)
+    if len(points) < _FEWEST:
+        return odd
+    centre = _centre(points)
+    ring, _ = _circles(points, centre)
+    for members in (np.flatnonzero(ring == number) for number in range(1, int(ring.max()) + 1)):
+        odd[members if len(members) < _FEWEST else _uneven(points, centre, members)] = True
+    return odd
+
+
+def _uneven(points: Floats, centre: Floats, members: Integers) -> Integers:
+    """Return those members of a ring that stand between its others."""
+    dx, dy = (points[members] - centre).T
+    angle, radius = np.arctan2(dy, dx), np.hypot(dx, dy)
+    order = np.argsort(angle)
+    gaps = np.diff(angle[order], append=angle.min() + 2.0 * math.pi)
+    even = float(np.median(gaps))
+    # Without a member the gaps on its sides become one, which is as wide as the others if it did not belong there.
+    without = np.abs(gaps + np.roll(gaps, 1) - even) / even
+    off = np.abs(radius[order] / np.median(radius) - 1.0) / even
+    first = np.flatnonzero(gaps < _NARROW * even)
+    second = (first + 1) % len(order)
+    worse = np.where((without - off)[first] <= (without - off)[second], first, second)
+    return members[order[worse]]
+
+
+def _centre(points: Floats) -> Floats:
+    """Return the marker in the middle, or the middle where no marker is near it."""
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    distance, nearest = cKDTree(points).query(middle)
+    centre: Floats = points[nearest] if distance < 0.5 * _spacing(points) else middle
+    return centre
+
+
+def _spacing(points: Floats) -> float:
+    return float(np.median(cKDTree(points).query(points, k=2)[0][:, 1]))
+
+
+def _circles(points: Floats, centre: Floats) -> tuple[Integers, str]:
+    """Return the ring of each marker, by gaps between their distances from the centre; ellipses are made circles."""
+    offset = points - centre
+    spread = offset.T @ offset / len(points)
+    scale = np.sqrt(np.trace(spread) / 2.0)
+    values, vectors = np.linalg.eigh(spread)
+    radius = np.linalg.norm(offset @ vectors / np.sqrt(np.maximum(values, 1e-12)), axis=1) * scale
+    order = np.argsort(radius)
+    ring = np.empty(len(points), dtype=np.intp)
+    ring[order] = np.cumsum(np.diff(radius[order], prepend=radius.min()) > _GAP * _spacing(points))
+    if radius.min() > 0.5 * _spacing(points):
+        ring += 1  # no marker in the centre
+    counts = np.bincount(ring)
+    outer = counts[counts > 1]
+    uneven = len(outer) > 1 and bool((np.diff(outer) <= 0).any())
+    return ring, f"rings have {', '.join(map(str, counts))} markers, not more outwards" if uneven else ""
+
+
+def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
+    """Return the hexagonal ring of each marker, walking over the lattice from the centre with local steps."""
+    tree, angles = cKDTree(points), np.arange(6) * math.pi / 3.0
+    start = int(tree.query(centre)[1])
+    dx, dy = points[tree.query(points[start], k=min(7, len(points)))[1][1]] - points[start]
+    turned = np.column_stack([np.cos(angles) * dx - np.sin(angles) * dy, np.sin(angles) * dx + np.cos(angles) * dy])
+    places, steps, queue = {start: (0, 0)}, {start: turned}, deque([start])
+    while queue:
+        here = queue.popleft()
+        for k, (q, r) in enumerate(_HEX_STEPS):
+            distance, index = tree.query(points[here] + steps[here][k])
+            neighbour = int(index)
+            if neighbour not in places and distance < _OFF_LATTICE * float(np.linalg.norm(steps[here][k])):
+                places[neighbour] = (places[here][0] + q, places[here][1] + r)
+                # The step that was seen, and its opposite, are those from there on.
+                steps[neighbour] = steps[here].copy()
+                steps[neighbour][k] = 0.5 * (steps[here][k] + points[neighbour] - points[here])
+                steps[neighbour][(k + 3) % 6] = -steps[neighbour][k]
+                queue.append(neighbour)
+    ring = np.full(len(points), -1, dtype=np.intp)
+    for index, (q, r) in places.items():
+        ring[index] = max(abs(q), abs(r), abs(q + r))
+    off = int((ring < 0).sum())
+    ring[ring < 0] = ring.max() + 1
+    return ring, f"{off} of {len(points)} markers are not on the hexagonal lattice" if off else ""
