@@ -166,7 +166,7 @@ def print_transfer(slides: TrialSet, pours: TrialSet, sources: tuple[str, ...]) 
             numbers = (one.error.value, one.error_spread, one.lead.value, one.lead_spread, one.gross_error.value)
             say(labels, reading, one.missed, *(f"{value:.2f}" for value in numbers), one.before_gross.value)
         if labels == sources[0]:
-            by_condition(pours, found.found["single frames"])
+            by_condition(pours, found.onsets["single frames"])
 
 
 def by_condition(pours: TrialSet, found: dict) -> None:

@@ -141,19 +141,13 @@ def features_of(motion: Motion, settings: FeatureSettings) -> NDArray[np.float32
 
 def feature_names(motion: Motion, settings: FeatureSettings) -> tuple[str, ...]:
     """Return the name of every feature: set, quantity, and the number of the marker in its kind."""
-    first = _frame(motion)
+    first = motion.at(slice(0, 1))
     return tuple(
         f"{name}/{quantity}/{marker}" if block.ndim > 1 else f"{name}/{quantity}"
         for name in settings.sets
         for quantity, block in FEATURE_SETS[name].columns(first).items()
         for marker in range(block.shape[1] if block.ndim > 1 else 1)
     )
-
-
-def _frame(motion: Motion) -> Motion:
-    """Return the first frame alone."""
-    over_time = ("time", "displacement", "velocity", "seen", "usable")
-    return Motion(**{**vars(motion), **{name: getattr(motion, name)[:1] for name in over_time}})
 
 
 def _displacement(motion: Motion) -> Columns:

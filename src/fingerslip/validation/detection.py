@@ -18,7 +18,7 @@ from fingerslip.validation.rows import Row, RowFile, Stored, number_row, stateme
 
 # What simulates, samples and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
-    from fingerslip.detect.evaluation.evaluate import Evaluation
+    from fingerslip.detect.evaluation.crossval import Evaluation
     from fingerslip.detect.evaluation.scores import Estimate, FrameScores
     from fingerslip.detect.trial_set import TrialSet
 
@@ -109,12 +109,12 @@ def detection_rows(
 def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = None) -> Evaluation:
     """Sample the frames of the data set as published."""
     from fingerslip.detect.classifiers import CLASSIFIERS
-    from fingerslip.detect.evaluation.evaluate import begun_evaluation
+    from fingerslip.detect.evaluation.crossval import begin_evaluation
     from fingerslip.detect.motion import MotionSettings
     from fingerslip.detect.samples import Sampling
 
     candidates = [CLASSIFIERS[name] for name in _COMPARED]
-    return begun_evaluation(
+    return begin_evaluation(
         trials, trials.onsets(), candidates, MotionSettings(), Sampling(), workers=workers, output=output
     )
 
@@ -122,15 +122,11 @@ def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = No
 def detection_of(begun: Evaluation) -> Detection:
     """Fit the forest and both support vector machines as published, the other two beside them, and score them."""
     from fingerslip.detect.classifiers import CLASSIFIERS
-    from fingerslip.detect.evaluation.crossval import joined_folds
     from fingerslip.detect.evaluation.scores import frame_scores_of
     from fingerslip.detect.samples import grouped_folds, left_out
 
     def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
-        folds_by_name = {name: begun.by_group(CLASSIFIERS[name], tests) for name in _COMPARED}
-        return {
-            name: frame_scores_of(joined_folds(begun.samples, folds).matrices) for name, folds in folds_by_name.items()
-        }
+        return {name: begun.scores(begun.by_group(CLASSIFIERS[name], tests)) for name in _COMPARED}
 
     trials = begun.trials
     by_sample = {name: frame_scores_of(begun.by_sample(CLASSIFIERS[name])) for name in _COMPARED}

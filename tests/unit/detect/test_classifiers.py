@@ -10,11 +10,11 @@ from fingerslip.detect.classifiers import (
     CLASSIFIERS,
     SVM_GRID,
     Candidate,
-    columns_of,
     fit,
     probabilities,
     union_of_sets,
 )
+from fingerslip.detect.samples import columns_of
 from fingerslip.errors import InputError
 
 DRAW = np.random.default_rng(0)
