@@ -10,7 +10,6 @@ import pytest
 from fingerslip.detect.evaluation.scores import event_scores_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.unseen import READINGS, Unseen
-from fingerslip.study.running import runner
 from fingerslip.validation import sensor as pouring
 from fingerslip.validation.sensor import pouring_rows, rows_of_pouring
 from places import ROOT
@@ -53,7 +52,7 @@ def test_shipped_rows_are_those_of_the_studies() -> None:
 
 def test_rows_are_computed_stored_and_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert pouring_rows(tmp_path, tmp_path).rows == ()
-    monkeypatch.setattr(runner, "run_studies", lambda *_, **__: ())
+    monkeypatch.setattr(pouring, "run_studies", lambda *_, **__: ())
     monkeypatch.setattr(pouring, "pouring_of", lambda *_: unseen(gross=None))
     monkeypatch.setattr(pouring, "pouring_in_space", lambda *_: unseen(gross=3.0))
     made = pouring_rows(tmp_path, tmp_path, compute=True)

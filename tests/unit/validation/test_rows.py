@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import pytest
@@ -15,7 +16,7 @@ from fingerslip.validation.rows import difference_from, number_row, statement_ro
 TIME = PublishedValue("overall", "overall", "published", "paper, Table 1", "s", 1.72)
 RANGE = PublishedValue("middle", "three_quarter", "published", "paper, text", "s", 1.64, (1.63, 1.65))
 STATEMENT = PublishedValue(
-    "order", "overall", "qualitative", "paper, text", "s", statement="A first.", check="B less A"
+    "order", "overall", "qualitative", "paper, text", "s", statement="A first.", check="B less A; holds above 0.02"
 )
 
 
@@ -43,7 +44,7 @@ def test_number_agrees_within_resolution_or_uncertainty(
 def test_number_of_another_quantity_is_shown_and_not_compared() -> None:
     row = number_row("q", TIME, 1.72, None, resolution=0.01, comparable=False)
     assert (row.verdict, row.ours, row.difference) == ("not comparable", 1.72, pytest.approx(0.0))
-    assert statement_row(STATEMENT, 0.02, None, True, comparable=False).verdict == "not comparable"
+    assert statement_row(STATEMENT, 0.03, None, comparable=False).verdict == "not comparable"
 
 
 def test_number_without_resolution_is_not_judged() -> None:
@@ -70,18 +71,39 @@ def test_statement_is_no_number() -> None:
         number_row("q", STATEMENT, 1.0, None, resolution=0.01)
 
 
-@pytest.mark.parametrize(("holds", "expected"), [(True, "holds"), (False, "fails"), (None, "not found")])
-def test_statement_has_its_number_and_its_words(holds: bool | None, expected: str) -> None:
-    row = statement_row(STATEMENT, 0.025, 0.007, holds)
-    assert (row.quantity, row.statement, row.ours, row.uncertainty) == ("B less A", "A first.", 0.025, 0.007)
+@pytest.mark.parametrize(
+    ("rule", "ours", "expected"),
+    [
+        ("above 1.5", 1.5, "fails"),
+        ("from 2", 2.0, "holds"),
+        ("below 0.5", 0.5, "fails"),
+        ("up to 0.1", 0.1, "holds"),
+        ("at 3", 3.0, "holds"),
+        ("at 3", 2.0, "fails"),
+        ("when only the first has any", (2, 0), "holds"),
+        ("when only the first has any", (2, 1), "fails"),
+        ("when only the first has any", (0, 0), "fails"),
+        ("above 1", None, "not found"),
+    ],
+)
+def test_statement_holds_by_its_own_rule(rule: str, ours: float | tuple[int, int] | None, expected: str) -> None:
+    value = dataclasses.replace(STATEMENT, check=f"B less A; holds {rule}")
+    row = statement_row(value, ours, 0.007)
+    number = ours[0] - ours[1] if isinstance(ours, tuple) else ours
+    assert (row.quantity, row.statement, row.ours, row.uncertainty) == (value.check, "A first.", number, 0.007)
     assert (row.verdict, row.published, row.difference) == (expected, None, None)
 
 
+def test_statement_without_a_rule_is_no_statement() -> None:
+    with pytest.raises(ValueError, match="order: no rule"):
+        statement_row(dataclasses.replace(STATEMENT, check="B less A"), 1.0, None)
+
+
 def test_table_and_json_have_the_same_rows() -> None:
-    rows = (number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01), statement_row(STATEMENT, None, None, None))
+    rows = (number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01), statement_row(STATEMENT, None, None))
     table = rows_table(rows)
     assert table.rows[0][:5] == ("overall slip", "paper, Table 1", "1.72", 1.84, pytest.approx(0.12))
-    assert table.rows[1][0] == "A first. (B less A)"
+    assert table.rows[1][0] == "A first. (B less A; holds above 0.02)"
     plain = json.loads(json.dumps(rows_mapping(rows)))
     assert [entry["verdict"] for entry in plain] == ["misses", "not found"]
     assert plain[1]["ours"] is None
