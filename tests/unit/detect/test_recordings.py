@@ -24,7 +24,7 @@ from fingerslip.vision.tracks import make_tracks, write_tracks
 from fingerslip.vision.video import write_video
 
 TRIAL = synthetic_trial("a", SyntheticSlide(travel=2e-3))
-REST = LabelSettings(rest_frames=20)
+SETTINGS = LabelSettings(rest_frames=20)
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_recordings_become_a_data_set(folder: Path) -> None:
     own = {"second": Onsets(1.0, None)}
-    made = recorded_trials(folder, folder / "conditions.csv", onsets=own, settings=REST)
+    made = recorded_trials(folder, folder / "conditions.csv", onsets=own, settings=SETTINGS)
     trials = write_trials(made, folder / "set", "Recordings")
     assert trials.names == ("first", "second")
     assert trials.conditions["first"] == {
@@ -56,7 +56,7 @@ def test_recordings_become_a_data_set(folder: Path) -> None:
 def test_another_reader_takes_other_files(folder: Path) -> None:
     (folder / "film.mkv").write_bytes(b"")
     (folder / "films.csv").write_text("file\nfilm.mkv\n")
-    (found,) = recorded_trials(folder, folder / "films.csv", settings=REST, read=lambda path: TRIAL.tracks)  # noqa: ARG005
+    (found,) = recorded_trials(folder, folder / "films.csv", settings=SETTINGS, read=lambda path: TRIAL.tracks)  # noqa: ARG005
     assert found.name == "film"
     assert read_any_tracks(folder / "first.nc").equals(TRIAL.tracks)
 
