@@ -54,22 +54,7 @@ def drag_block(
 ) -> xr.Dataset:
     """Return the history of a block pressed in one step and dragged in many, with uniform pressure and shear.
 
-    Parameters
-    ----------
-    element : {'Q4', 'H8'}
-        In 2D or in 3D.
-    friction : FrictionLaw
-        Friction on the plate.
-    depth : float
-        Way of the press [m].
-    speed : float
-        Speed of the slide [m/s].
-    travel : float
-        Way of the slide [m].
-    direction : tuple of float
-        Direction of the slide; empty for +x.
-    steps : int
-        Number of steps of the slide.
+    `depth` and `travel` are the ways of press and slide [m], `speed` is that of the slide [m/s]; it goes along +x.
     """
     grid = np.linspace(0.0, 10e-3, 6)
     height = np.linspace(0.0, _HEIGHT, 4)
