@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import softmax
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.features import PUBLISHED
@@ -124,6 +123,9 @@ def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
     exact = _precise(estimator, values)
     if hasattr(estimator, "predict_proba"):
         return np.asarray(estimator.predict_proba(exact), dtype=np.float64)
+    # scipy.special is slow to import, and only these machines need it.
+    from scipy.special import softmax
+
     return np.asarray(softmax(estimator.decision_function(exact), axis=1), dtype=np.float64)
 
 
