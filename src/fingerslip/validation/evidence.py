@@ -16,7 +16,7 @@ from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import read_run
-from fingerslip.validation.measures import Measures, measure, measure_in_space
+from fingerslip.validation.measures import Measures, measure, measure_3d
 
 __all__ = [
     "FINGERPRINT",
@@ -157,7 +157,7 @@ def _measure(folder: Path, run: RunResult) -> Measures:
 
 def solid_measures(folder: Path, run: RunResult) -> Measures:
     """Measure a run of a fingertip in 3D as `validate` does, from the history in its folder."""
-    return measure_in_space(run, read_history(folder / HISTORY))
+    return measure_3d(run, read_history(folder / HISTORY))
 
 
 def _study_file(folder: Path, name: str) -> Path:

@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "POURING",
+    "POURING_3D",
     "POURING_FILE",
-    "POURING_IN_SPACE",
     "SENSOR",
     "SensorMeasures",
     "half_width",
     "measure_sensor",
-    "pouring_in_space",
+    "pouring_3d",
     "pouring_of",
     "pouring_rows",
     "rows_of_pouring",
@@ -160,14 +160,14 @@ _CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], float | None]] = Mapp
 
 #: The study to learn from, and the one to be tested on: sections, and sensors in 3D.
 POURING = ("bulens2023_section_slides", "bulens2023_pouring")
-POURING_IN_SPACE = ("bulens2023_dataset", "bulens2023_pouring_3d")
+POURING_3D = ("bulens2023_dataset", "bulens2023_pouring_3d")
 #: Where the rows are stored.
 POURING_FILE = RowFile(
     "pouring.json",
     "rows of the pouring task",
     "fingerslip validate --pouring",
     "half an hour",
-    (*POURING, *POURING_IN_SPACE),
+    (*POURING, *POURING_3D),
     Row,
 )
 
@@ -198,7 +198,7 @@ def pouring_rows(
         paths = [Path(studies) / f"{name}.yaml" for name in POURING]
         run_studies(paths, results_dir=results, workers=workers, progress=progress)
         section = pouring_of(Path(results), workers)
-        space = pouring_in_space(Path(studies), Path(results), workers, progress)
+        space = pouring_3d(Path(studies), Path(results), workers, progress)
         return (*rows_of_pouring(section, "section"), *rows_of_pouring(space, "in 3D"))
 
     return stored_rows(POURING_FILE, studies, results, computed if compute else None)
@@ -219,7 +219,7 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
     return _test(slides, pours, workers)
 
 
-def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
+def pouring_3d(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
     """Make both data sets in 3D, train the forest on the slides and return what it finds while rice is poured.
 
     Data sets that are whole are read back; trials are learned from as in :func:`pouring_of`.
@@ -228,7 +228,7 @@ def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: S
 
     slides, pours = (
         simulate_trials(studies / f"{name}.yaml", results / f"{name}_trials", workers=workers, progress=progress)
-        for name in POURING_IN_SPACE
+        for name in POURING_3D
     )
     return _test(slides, pours, workers)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -65,7 +65,15 @@ class Problem:
     title: str  # what it is about
     source: str  # where the known answer is from
     slow: bool  # whether it takes more than about ten seconds
-    compute: Callable[[], tuple[Check, ...]]  # computes it and returns its checks
+    compute: Callable[..., tuple[Check, ...]]  # computes it, for a case where there are some, and returns its checks
+    cases: tuple[str, ...] = ()  # such as elements; their names come before the quantities
+
+    def checks(self) -> tuple[Check, ...]:
+        """Compute it and return the checks of all cases."""
+        if not self.cases:
+            return self.compute()
+        pairs = ((case, check) for case in self.cases for check in self.compute(case))
+        return tuple(replace(check, quantity=f"{case}: {check.quantity}") for case, check in pairs)
 
 
 @dataclass(frozen=True)
@@ -99,7 +107,7 @@ def run(problem: Problem) -> Outcome:
     try:
         # The dense problems beside the simulations are tiny: threads that wait for each other make them slower.
         with limited_threads(1):
-            return Outcome(problem, problem.compute())
+            return Outcome(problem, problem.checks())
     except FingerslipError as error:
         return Outcome(problem, (absolute("could not be computed", 0.0, np.nan, 0.0),), str(error))
 

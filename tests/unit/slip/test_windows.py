@@ -155,14 +155,14 @@ def test_second_counterface_has_its_own_force() -> None:
     np.testing.assert_allclose(contact_forces(two, 1).normal, 2.0 * contact_forces(two, 0).normal)
 
 
-def test_tangent_in_the_plane_is_the_normal_turned_clockwise() -> None:
+def test_tangent_in_2d_is_the_normal_turned_clockwise() -> None:
     assert slide_tangent(TURNED).tolist() == [1.0, 0.0]
     tilted = TURNED.assign_coords(counterface_normal=(("counterface", "component"), [[0.6, 0.8]]))
     assert slide_tangent(tilted) == pytest.approx([0.8, -0.6])
     assert counterface_normal(tilted).tolist() == [0.6, 0.8]
 
 
-def test_tangent_in_space_is_the_direction_of_the_furthest_travel_along_the_surface() -> None:
+def test_tangent_in_3d_is_the_direction_of_the_furthest_travel_along_the_surface() -> None:
     history = block_history()
     assert slide_tangent(history) == pytest.approx([1.0, 0.0, 0.0])
     travel = history["counterface_displacement"].copy()

@@ -254,7 +254,7 @@ def test_rows_name_model_and_reading(tmp_path: Path) -> None:
     assert (overall.found, overall.samples) == (12, 12)
 
 
-def test_runs_in_space_are_read_at_the_reference_nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_in_3d_are_read_at_the_reference_nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[Path] = []
 
     def fake(folder: Path, run: Any) -> Any:

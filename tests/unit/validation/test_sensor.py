@@ -113,7 +113,7 @@ def test_rows_are_computed_stored_and_read_back(tmp_path: Path, monkeypatch: pyt
     assert pouring_rows(tmp_path, tmp_path).rows == ()
     monkeypatch.setattr(pouring, "run_studies", lambda *_, **__: ())
     monkeypatch.setattr(pouring, "pouring_of", lambda *_: unseen(gross=None))
-    monkeypatch.setattr(pouring, "pouring_in_space", lambda *_: unseen(gross=3.0))
+    monkeypatch.setattr(pouring, "pouring_3d", lambda *_: unseen(gross=3.0))
     made = pouring_rows(tmp_path, tmp_path, compute=True)
     assert pouring_rows(tmp_path, tmp_path).rows == made.rows
     section, space = rows_of_pouring(unseen(gross=None), "section"), rows_of_pouring(unseen(gross=3.0), "in 3D")
