@@ -1,7 +1,7 @@
 """Draw the figures of docs/slip-in-pictures.md and measure its tables.
 
 First: fingerslip validate --pouring (or what it computes in fingerslip.validation.sensor)
-Then: python docs/figures/detection_figures.py [RESULTS] [section] [space]
+Then: python docs/figures/detection_figures.py [RESULTS] [section] [3d]
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE, GREEN, GREY, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, with_style
-from fingerslip.validation.sensor import POURING, POURING_IN_SPACE
+from fingerslip.validation.sensor import POURING, POURING_3D
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.pixel import frames_of
 
@@ -38,23 +38,23 @@ HERE = Path(__file__).parent
 COLOURS = dict(zip(CLASSES, (GREY, BLUE, VERMILLION), strict=True))
 SLIDE, POUR = "depth-4mm_direction-1_0_sample-01", "depth-4mm_sample-01"
 # The first trial at 4 mm.
-POUR_IN_SPACE = "trial-0020"
+POUR_3D = "trial-0020"
 GRAVITY = 9.81
 LABELS = ("external_markers", "all_external_markers", "contact")
 
 
 def main() -> None:
     """Draw all figures and print the tables."""
-    results, parts = Path(sys.argv[1] if len(sys.argv) > 1 else "results"), sys.argv[2:] or ["section", "space"]
+    results, parts = Path(sys.argv[1] if len(sys.argv) > 1 else "results"), sys.argv[2:] or ["section", "3d"]
     for part in parts:
-        {"section": of_section, "space": in_space}[part](results)
+        {"section": of_section, "3d": in_3d}[part](results)
 
 
-def in_space(results: Path) -> None:
+def in_3d(results: Path) -> None:
     """Draw the figure and print the tables of pouring in 3D."""
-    slides, pours = (open_trials(results / f"{name}_trials") for name in POURING_IN_SPACE)
+    slides, pours = (open_trials(results / f"{name}_trials") for name in POURING_3D)
     detector = trained(slides, "external_markers")
-    figure = draw(pours, POUR_IN_SPACE, detector, "plate", "Pouring in 3D, 4 mm deep")
+    figure = draw(pours, POUR_3D, detector, "plate", "Pouring in 3D, 4 mm deep")
     save_figure(figure, HERE / "slip-pouring-3d.png")
     print_transfer(slides, pours, ("external_markers", "contact"))
 
@@ -166,7 +166,7 @@ def print_transfer(slides: TrialSet, pours: TrialSet, sources: tuple[str, ...]) 
             numbers = (one.error.value, one.error_spread, one.lead.value, one.lead_spread, one.gross_error.value)
             say(labels, reading, one.missed, *(f"{value:.2f}" for value in numbers), one.before_gross.value)
         if labels == sources[0]:
-            by_condition(pours, found.found["single frames"])
+            by_condition(pours, found.onsets["single frames"])
 
 
 def by_condition(pours: TrialSet, found: dict) -> None:

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
-from fingerslip.detect.evaluation.crossval import FrameResult, events_by_trial, frames_by_sample, frames_by_trial
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, union_of_sets
+from fingerslip.detect.evaluation.crossval import Fold, events_of_folds, fit_fold, frames_by_sample
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.live import run_on_markers
 from fingerslip.detect.motion import MotionSettings
@@ -80,14 +80,18 @@ def measure(trials: TrialSet, sampling: Sampling, workers: int) -> None:
     print(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features")  # noqa: T201
     tests = grouped_folds(trials.names, 5, 0)
 
-    def folded() -> list[FrameResult]:
-        fold = partial(frames_by_trial, samples, onsets, tests=tests, window=motion.window, workers=workers)
-        return [timed(f"{name}, 5 folds", partial(fold, one)) for name, one in CLASSIFIERS.items()]
+    def fit_folds(candidate: Candidate) -> list[Fold]:
+        return [fit_fold(samples, onsets, candidate, test, window=motion.window, workers=workers) for test in tests]
+
+    def folded() -> list[Fold]:
+        return [
+            fold for name, one in CLASSIFIERS.items() for fold in timed(f"{name}, 5 folds", partial(fit_folds, one))
+        ]
 
     results = timed("all classifiers, 5 folds", folded)
     for name, one in CLASSIFIERS.items():
         timed(f"{name}, by sample", partial(frames_by_sample, samples, one, workers=workers))
-    timed("events of all frames, all classifiers", lambda: events_by_trial(trials, onsets, results, motion))
+    timed("events of all frames, all classifiers", lambda: events_of_folds(trials, onsets, results, motion))
 
 
 if __name__ == "__main__":

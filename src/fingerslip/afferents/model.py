@@ -96,18 +96,14 @@ class Spikes:
         count = max(1, math.ceil((self.end - self.start) / window - 1e-9))
         edges: Array = self.start + window * np.arange(count + 1, dtype=np.float64)
         kinds = tuple(dict.fromkeys(self.kinds))
-        values = [self._histogram(kind, edges) / window for kind in kinds]
+        trains = {
+            kind: [time for time, its in zip(self.times, self.kinds, strict=True) if its == kind] for kind in kinds
+        }
+        # Spikes per afferent of a type in each window.
+        counts = [np.histogram(np.concatenate(times), edges)[0] / len(times) for times in trains.values()]
+        values = np.reshape(counts, (len(kinds), count)) / window
         coordinates = {"kind": list(kinds), "time": 0.5 * (edges[1:] + edges[:-1])}
-        return xr.DataArray(
-            np.reshape(values, (len(kinds), count)), coordinates, ("kind", "time"), attrs={"units": "1/s"}
-        )
-
-    def _histogram(self, kind: str, edges: Array) -> Array:
-        """Return spikes per afferent of a type in each window."""
-        trains = [times for times, its_kind in zip(self.times, self.kinds, strict=True) if its_kind == kind]
-        counts, _ = np.histogram(np.concatenate(trains), edges)
-        mean: Array = counts.astype(float) / len(trains)
-        return mean
+        return xr.DataArray(values, coordinates, ("kind", "time"), attrs={"units": "1/s"})
 
 
 def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spikes:
@@ -143,23 +139,17 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     for kind in dict.fromkeys(str(name) for name in available):
         model, rows = models[kind], np.flatnonzero(available == kind)
         values = stimuli[model.stimulus].values[:, rows]
-        _check_values(model.stimulus, values)
+        # Values that are not known would give no spikes.
+        if len(values) < 2:
+            raise ResultError(f"history.time: has {len(values)} values, needs two or more; simulate for longer")
+        if not np.isfinite(values).all():
+            fault = "is not known at some receptor, needs numbers; choose a model with another stimulus"
+            raise ResultError(f"history.{model.stimulus}: {fault}")
         warn_beyond(history, model.highest_frequency, f"the model of {kind}")
         trains = model.spikes(times, values)
         if len(trains) != rows.size:
             raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
         result |= dict(zip(rows.tolist(), trains, strict=True))
     order = sorted(result)
-    names = tuple(str(stimuli["site"].values[row]) for row in order)
-    kinds = tuple(str(available[row]) for row in order)
+    names, kinds = (tuple(str(labels[row]) for row in order) for labels in (stimuli["site"].values, available))
     return Spikes(names, kinds, tuple(result[row] for row in order), float(times[0]), float(times[-1]))
-
-
-def _check_values(stimulus: str, values: Array) -> None:
-    """Refuse a stimulus (n, k) that would give no spikes only because it is not known."""
-    if len(values) < 2:
-        raise ResultError(f"history.time: has {len(values)} values, needs two or more; simulate for longer")
-    if not np.isfinite(values).all():
-        raise ResultError(
-            f"history.{stimulus}: is not known at some receptor, needs numbers; choose a model with another stimulus"
-        )

@@ -51,10 +51,11 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
     variables = {}
     for name, (units, meaning, stimulus) in STIMULI.items():
         values = stimulus(at)
+        rate = np.gradient(values, times, axis=0) if times.size > 1 else np.zeros_like(values)
         attributes = {"units": units, "long_name": meaning}
         variables[name] = xr.Variable(("time", "site"), values, attributes)
         changing = {"units": f"{units}/s" if units != "1" else "1/s", "long_name": f"rate of {meaning}"}
-        variables[f"{name}_rate"] = xr.Variable(("time", "site"), _rate(times, values), changing)
+        variables[f"{name}_rate"] = xr.Variable(("time", "site"), rate, changing)
     return xr.Dataset(variables, coords={name: at[name] for name in ("time", "site", "site_kind")})
 
 
@@ -77,38 +78,19 @@ def _principal(at: xr.Dataset, which: int) -> Array:
     return values
 
 
-def _pressure(at: xr.Dataset) -> Array:
-    pressure: Array = -at["stress"].values[..., :3].mean(axis=-1)
-    return pressure
-
-
-def _length_of(name: str) -> Callable[[xr.Dataset], Array]:
-    def length(at: xr.Dataset) -> Array:
-        lengths: Array = np.linalg.norm(at[name].values, axis=-1)
-        return lengths
-
-    return length
-
-
-def _energy(at: xr.Dataset) -> Array:
-    energy: Array = at["strain_energy_density"].values
-    return energy
-
-
-def _rate(times: Array, values: Array) -> Array:
-    rate: Array = np.gradient(values, times, axis=0) if times.size > 1 else np.zeros_like(values)
-    return rate
+def _length(name: str) -> Callable[[xr.Dataset], Array]:
+    return lambda at: np.linalg.norm(at[name].values, axis=-1)
 
 
 #: Name of each stimulus with its SI unit, its meaning, and how a history gives it.
 STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Array]]] = MappingProxyType(
     {
-        "strain_energy_density": ("J/m^3", "strain energy density", _energy),
+        "strain_energy_density": ("J/m^3", "strain energy density", lambda at: at["strain_energy_density"].values),
         "equivalent_strain": ("1", "equivalent strain, sqrt(2/3 e:e) of the deviator", _equivalent_strain),
         "largest_strain": ("1", "largest principal strain", lambda at: _principal(at, 2)),
         "smallest_strain": ("1", "smallest principal strain", lambda at: _principal(at, 0)),
-        "pressure": ("Pa", "hydrostatic pressure", _pressure),
-        "speed": ("m/s", "speed of the tissue", _length_of("velocity")),
-        "acceleration": ("m/s^2", "acceleration of the tissue", _length_of("acceleration")),
+        "pressure": ("Pa", "hydrostatic pressure", lambda at: -at["stress"].values[..., :3].mean(axis=-1)),
+        "speed": ("m/s", "speed of the tissue", _length("velocity")),
+        "acceleration": ("m/s^2", "acceleration of the tissue", _length("acceleration")),
     }
 )

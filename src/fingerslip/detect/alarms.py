@@ -71,14 +71,12 @@ class Smoother(Protocol):
 class ForwardFilter:
     """The forward recursion of a hidden Markov model: no slip, then incipient, then gross slip (Rabiner 1989)."""
 
-    dwell: tuple[float, float]  # (float, float), mean time without slip, and of incipient slip [s]
-    prior: tuple[float, float, float]  # (float, float, float)
-    # how much a frame counts: 1 for independent frames, 1 / window for velocities that share their frames
-    weight: float
+    dwell: tuple[float, float]  # mean time without slip, and of incipient slip [s]
+    prior: tuple[float, float, float]  # shares of the classes among the training frames
+    weight: float  # how much a frame counts: 1 for independent frames, 1 / window for velocities that share frames
 
     def __post_init__(self) -> None:
-        for name in ("dwell", "prior", "weight"):
-            value = getattr(self, name)
+        for name, value in vars(self).items():
             if not np.all(np.isfinite(value)) or np.min(value) <= 0:
                 raise InputError(f"smoothing: {name}", f"got {value}", "needs finite numbers > 0")
 
@@ -95,61 +93,6 @@ class ForwardFilter:
         beliefs: Floats = _forward()(state, leave, likelihood)
         # A chain of no frames leaves the state as it was.
         return _log_odds(beliefs), (beliefs[-1] if len(beliefs) else state)
-
-
-@dataclass(frozen=True)
-class Hysteresis:
-    """Slip counts once it is likely in several frames in a row."""
-
-    frames: int = 5  # how many
-
-    def __post_init__(self) -> None:
-        if self.frames < 1:
-            raise InputError("smoothing: frames", f"got {self.frames}", "needs a number >= 1")
-
-    def start(self) -> Floats:
-        """Return the state before the first frame: the odds of the last frames that were classified, none of slip."""
-        return np.full((self.frames, 2), -np.inf)
-
-    def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
-        """Return the smallest odds of the last frames and the state after them; see :class:`Smoother`."""
-        del interval  # frames count here, not seconds
-        classified = ~np.isnan(probabilities).any(axis=1)
-        odds = _log_odds(np.log(np.maximum(probabilities[classified], _LEAST)))
-        history = np.concatenate([state, odds])
-        smallest: Floats = np.lib.stride_tricks.sliding_window_view(history, self.frames, axis=0).min(axis=2)
-        return smallest[np.cumsum(classified)], history[-self.frames :]
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Log odds beyond which slip has begun; 0 is as likely as not."""
-
-    slip: float = 0.0  # for any slip, and for gross slip
-    gross: float = 0.0  # for any slip, and for gross slip
-
-
-def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = None) -> Onsets:
-    """Return the first times at which scores are above their thresholds.
-
-    Gross slip is slip: it counts only once slip was found, so the guarantee of that threshold holds for both.
-
-    Examples
-    --------
-    >>> onsets_from(np.array([0.0, 1.0, 2.0]), np.array([[-1.0, -3.0], [2.0, -1.0], [3.0, 1.0]]))
-    Onsets(incipient=1.0, gross=2.0)
-    """
-    limits = thresholds or Thresholds()
-    slip = np.maximum.accumulate(scores[:, 0] > limits.slip)
-    above = (slip, slip & (scores[:, 1] > limits.gross))
-    return Onsets(*(float(time[np.argmax(flags)]) if flags.any() else None for flags in above))
-
-
-def _log_odds(beliefs: Floats) -> Floats:
-    """Return log odds of slip and of gross slip, from log probabilities that need not sum to one."""
-    slip = np.logaddexp(beliefs[:, 1], beliefs[:, 2]) - beliefs[:, 0]
-    gross = beliefs[:, 2] - np.logaddexp(beliefs[:, 0], beliefs[:, 1])
-    return np.stack([slip, gross], axis=1)
 
 
 @functools.cache
@@ -178,6 +121,61 @@ def _recursion(state: Floats, leave: Floats, likelihood: Floats) -> Floats:  # p
     return beliefs
 
 
+@dataclass(frozen=True)
+class Hysteresis:
+    """Slip counts once it is likely in several frames in a row."""
+
+    frames: int = 5
+
+    def __post_init__(self) -> None:
+        if self.frames < 1:
+            raise InputError("smoothing: frames", f"got {self.frames}", "needs a number >= 1")
+
+    def start(self) -> Floats:
+        """Return the state before the first frame: the odds of the last frames that were classified, none of slip."""
+        return np.full((self.frames, 2), -np.inf)
+
+    def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
+        """Return the smallest odds of the last frames and the state after them; see :class:`Smoother`."""
+        del interval  # frames count here, not seconds
+        classified = ~np.isnan(probabilities).any(axis=1)
+        odds = _log_odds(np.log(np.maximum(probabilities[classified], _LEAST)))
+        history = np.concatenate([state, odds])
+        smallest: Floats = np.lib.stride_tricks.sliding_window_view(history, self.frames, axis=0).min(axis=2)
+        return smallest[np.cumsum(classified)], history[-self.frames :]
+
+
+def _log_odds(beliefs: Floats) -> Floats:
+    """Return log odds of slip and of gross slip, from log probabilities that need not sum to one."""
+    slip = np.logaddexp(beliefs[:, 1], beliefs[:, 2]) - beliefs[:, 0]
+    gross = beliefs[:, 2] - np.logaddexp(beliefs[:, 0], beliefs[:, 1])
+    return np.stack([slip, gross], axis=1)
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Log odds beyond which slip, and gross slip, has begun; 0 is as likely as not."""
+
+    slip: float = 0.0
+    gross: float = 0.0
+
+
+def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = None) -> Onsets:
+    """Return the first times at which scores are above their thresholds.
+
+    Gross slip is slip: it counts only once slip was found, so the guarantee of that threshold holds for both.
+
+    Examples
+    --------
+    >>> onsets_from(np.array([0.0, 1.0, 2.0]), np.array([[-1.0, -3.0], [2.0, -1.0], [3.0, 1.0]]))
+    Onsets(incipient=1.0, gross=2.0)
+    """
+    limits = thresholds or Thresholds()
+    slip = np.maximum.accumulate(scores[:, 0] > limits.slip)
+    above = (slip, slip & (scores[:, 1] > limits.gross))
+    return Onsets(*(float(time[np.argmax(flags)]) if flags.any() else None for flags in above))
+
+
 def least_trials(share: float) -> int:
     """Return how many trials a guarantee needs: 19 for 5 %.
 
@@ -186,7 +184,8 @@ def least_trials(share: float) -> int:
     >>> least_trials(0.05)
     19
     """
-    _check_share(share)
+    if not 0.0 < share < 1.0:
+        raise InputError("share", f"got {share}", "needs a number between 0 and 1")
     return math.ceil(1.0 / share - 1e-9) - 1
 
 
@@ -198,19 +197,11 @@ def false_alarm_threshold(maxima: Sequence[float], share: float = 0.05) -> float
 
 
 def lead_bound(leads: Sequence[float | None], share: float = 0.05) -> float | None:
-    """Return the lead before gross slip that a new trial has in at least 1 - share of them [s].
-
-    Units: leads [s].
-    """
+    """Return the lead before gross slip that a new trial has in at least 1 - share of them [s]."""
     _check_count(len(leads), share)
     rank = math.floor((len(leads) + 1) * share + 1e-9)
     bound = sorted(-math.inf if lead is None else lead for lead in leads)[rank - 1]
     return bound if math.isfinite(bound) else None
-
-
-def _check_share(share: float) -> None:
-    if not 0.0 < share < 1.0:
-        raise InputError("share", f"got {share}", "needs a number between 0 and 1")
 
 
 def _check_count(count: int, share: float) -> None:

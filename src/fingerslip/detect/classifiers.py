@@ -16,16 +16,7 @@ from fingerslip.detect.features import PUBLISHED
 from fingerslip.detect.optional import optional
 from fingerslip.errors import InputError, shorten
 
-__all__ = [
-    "CLASSIFIERS",
-    "SVM_GRID",
-    "Candidate",
-    "columns_of",
-    "describe",
-    "fit",
-    "probabilities",
-    "union_of_sets",
-]
+__all__ = ["CLASSIFIERS", "SVM_GRID", "Candidate", "describe", "fit", "probabilities", "union_of_sets"]
 
 Values = NDArray[np.float32]
 
@@ -41,23 +32,12 @@ _GRID_TRIALS, _COMPONENTS = 24, 200
 class Candidate:
     """A classifier and what it sees."""
 
-    name: str  # its name
+    name: str
     sets: tuple[str, ...]  # its sets of features
     note: str  # what it is, for tables
     make: Callable[[int], Any]  # from a seed to an estimator that is not fitted
     # from the number of features to the parameters to choose from
     grid: Callable[[int], Mapping[str, Sequence[float]]] | None = None
-
-
-def columns_of(names: Sequence[str], sets: Sequence[str]) -> NDArray[np.intp]:
-    """Return the columns of some sets of features, by the names of all features."""
-    columns_by_set = [np.flatnonzero([name.split("/")[0] == name_of_set for name in names]) for name_of_set in sets]
-    for name_of_set, columns in zip(sets, columns_by_set, strict=True):
-        if columns.size == 0:
-            raise InputError(
-                "features", f"have no {name_of_set!r}", "needs all sets of the classifier", "make them too"
-            )
-    return np.concatenate(columns_by_set)
 
 
 def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
@@ -80,15 +60,11 @@ def fit(
     seed: int = 0,
     workers: int = 1,
 ) -> Any:
-    """Return a classifier that is fitted.
-
-    Arrays: values (n_samples, n_features); classes, groups (n_samples,).
-    """
+    """Return a classifier that is fitted to values (n_samples, n_features) of classes and trials (n_samples,)."""
     present_classes = np.unique(classes)
     if len(present_classes) < 3:
-        raise InputError(
-            "training", f"has the classes {present_classes.tolist()}", "needs 0, 1 and 2", "take more trials"
-        )
+        fault = f"has the classes {present_classes.tolist()}"
+        raise InputError("training", fault, "needs 0, 1 and 2", "take more trials")
     if not np.isfinite(values).all():
         raise InputError("training", "has features that are not finite", "needs finite numbers", "check the tracks")
     unfinished = optional("sklearn.exceptions").ConvergenceWarning
@@ -98,41 +74,36 @@ def fit(
         # With fewer samples than points, the approximate kernel takes every sample: it is exact then.
         warnings.filterwarnings("ignore", "n_components > n_samples")
         try:
-            estimator = _set_up(candidate, values, classes, groups, seed)
+            estimator = candidate.make(seed)
+            estimator.set_params(**_choose(candidate, estimator, values, classes, groups, seed))
             return estimator.fit(_precise(estimator, values), classes)
         except unfinished as error:
             problem = f"does not converge ({shorten(str(error))})"
             raise InputError(f"classifier {candidate.name}", problem, "needs to", "choose another one") from error
 
 
-def _set_up(
-    candidate: Candidate, values: NDArray[Any], classes: NDArray[np.int8], groups: NDArray[np.intp], seed: int
-) -> Any:
-    """Return the estimator with its parameters, chosen from its grid by some of the training trials."""
-    estimator = candidate.make(seed)
-    if candidate.grid is not None:
-        few = np.random.default_rng(seed).permutation(np.unique(groups))[:_GRID_TRIALS]
-        inside = np.isin(groups, few)
-        grid = candidate.grid(values.shape[1])
-        estimator.set_params(**_chosen(estimator, grid, values[inside], classes[inside], groups[inside]))
-    return estimator
-
-
-def _chosen(
+def _choose(  # noqa: PLR0917
+    candidate: Candidate,
     estimator: Any,
-    grid: Mapping[str, Sequence[float]],
     values: Values,
     classes: NDArray[np.int8],
     groups: NDArray[np.intp],
+    seed: int,
 ) -> dict[str, float]:
-    """Return the parameters that do best on training trials that were left out in turn; none with fewer than three."""
-    if len(np.unique(groups)) < 3:
+    """Return the parameters that do best on some of the trials, left out in turn; none without a grid or trials."""
+    few = np.random.default_rng(seed).permutation(np.unique(groups))[:_GRID_TRIALS]
+    if candidate.grid is None or len(few) < 3:
         return {}
-    selection = optional("sklearn.model_selection")
+    inside, selection = np.isin(groups, few), optional("sklearn.model_selection")
     search = selection.GridSearchCV(
-        estimator, grid, scoring="f1_macro", cv=selection.GroupKFold(3), refit=False, error_score="raise"
+        estimator,
+        candidate.grid(values.shape[1]),
+        scoring="f1_macro",
+        cv=selection.GroupKFold(3),
+        refit=False,
+        error_score="raise",
     )
-    best: dict[str, float] = search.fit(values, classes, groups=groups).best_params_
+    best: dict[str, float] = search.fit(values[inside], classes[inside], groups=groups[inside]).best_params_
     return best
 
 
@@ -143,23 +114,19 @@ def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
     far that is from being calibrated is measured, not assumed.
     """
     if hasattr(estimator, "estimators_"):
-        return _forest_probabilities(estimator, values)
+        # What `predict_proba` of a forest does, without its preparations, which take longer than a frame may.
+        rows = np.ascontiguousarray(values, dtype=np.float32)
+        total = np.zeros((len(rows), len(estimator.classes_)))
+        for tree in estimator.estimators_:
+            total += tree.tree_.predict(rows)[:, : total.shape[1]]
+        return total / len(estimator.estimators_)
     exact = _precise(estimator, values)
     if hasattr(estimator, "predict_proba"):
         return np.asarray(estimator.predict_proba(exact), dtype=np.float64)
-    scores = np.asarray(estimator.decision_function(exact), dtype=np.float64)
-    grown = np.exp(scores - scores.max(axis=1, keepdims=True))
-    shares: NDArray[np.float64] = grown / grown.sum(axis=1, keepdims=True)
-    return shares
+    # scipy.special is slow to import, and only these machines need it.
+    from scipy.special import softmax
 
-
-def _forest_probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
-    """Return what `predict_proba` of a forest does, without its preparations, which take longer than a frame may."""
-    rows = np.ascontiguousarray(values, dtype=np.float32)
-    total = np.zeros((len(rows), len(estimator.classes_)))
-    for tree in estimator.estimators_:
-        total += tree.tree_.predict(rows)[:, : total.shape[1]]
-    return total / len(estimator.estimators_)
+    return np.asarray(softmax(estimator.decision_function(exact), axis=1), dtype=np.float64)
 
 
 def _precise(estimator: Any, values: Values) -> NDArray[Any]:
@@ -167,8 +134,12 @@ def _precise(estimator: Any, values: Values) -> NDArray[Any]:
     return values.astype(np.float64) if hasattr(estimator, "steps") else values
 
 
-def _with_scaling(*steps: Any) -> Any:
+def _scale(*steps: Any) -> Any:
     return optional("sklearn.pipeline").make_pipeline(optional("sklearn.preprocessing").StandardScaler(), *steps)
+
+
+def _planes(seed: int) -> Any:
+    return optional("sklearn.svm").LinearSVC(C=0.1, dual=False, tol=1e-3, max_iter=2000, random_state=seed)
 
 
 def _forest(seed: int) -> Any:
@@ -184,23 +155,14 @@ def _boosting(seed: int) -> Any:
 
 
 def _logistic(seed: int) -> Any:
-    return _with_scaling(
-        optional("sklearn.linear_model").LogisticRegression(C=0.1, max_iter=500, tol=1e-3, random_state=seed)
-    )
-
-
-def _linear_machine(seed: int) -> Any:
-    return _with_scaling(_planes(seed))
+    linear = optional("sklearn.linear_model")
+    return _scale(linear.LogisticRegression(C=0.1, max_iter=500, tol=1e-3, random_state=seed))
 
 
 def _radial_machine(seed: int) -> Any:
     # Without a grid gamma is 1 / number of features.
     kernel = optional("sklearn.kernel_approximation").Nystroem(n_components=_COMPONENTS, random_state=seed)
-    return _with_scaling(kernel, _planes(seed))
-
-
-def _planes(seed: int) -> Any:
-    return optional("sklearn.svm").LinearSVC(C=0.1, dual=False, tol=1e-3, max_iter=2000, random_state=seed)
+    return _scale(kernel, _planes(seed))
 
 
 def _two_thresholds(seed: int) -> Any:
@@ -208,24 +170,21 @@ def _two_thresholds(seed: int) -> Any:
     return optional("sklearn.tree").DecisionTreeClassifier(max_leaf_nodes=3, min_samples_leaf=5, random_state=seed)
 
 
-def _linear_grid(_features: int) -> Mapping[str, Sequence[float]]:
-    return {"linearsvc__C": SVM_GRID["C"]}
-
-
-def _radial_grid(features: int) -> Mapping[str, Sequence[float]]:
+def _grid(features: int) -> Mapping[str, Sequence[float]]:
     return {"linearsvc__C": SVM_GRID["C"], "nystroem__gamma": [gamma / features for gamma in SVM_GRID["gamma"]]}
 
 
+_RADIAL_NOTE = f"support vector machine with a radial kernel (Nystroem, {_COMPONENTS} points), C and gamma from a grid"
 _ALL = (
     Candidate("forest", PUBLISHED, "random forest as published: depth 20, leaf 5, 50 trees", _forest),
-    Candidate("svm_linear", ("polar",), "support vector machine, C from a grid", _linear_machine, _linear_grid),
     Candidate(
-        "svm_rbf",
+        "svm_linear",
         ("polar",),
-        f"support vector machine with a radial kernel (Nystroem, {_COMPONENTS} points), C and gamma from a grid",
-        _radial_machine,
-        _radial_grid,
+        "support vector machine, C from a grid",
+        lambda seed: _scale(_planes(seed)),
+        lambda _: {"linearsvc__C": SVM_GRID["C"]},
     ),
+    Candidate("svm_rbf", ("polar",), _RADIAL_NOTE, _radial_machine, _grid),
     Candidate("boosting", PUBLISHED, "gradient boosting of trees with 15 leaves", _boosting),
     Candidate("logistic", PUBLISHED, "logistic regression", _logistic),
     Candidate("displacement_threshold", ("mean",), "two thresholds on the mean displacement", _two_thresholds),
@@ -234,4 +193,4 @@ _ALL = (
 )
 
 #: Every classifier by its name; the last three are baselines that have to be beaten.
-CLASSIFIERS: Mapping[str, Candidate] = MappingProxyType({one.name: one for one in _ALL})
+CLASSIFIERS: Mapping[str, Candidate] = MappingProxyType({candidate.name: candidate for candidate in _ALL})

@@ -32,8 +32,8 @@ __all__ = [
     "strains",
 ]
 
-
 Floats = NDArray[np.float64]
+Columns = Mapping[str, Floats]
 
 
 def rigid_residual(rest: Floats, displacement: Floats) -> Floats:
@@ -82,7 +82,7 @@ def entropy(displacement: Floats, bins: int = 16) -> Floats:
 
     Arrays: displacement (n_times, n_markers, 2).
     """
-    length = np.linalg.norm(displacement, axis=2)
+    length = _lengths(displacement)
     largest = length.max(axis=1, keepdims=True)
     share = np.divide(length, largest, out=np.zeros_like(length), where=largest > 0)
     part = np.minimum((share * bins).astype(np.intp), bins - 1)
@@ -91,8 +91,6 @@ def entropy(displacement: Floats, bins: int = 16) -> Floats:
     bits: Floats = -(counts * logarithm).sum(axis=1)
     return bits + 0.0
 
-
-Columns = Mapping[str, Floats]
 
 #: Features of the forest of Cordova Bulens et al. 2023: displacement and speed of every marker, 162 for 81 markers.
 PUBLISHED = ("displacement", "speed")
@@ -141,7 +139,7 @@ def features_of(motion: Motion, settings: FeatureSettings) -> NDArray[np.float32
 
 def feature_names(motion: Motion, settings: FeatureSettings) -> tuple[str, ...]:
     """Return the name of every feature: set, quantity, and the number of the marker in its kind."""
-    first = _frame(motion)
+    first = motion.at(slice(0, 1))
     return tuple(
         f"{name}/{quantity}/{marker}" if block.ndim > 1 else f"{name}/{quantity}"
         for name in settings.sets
@@ -150,18 +148,9 @@ def feature_names(motion: Motion, settings: FeatureSettings) -> tuple[str, ...]:
     )
 
 
-def _frame(motion: Motion) -> Motion:
-    """Return the first frame alone."""
-    over_time = ("time", "displacement", "velocity", "seen", "usable")
-    return Motion(**{**vars(motion), **{name: getattr(motion, name)[:1] for name in over_time}})
-
-
-def _displacement(motion: Motion) -> Columns:
-    return {"length": np.linalg.norm(motion.displacement, axis=2)}
-
-
-def _speed_columns(motion: Motion) -> Columns:
-    return {"length": np.linalg.norm(motion.velocity, axis=2)}
+def _lengths(vectors: Floats) -> Floats:
+    lengths: Floats = np.linalg.norm(vectors, axis=2)
+    return lengths
 
 
 def _components(motion: Motion) -> Columns:
@@ -210,71 +199,56 @@ def _members(motion: Motion) -> list[tuple[int, NDArray[np.bool_]]]:
 
 
 def _rings(motion: Motion) -> Columns:
-    columns: dict[str, Floats] = {}
-    moved, speed = np.linalg.norm(motion.displacement, axis=2), np.linalg.norm(motion.velocity, axis=2)
-    for ring, inside in _members(motion):
-        columns[f"displacement_ring_{ring}"] = moved[:, inside].mean(axis=1)
-        columns[f"speed_ring_{ring}"] = speed[:, inside].mean(axis=1)
-    return columns
-
-
-def _mean(motion: Motion) -> Columns:
-    return {"displacement": np.linalg.norm(motion.displacement, axis=2).mean(axis=1)}
+    lengths = {"displacement": _lengths(motion.displacement), "speed": _lengths(motion.velocity)}
+    return {
+        f"{name}_ring_{ring}": values[:, inside].mean(axis=1)
+        for ring, inside in _members(motion)
+        for name, values in lengths.items()
+    }
 
 
 def _rigid(motion: Motion) -> Columns:
-    residual = np.linalg.norm(rigid_residual(motion.rest, motion.displacement), axis=2)
+    residual = _lengths(rigid_residual(motion.rest, motion.displacement))
     return {"rms": np.sqrt((residual**2).mean(axis=1)), "residual": residual}
-
-
-def _residual(motion: Motion) -> Columns:
-    return {"rms": _rigid(motion)["rms"]}
-
-
-def _strain(motion: Motion) -> Columns:
-    divergence, shear = strains(motion.rest, motion.displacement)
-    return {"divergence": divergence, "shear": shear}
-
-
-def _entropy(motion: Motion) -> Columns:
-    return {"displacement": entropy(motion.displacement)}
-
-
-def _time(motion: Motion) -> Columns:
-    return {"seconds": motion.time}
 
 
 #: Every set of features by its name. ``time`` is no signal of the sensor: it is there to be beaten.
 FEATURE_SETS: Mapping[str, FeatureSet] = MappingProxyType(
     {
-        "displacement": FeatureSet("length of each marker's displacement since rest", _displacement),
-        "speed": FeatureSet("speed of each marker [1/s]", _speed_columns),
+        "displacement": FeatureSet(
+            "length of each marker's displacement since rest", lambda motion: {"length": _lengths(motion.displacement)}
+        ),
+        "speed": FeatureSet("speed of each marker [1/s]", lambda motion: {"length": _lengths(motion.velocity)}),
         "components": FeatureSet("displacement and velocity of each marker along x and y", _components),
         "sliding": FeatureSet(
             "displacement and velocity of sectors of each ring, in the frame of the motion", _sliding
         ),
         "polar": FeatureSet("velocity of each marker away from the centre, and about it [rad/s]", _polar),
         "rings": FeatureSet("mean displacement and speed of each ring", _rings),
-        "mean": FeatureSet("mean length of the displacements", _mean),
+        "mean": FeatureSet(
+            "mean length of the displacements",
+            lambda motion: {"displacement": _lengths(motion.displacement).mean(axis=1)},
+        ),
         "rigid": FeatureSet("what is left of the displacements without the best rigid motion", _rigid),
-        "residual": FeatureSet("root mean square of that alone", _residual),
-        "strain": FeatureSet("divergence and largest shear strain at each marker [-]", _strain),
-        "entropy": FeatureSet("entropy of the lengths of the displacements [bit]", _entropy),
-        "time": FeatureSet("time since the start of the tracks [s]", _time),
+        "residual": FeatureSet("root mean square of that alone", lambda motion: {"rms": _rigid(motion)["rms"]}),
+        "strain": FeatureSet(
+            "divergence and largest shear strain at each marker [-]",
+            lambda motion: dict(zip(("divergence", "shear"), strains(motion.rest, motion.displacement), strict=True)),
+        ),
+        "entropy": FeatureSet(
+            "entropy of the lengths of the displacements [bit]",
+            lambda motion: {"displacement": entropy(motion.displacement)},
+        ),
+        "time": FeatureSet("time since the start of the tracks [s]", lambda motion: {"seconds": motion.time}),
     }
 )
 
 
 def ring_of_features(names: Sequence[str], ring: NDArray[np.intp]) -> list[int | None]:
     """Return the ring that each feature belongs to; None for those of all markers together."""
-    return [_ring_of(name.split("/"), ring) for name in names]
 
+    def ring_of(quantity: str, marker: Sequence[str]) -> int | None:
+        _, separator, inside = quantity.partition("_ring_")
+        return int(inside) if separator else int(ring[int(marker[0])]) if marker else None
 
-def _ring_of(names: Sequence[str], ring: NDArray[np.intp]) -> int | None:
-    inside = _ring_in(names[1])
-    return int(ring[int(names[2])]) if inside is None and len(names) > 2 else inside
-
-
-def _ring_in(quantity: str) -> int | None:
-    _, separator, ring = quantity.partition("_ring_")
-    return int(ring) if separator else None
+    return [ring_of(quantity, marker) for _, quantity, *marker in (name.split("/") for name in names)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,22 +10,21 @@ from typing import TYPE_CHECKING
 
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.classifiers import Candidate
 from fingerslip.detect.evaluation.crossval import parts_beside
-from fingerslip.detect.evaluation.inquiries import importance_by_ring, learning_curve
-from fingerslip.detect.evaluation.robustness import (
-    Sensitivity,
+from fingerslip.detect.evaluation.inquiries import (
+    Assumption,
     each_alone,
+    importance_by_ring,
+    learning_curve,
     likely_assumptions,
     robustness_of,
     sensitivity_of,
 )
 from fingerslip.detect.features import FeatureSettings, ring_of_features
-from fingerslip.detect.labels import Onsets
-from fingerslip.detect.samples import Samples, benchmark_test_trials, left_out, samples_of
-from fingerslip.detect.session import Choices
+from fingerslip.detect.samples import benchmark_test_trials, left_out, samples_of
+from fingerslip.detect.session import Choices, write_tables
 from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
-from fingerslip.detect.training import candidate_of_name, train
+from fingerslip.detect.training import candidate_of_name
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.detect.trials import condition_text
 from fingerslip.errors import InputError, shorten
@@ -37,16 +35,12 @@ from fingerslip.report.figures.markers import (
     robustness_figure,
 )
 from fingerslip.report.figures.style import save_figure
-from fingerslip.storage.files import write_text, writing
-from fingerslip.tables.table import Table, to_csv
+from fingerslip.tables.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["Inquiry", "Levels", "curve_sizes", "inquire", "vary", "write_inquiry"]
-
-#: Labels that follow from tracks again.
-_OUTSIDE = "external_markers"
 
 
 @dataclass(frozen=True)
@@ -117,54 +111,22 @@ def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | N
         Where there is no data set or classifier, a label is missing, or a level is not possible.
     """
     pairs, candidate = (levels or Levels()).pairs, candidate_of_name(classifier)
-    trials = open_trials(dataset)
+    trials, seed = open_trials(dataset), choices.seed
     onsets = choices.onsets(trials)
     samples = samples_of(trials, onsets, FeatureSettings(candidate.sets, choices.motion), choices.sampling)
-    tests = benchmark_test_trials(trials.names, choices.seed)
+    tests, name = benchmark_test_trials(trials.names, seed), candidate.name
+    options = {"seed": seed, "workers": choices.workers}
     with threadpool_limits(choices.workers):
-        tables, figures = _of_samples(samples, candidate, tests, choices)
-        table, figure = _robustness(trials, onsets, candidate, pairs, choices)
-    return Inquiry({**tables, "robustness": table}, {**figures, "robustness": figure})
-
-
-def _of_samples(
-    samples: Samples, candidate: Candidate, tests: Sequence[str], choices: Choices
-) -> tuple[dict[str, Table], dict[str, Figure]]:
-    """Return the learning curve and, where the classifier sees rings, their importance."""
-    sizes = curve_sizes(len(samples.trials) - len(tests))
-    points = learning_curve(samples, candidate, tests, sizes, seed=choices.seed, workers=choices.workers)
-    name = candidate.name
-    tables = {"learning-curve": curve_table(points)}
-    figures = {
-        "learning-curve": learning_curve_figure([(point.trials, point.accuracy, point.f1) for point in points], name)
-    }
-    if any(ring is not None for ring in ring_of_features(samples.names, samples.ring)):
-        drops = importance_by_ring(samples, candidate, tests, seed=choices.seed, workers=choices.workers)
-        tables["importance"], figures["importance"] = importance_table(drops), importance_figure(drops, name)
-    return tables, figures
-
-
-def _robustness(
-    trials: TrialSet,
-    onsets: Mapping[str, Onsets],
-    candidate: Candidate,
-    pairs: Sequence[tuple[str, float]],
-    choices: Choices,
-) -> tuple[Table, Figure]:
-    tests = benchmark_test_trials(trials.names, choices.seed)
-    detector = train(
-        trials,
-        onsets,
-        candidate.name,
-        motion=choices.motion,
-        sampling=choices.sampling,
-        names=[name for name in trials.names if name not in tests],
-        seed=choices.seed,
-        workers=choices.workers,
-    )
-    results = robustness_of(detector, trials, onsets, tests, pairs, seed=choices.seed)
-    rows = [(result.disturbance, result.amount, result.accuracy, result.unusable) for result in results]
-    return robustness_table(results), robustness_figure(rows, candidate.name)
+        scores = learning_curve(samples, candidate, tests, curve_sizes(len(trials.names) - len(tests)), **options)
+        points = [(size, score.accuracy, score.f1_mean) for size, score in scores.items()]
+        tables = {"learning-curve": curve_table(scores)}
+        figures = {"learning-curve": learning_curve_figure(points, name)}
+        if any(ring is not None for ring in ring_of_features(samples.names, samples.ring)):
+            drops = importance_by_ring(samples, candidate, tests, **options)
+            tables["importance"], figures["importance"] = importance_table(drops), importance_figure(drops, name)
+        results = robustness_of(choices.train(trials, classifier), trials, onsets, tests, pairs, seed=seed)
+        tables["robustness"], figures["robustness"] = robustness_table(results), robustness_figure(results, name)
+    return Inquiry(tables, figures)
 
 
 def vary(
@@ -214,56 +176,47 @@ def vary(
     if scale is None:
         fault = "have no metres_per_pixel"
         raise InputError(str(dataset), fault, "needs tracks in pixels with a scale", "write it to the tracks")
-    stored, missing = _label_sources(trials)
-    assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=stored)
-    assumptions += each_alone(trials, each, assumptions[0])
+    assumptions, lacking = _assume(trials, float(scale), choices, each)
     store = parts_beside(output, trials.digest)
+    options = {"folds": folds, "seed": choices.seed, "workers": choices.workers}
     sampling = dataclasses.replace(choices.sampling, least=0.0)
-    ask = functools.partial(sensitivity_of, sampling=sampling, folds=folds, seed=choices.seed, workers=choices.workers)
     try:
-        varied = list(ask(trials, assumptions, candidates, stored_parts=store))
+        varied = list(sensitivity_of(trials, assumptions, candidates, sampling=sampling, store=store, **options))
     except InputError:
         # A label that never comes may be one of the last assumption: nothing is left of the others.
         store.remove()
         raise
-    inquiry = _vary(trials, varied, conditions, missing)
+    rows = [(f"{score.assumption.quantity}: {score.assumption.value}", score.accuracies) for score in varied]
+    listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
+    rows += [(condition_text(key, value), score) for key, scores in listed.items() for value, score in scores.items()]
+    table = assumption_table(varied)
+    left = [f"Labels {name} lack an onset in {count} trials and are left out." for name, count in lacking.items()]
+    tables = {"assumptions": dataclasses.replace(table, note=" ".join([table.note, *left]))}
+    tables |= {f"by-{key}": condition_table(key, scores) for key, scores in listed.items()}
+    inquiry = Inquiry(tables, {"assumptions": assumption_figure(rows)})
     if output is not None:
         write_inquiry(inquiry, output)
     store.remove()
     return inquiry
 
 
-def _label_sources(trials: TrialSet) -> tuple[list[str], dict[str, int]]:
-    """Return other sources of labels with both onsets in all trials, and in how many trials the rest lacks one."""
+def _assume(
+    trials: TrialSet, scale: float, choices: Choices, each: Sequence[str]
+) -> tuple[tuple[Assumption, ...], dict[str, int]]:
+    """Return what is assumed in turn, and in how many trials the sources of labels lack an onset that lack one."""
     labels = [trials.labels(name) for name in trials.names]
-    sources = sorted(set().union(*labels) - {_OUTSIDE})
     lacking = {
         source: sum(source not in label or None in vars(label[source]).values() for label in labels)
-        for source in sources
+        for source in sorted(set().union(*labels) - {"external_markers"})
     }
-    return [source for source in sources if not lacking[source]], {
-        name: count for name, count in lacking.items() if count
-    }
-
-
-def _vary(
-    trials: TrialSet, varied: Sequence[Sensitivity], conditions: Sequence[str], missing: Mapping[str, int]
-) -> Inquiry:
-    rows = [(f"{score.assumption.quantity}: {score.assumption.value}", score.accuracies) for score in varied]
-    listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
-    rows += [(condition_text(key, value), score) for key, scores in listed.items() for value, score in scores.items()]
-    tables = {f"by-{key}": condition_table(key, scores) for key, scores in listed.items()}
-    table = assumption_table(varied)
-    left = [f"Labels {name} lack an onset in {count} trials and are left out." for name, count in missing.items()]
-    table = dataclasses.replace(table, note=" ".join([table.note, *left]))
-    return Inquiry({"assumptions": table, **tables}, {"assumptions": assumption_figure(rows)})
+    stored = [source for source, count in lacking.items() if not count]
+    assumptions = likely_assumptions(scale, motion=choices.motion, stored=stored)
+    alone = each_alone(trials, each, assumptions[0])
+    return (*assumptions, *alone), {source: count for source, count in lacking.items() if count}
 
 
 def write_inquiry(inquiry: Inquiry, folder: Path) -> None:
     """Write the tables as CSV files and the figures beside them; other files of the folder stay."""
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    for name, table in inquiry.tables.items():
-        write_text(folder / f"{name}.csv", to_csv(table))
+    write_tables(inquiry.tables, folder)
     for name, figure in inquiry.figures.items():
         save_figure(figure, folder / f"{name}.png")

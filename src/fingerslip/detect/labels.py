@@ -41,6 +41,7 @@ __all__ = [
     "write_onsets",
 ]
 
+Floats = NDArray[np.float64]
 
 #: Names of the classes; the number of a class is its place.
 CLASSES = ("no_slip", "incipient", "gross")
@@ -93,50 +94,59 @@ def write_onsets(onsets: Mapping[str, Onsets], path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    rows = ((trial, _text(onset.incipient), _text(onset.gross)) for trial, onset in onsets.items())
-    write_text(Path(path), csv_text([_COLUMNS, *rows]))
+    _write_table(onsets, path, "trial")
+
+
+def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
+    """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``."""
+    _write_table(labels, path, "source")
+
+
+def _write_table(onsets: Mapping[str, Onsets], path: str | Path, key: str) -> None:
+    rows = ((name, onset.incipient, onset.gross) for name, onset in onsets.items())
+    write_text(Path(path), csv_text([(key, *_COLUMNS[1:]), *rows]))
 
 
 def read_onsets(path: str | Path) -> dict[str, Onsets]:
     """Read the onsets of trials from a CSV file as :func:`write_onsets` writes it; ``gross_s`` may be missing."""
-    rows = _rows(Path(path))
-    onsets: dict[str, Onsets] = {}
-    for line, row in enumerate(rows, start=2):
-        trial = plain_cell((row["trial"] or "").strip())
-        if not trial or trial in onsets:
-            problem = f"trial {trial!r} stands twice" if trial else "a row has no trial"
-            raise InputError(str(path), problem, "needs each trial once", line=line)
-        incipient, gross = (seconds(row.get(name), f"{path}: {name}", line) for name in _COLUMNS[1:])
-        onsets[trial] = Onsets(incipient, gross)
-    return onsets
-
-
-def _rows(path: Path) -> list[dict[str, str | None]]:
     try:
-        rows = csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig")), strict=True)
-        names, records = tuple(rows.fieldnames or ()), list(rows)
+        rows = csv.DictReader(io.StringIO(Path(path).read_text(encoding="utf-8-sig")), strict=True)
+        names, records = list(rows.fieldnames or ()), list(rows)
     except OSError as error:
         raise InputError(str(path), f"cannot be read ({error.strerror})", "needs a CSV file of onset times") from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(str(path), f"is no CSV ({shorten(str(error))})", "needs text in UTF-8") from error
     if set(names) - set(_COLUMNS) or not {"trial", "incipient_s"} <= set(names) or len(set(names)) < len(names):
-        raise InputError(
-            str(path),
-            shorten(f"has the columns {', '.join(map(str, names)) or 'none'}"),
-            f"needs {', '.join(_COLUMNS)}",
-            "write a first line with these names",
+        fault = shorten(f"has the columns {', '.join(map(str, names)) or 'none'}")
+        raise InputError(str(path), fault, f"needs {', '.join(_COLUMNS)}", "write a first line with these names")
+    onsets: dict[str, Onsets] = {}
+    for line, row in enumerate(records, start=2):
+        trial = plain_cell((row["trial"] or "").strip())
+        if not trial or trial in onsets:
+            problem = f"trial {trial!r} stands twice" if trial else "a row has no trial"
+            raise InputError(str(path), problem, "needs each trial once", line=line)
+        onsets[trial] = Onsets(*(seconds(row.get(name), f"{path}: {name}", line) for name in _COLUMNS[1:]))
+    return onsets
+
+
+def read_labels(path: str | Path) -> dict[str, Onsets]:
+    """Read the labels of a trial back."""
+    try:
+        rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultError(f"{path}: cannot be read as labels; write the trial again") from error
+    if not rows or rows[0] != ["source", *_COLUMNS[1:]] or any(len(row) != 3 for row in rows):
+        raise InputError(str(path), "is no table of labels", "needs the columns source, incipient_s, gross_s")
+    return {
+        plain_cell(source): Onsets(
+            seconds(incipient, f"{path}: incipient_s", line), seconds(gross, f"{path}: gross_s", line)
         )
-    return records
+        for line, (source, incipient, gross) in enumerate(rows[1:], start=2)
+    }
 
 
 def seconds(text: str | None, where: str, line: int | None = None) -> float | None:
-    """Return a time that a cell holds [s]; None where the cell is empty.
-
-    Raises
-    ------
-    InputError
-        Where it is no finite number.
-    """
+    """Return a time that a cell holds [s]; None where the cell is empty."""
     if text is None or not text.strip():
         return None
     try:
@@ -146,13 +156,6 @@ def seconds(text: str | None, where: str, line: int | None = None) -> float | No
     if not math.isfinite(time):
         raise InputError(where, f"got {shorten(repr(text))}", "needs seconds, or nothing where none is", line=line)
     return time
-
-
-def _text(time: float | None) -> str:
-    return "" if time is None else repr(float(time))
-
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -195,14 +198,15 @@ class LabelSettings:
 def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
     """Return the onsets that external markers show, seen by a camera that moves with the plate."""
     settings = settings or LabelSettings()
-    moved, rest = _travel(tracks, settings)
-    if len(rest) < 2:
-        raise InputError("tracks", f"have {len(rest)} external marker", "needs a central one and others around it")
-    central = _central(rest)
-    others = np.delete(moved, central, axis=1)
+    moved, central = _external_motion(tracks, settings)
+    count = moved.shape[1]
+    if count < 2:
+        raise InputError("tracks", f"have {count} external marker", "needs a central one and others around it")
+    distance, time = np.linalg.norm(moved, axis=2), tracks["time"].values
+    others = np.delete(distance, central, axis=1)
     return Onsets(
-        incipient=_first(tracks, np.any(others > settings.incipient, axis=1), settings.sustained),
-        gross=_first(tracks, moved[:, central] > settings.gross, settings.sustained),
+        incipient=_first(time, np.any(others > settings.incipient, axis=1), settings.sustained),
+        gross=_first(time, distance[:, central] > settings.gross, settings.sustained),
     )
 
 
@@ -212,38 +216,33 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
     In the pouring task of Cordova Bulens et al. 2023 a marker on the plate is compared with the central external one.
     The plate moving with the skin is called incipient there; it is shear of the whole contact, not partial slip.
     """
-    settings = settings or LabelSettings()
-    if plate.sizes["marker"] != 1 or not np.array_equal(plate["time"].values, tracks["time"].values):
+    settings, time = settings or LabelSettings(), tracks["time"].values
+    if plate.sizes["marker"] != 1 or not np.array_equal(plate["time"].values, time):
         fault = f"has {plate.sizes['marker']} markers at {plate.sizes['time']} times"
         raise InputError("plate", fault, f"needs one, at the {tracks.sizes['time']} times of the tracks")
-    skin, rest = _displacement(_seen_at_rest(tracks, settings), settings)
-    if not len(rest):
+    skin, central = _external_motion(tracks, settings)
+    if not skin.shape[1]:
         raise InputError("tracks", "have no external marker that is seen at rest", "needs the central one")
-    plate_displacement, _ = _displacement(_in_units(plate, settings).isel(axis=slice(0, 2)), settings)
-    relative = np.linalg.norm(plate_displacement[:, 0] - skin[:, _central(rest)], axis=1)
+    converted = _in_units(plate, settings).isel(axis=slice(0, 2))
+    fall = (converted["position"].values - rest_positions(converted, settings.rest_frames))[:, 0]
+    beside = np.linalg.norm(fall - skin[:, central], axis=1)
     return Onsets(
-        incipient=_first(
-            tracks, np.linalg.norm(plate_displacement[:, 0], axis=1) > settings.incipient, settings.sustained
-        ),
-        gross=_first(tracks, relative > settings.gross, settings.sustained),
+        incipient=_first(time, np.linalg.norm(fall, axis=1) > settings.incipient, settings.sustained),
+        gross=_first(time, beside > settings.gross, settings.sustained),
     )
 
 
 def labels_from_contact(
     time: Floats, stick_ratio: Floats, *, slipping: float = 0.05, overall: float = 0.0, sustained: int = 1
 ) -> Onsets:
-    """Return the onsets that the stick ratio of a simulated contact shows.
-
-    Arrays: time (n_times,) [s]; stick_ratio (n_times,) [-].
-    """
+    """Return the onsets that the stick ratio (n_times,) [-] of a simulated contact shows at times (n_times,) [s]."""
     times, ratio = np.asarray(time, dtype=float), np.asarray(stick_ratio, dtype=float)
     if times.ndim != 1 or times.shape != ratio.shape:
         raise InputError("stick_ratio", f"got shape {ratio.shape}", f"needs that of the times, {times.shape}")
     if (ratio < 0).any() or (ratio > 1).any():
         raise InputError("stick_ratio", f"got {np.nanmin(ratio):.6g} to {np.nanmax(ratio):.6g}", "needs 0 to 1, or NaN")
     # A comparison with NaN is false: what does not touch does not slip.
-    partial, full = _start(ratio <= 1.0 - slipping, sustained), _start(ratio <= overall, sustained)
-    return Onsets(*(None if record is None else float(times[record]) for record in (partial, full)))
+    return Onsets(_first(times, ratio <= 1.0 - slipping, sustained), _first(times, ratio <= overall, sustained))
 
 
 def label_differences(labels: Mapping[str, Mapping[str, Onsets]], reference: str) -> Table:
@@ -284,44 +283,17 @@ def _difference_row(
     return source, event, len(later), alone, float(later.mean()), spread, float(later.min()), float(later.max())
 
 
-def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
-    """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``."""
-    rows = [[source, label.incipient, label.gross] for source, label in labels.items()]
-    write_text(Path(path), csv_text([("source", "incipient_s", "gross_s"), *rows]))
+def _external_motion(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, int]:
+    """Return how external markers moved since rest, (n_times, n_markers, 2), and which of them is the central one.
 
-
-def read_labels(path: str | Path) -> dict[str, Onsets]:
-    """Read the labels of a trial back."""
-    try:
-        rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8"))))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultError(f"{path}: cannot be read as labels; write the trial again") from error
-    if not rows or rows[0] != ["source", "incipient_s", "gross_s"] or any(len(row) != 3 for row in rows):
-        raise InputError(str(path), "is no table of labels", "needs the columns source, incipient_s, gross_s")
-    return {
-        plain_cell(source): Onsets(
-            seconds(incipient, f"{path}: incipient_s", line), seconds(gross, f"{path}: gross_s", line)
-        )
-        for line, (source, incipient, gross) in enumerate(rows[1:], start=2)
-    }
-
-
-def _travel(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, Floats]:
-    """Return how far each external marker is from rest, (n_times, n_markers), and where it rests."""
-    moved, rest = _displacement(_seen_at_rest(tracks, settings), settings)
-    return np.linalg.norm(moved, axis=2), rest
-
-
-def _seen_at_rest(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
-    """Return the external markers that are seen at rest, in the unit of the thresholds."""
+    Those that are not seen at rest are left out; the unit is that of the thresholds.
+    """
     external = markers_of(_in_units(tracks, settings), "external")
     at_rest = seen(external)[: settings.rest_frames].any(axis=0)
-    return external.isel(marker=np.flatnonzero(at_rest))
-
-
-def _displacement(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, Floats]:
-    rest = rest_positions(tracks, settings.rest_frames)
-    return tracks["position"].values - rest, rest
+    external = external.isel(marker=np.flatnonzero(at_rest))
+    rest = rest_positions(external, settings.rest_frames)
+    central = int(np.argmin(np.linalg.norm(rest - rest.mean(axis=0), axis=1))) if len(rest) else 0
+    return external["position"].values - rest, central
 
 
 def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
@@ -333,18 +305,9 @@ def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
     return tracks
 
 
-def _central(rest: Floats) -> int:
-    return int(np.argmin(np.linalg.norm(rest - rest.mean(axis=0), axis=1)))
-
-
-def _first(tracks: xr.Dataset, beyond: NDArray[np.bool_], sustained: int) -> float | None:
-    record = _start(beyond, sustained)
-    return None if record is None else float(tracks["time"].values[record])
-
-
-def _start(beyond: NDArray[np.bool_], sustained: int) -> int | None:
-    """Return the first record from which `sustained` records in a row are true; None where there is none."""
+def _first(time: Floats, beyond: NDArray[np.bool_], sustained: int) -> float | None:
+    """Return the first time from which `sustained` records in a row are true; None where there is none."""
     if len(beyond) < sustained:
         return None
     lasting = np.lib.stride_tricks.sliding_window_view(beyond, sustained).all(axis=1)
-    return int(np.argmax(lasting)) if lasting.any() else None
+    return float(time[np.argmax(lasting)]) if lasting.any() else None

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import features_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import Motion, fill_unseen, markers_of, neighbour_weights, velocities
+from fingerslip.detect.motion import Motion, fill_unseen, markers_of, mean_at_rest, neighbour_weights, velocities
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
+from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.vision.tracking.track import MarkerStream
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ __all__ = [
     "Frame",
     "Latency",
     "LiveDetector",
+    "findings_table",
     "frames_of",
     "latency_of",
     "run_live",
@@ -58,9 +60,9 @@ class Frame:
 class Finding:
     """What a detector says at one time."""
 
-    time: float  # time of the frame [s]
-    slip: float  # log odds of any slip, and of gross slip
-    gross: float  # log odds of any slip, and of gross slip
+    time: float  # [s]
+    slip: float  # log odds of any slip
+    gross: float  # log odds of gross slip
     onsets: Onsets  # when each began, as far as it has
     seconds: float  # how long the frame took [s]
 
@@ -69,16 +71,15 @@ class LiveDetector:
     """A detector that takes frames one at a time and finds what it finds in whole tracks.
 
     The frames at rest are kept until all are there; then they are worked off at once, so slip at rest is reported late.
-
-    Arrays: ring (n_markers,).
+    `ring` is the ring of each marker, (n_markers,).
     """
 
     def __init__(self, detector: Detector, ring: NDArray[np.intp] | None = None) -> None:
         self.detector = detector
-        motion = detector.features.motion
         self._ring = ring
         self._waiting: list[Frame] = []
-        self._recent: deque[tuple[float, Floats, NDArray[np.bool_]]] = deque(maxlen=motion.window)
+        self._recent: deque[tuple[float, Floats, NDArray[np.bool_]]] = deque(maxlen=detector.features.motion.window)
+        self._last: Frame | None = None
         self._rest: Floats | None = None
         self._weights = np.zeros((0, 0))
         self._state = detector.smoother.start()
@@ -92,48 +93,39 @@ class LiveDetector:
         InputError
             Where the number of markers changes, time does not go on, or a marker was never seen at rest.
         """
-        self._check(frame)
+        before = self._last
+        if before is not None and not frame.time > before.time:
+            raise InputError("frame", f"is at {frame.time:.6g} s after {before.time:.6g} s", "needs rising times")
+        if before is not None and frame.position.shape != before.position.shape:
+            fault = f"has positions of shape {frame.position.shape}"
+            raise InputError("frame", fault, f"needs {before.position.shape}")
+        self._last = frame
         if self._rest is not None:
-            return [self._finding(frame)]
+            return [self._decide(frame)]
         self._waiting.append(frame)
         if len(self._waiting) < self.detector.features.motion.rest_frames:
             return []
-        self._rest = self._at_rest()
+        positions = np.stack([entry.position for entry in self._waiting])
+        self._rest = mean_at_rest(positions, np.arange(positions.shape[1]))
         self._weights = neighbour_weights(self._rest)
-        decisions = [self._finding(entry) for entry in self._waiting]
+        decisions = [self._decide(entry) for entry in self._waiting]
         self._waiting = []
         return decisions
 
-    def _check(self, frame: Frame) -> None:
-        times = [self._recent[-1][0]] if self._recent else [entry.time for entry in self._waiting[-1:]]
-        if times and not frame.time > times[0]:
-            raise InputError("frame", f"is at {frame.time:.6g} s after {times[0]:.6g} s", "needs rising times")
-        wanted = self._waiting[0].position.shape if self._waiting else (0 if self._rest is None else self._rest.shape)
-        if wanted and frame.position.shape != wanted:
-            raise InputError("frame", f"has positions of shape {frame.position.shape}", f"needs {wanted}")
-
-    def _at_rest(self) -> Floats:
-        positions = np.stack([frame.position for frame in self._waiting])
-        visible = ~np.isnan(positions).any(axis=2)
-        if not visible.any(axis=0).all():
-            marker = int(np.argmin(visible.any(axis=0)))
-            raise InputError(f"marker {marker}", "is seen in none of the frames at rest", "needs a rest position")
-        mean: Floats = np.nansum(positions, axis=0) / visible.sum(axis=0)[:, None]
-        return mean
-
-    def _finding(self, frame: Frame) -> Finding:
+    def _decide(self, frame: Frame) -> Finding:
         start = clock.perf_counter()
-        before = self._recent[-1][0] if self._recent else frame.time
-        moved = self._motion(frame)
-        features = self.detector.features
+        interval = np.array([frame.time - (self._recent[-1][0] if self._recent else frame.time)])
+        moved, detector = self._motion(frame), self.detector
         chances = np.full((1, 3), np.nan)
         if moved.usable[0]:
-            chances = probabilities(self.detector.estimator, features_of(moved, features))
-        interval = np.array([frame.time - before])
-        scores, self._state = self.detector.smoother.scores(self._state, interval, chances)
-        self._onsets = self._with(frame.time, scores[0])
-        seconds = clock.perf_counter() - start
-        return Finding(frame.time, float(scores[0, 0]), float(scores[0, 1]), self._onsets, seconds)
+            chances = probabilities(detector.estimator, features_of(moved, detector.features))
+        scores, self._state = detector.smoother.scores(self._state, interval, chances)
+        slip, gross = scores[0].tolist()
+        limits, onsets = detector.thresholds, self._onsets
+        incipient = frame.time if onsets.incipient is None and slip > limits.slip else onsets.incipient
+        is_first_gross = onsets.gross is None and incipient is not None and gross > limits.gross
+        self._onsets = Onsets(incipient, frame.time if is_first_gross else onsets.gross)
+        return Finding(frame.time, slip, gross, self._onsets, clock.perf_counter() - start)
 
     def _motion(self, frame: Frame) -> Motion:
         """Return the motion of the newest frame alone."""
@@ -146,12 +138,6 @@ class LiveDetector:
         usable = np.array([visible.mean() >= self.detector.features.motion.least_seen])
         ring = np.zeros(len(self._rest), dtype=np.intp) if self._ring is None else self._ring
         return Motion(times[-1:], self._rest, displacement, velocity, ring, visible[None], usable)
-
-    def _with(self, time: float, scores: Floats) -> Onsets:
-        limits, old = self.detector.thresholds, self._onsets
-        incipient = time if old.incipient is None and scores[0] > limits.slip else old.incipient
-        gross = time if old.gross is None and incipient is not None and scores[1] > limits.gross else old.gross
-        return Onsets(incipient, gross)
 
 
 def frames_of(tracks: xr.Dataset) -> Iterator[Frame]:
@@ -171,16 +157,7 @@ def frames_of(tracks: xr.Dataset) -> Iterator[Frame]:
 
 
 def run_live(detector: Detector, frames: Iterable[Frame], ring: NDArray[np.intp] | None = None) -> Iterator[Finding]:
-    """Yield what a detector finds, frame by frame.
-
-    Parameters
-    ----------
-    detector : Detector
-        The detector.
-    frames : iterable of Frame
-        The frames.
-    ring : (n_markers,) array of int, optional
-        Ring of each marker.
+    """Yield what a detector finds, frame by frame; `ring` is the ring of each marker, (n_markers,).
 
     Raises
     ------
@@ -218,9 +195,9 @@ def run_on_markers(detector: Detector, stream: MarkerStream) -> Iterator[Finding
 class Latency:
     """How long frames took."""
 
-    frames: int  # number of frames
-    median: float  # median, and time that 95 % of the frames kept below [s]
-    late: float  # median, and time that 95 % of the frames kept below [s]
+    frames: int
+    median: float  # [s]
+    late: float  # time that 95 % of the frames kept below [s]
     rate: float  # frames a second that can be kept up
 
 
@@ -237,3 +214,17 @@ def latency_of(findings: list[Finding]) -> Latency:
     seconds = np.array([finding.seconds for finding in findings])
     middle, late = (float(quantile) for quantile in np.quantile(seconds, (0.5, 0.95)))
     return Latency(len(seconds), middle, late, float(1.0 / seconds.mean()))
+
+
+def findings_table(findings: list[Finding], title: str, note: str) -> Table:
+    """Return what a detector found, and how long it took; the note says what is in that time."""
+    latency, onsets = latency_of(findings), findings[-1].onsets
+    rows: tuple[tuple[Cell, ...], ...] = (
+        ("slip begins [s]", Missing.NO_EVENT if onsets.incipient is None else f"{onsets.incipient:.4g}"),
+        ("gross slip begins [s]", Missing.NO_EVENT if onsets.gross is None else f"{onsets.gross:.4g}"),
+        ("frames", str(latency.frames)),
+        ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
+        ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),
+        ("frames a second", f"{latency.rate:.4g}"),
+    )
+    return Table(title, (Column(""), Column("value")), rows, note)

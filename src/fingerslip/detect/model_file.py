@@ -83,26 +83,24 @@ def _description(detector: Detector) -> dict[str, Any]:
     if kind is None:
         fault = f"got {type(detector.smoother).__name__}"
         raise InputError("detector: smoother", fault, f"needs one of {', '.join(_SMOOTHERS)} to be written")
-    return {
+    description = {
         "format": _FORMAT,
         "fingerslip": __version__,
         "scikit_learn": optional("sklearn").__version__,
         "classifier": detector.classifier,
-        "classes": list(CLASSES),
-        "features": list(detector.names),
-        "motion": dataclasses.asdict(detector.features.motion),
+        "classes": CLASSES,
+        "features": detector.names,
+        "motion": vars(detector.features.motion),
         "layout": detector.layout,
         "layout_in_words": detector.layout_in_words,
-        "smoother": {"kind": kind, **_plain(vars(detector.smoother))},
-        "thresholds": dataclasses.asdict(detector.thresholds),
-        "calibration": dataclasses.asdict(detector.calibration),
+        "smoother": {"kind": kind, **vars(detector.smoother)},
+        "thresholds": vars(detector.thresholds),
+        "calibration": vars(detector.calibration),
         "data": detector.data,
         "provenance": dict(detector.provenance),
     }
-
-
-def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+    plain: dict[str, Any] = json.loads(json.dumps(description))
+    return plain
 
 
 def read_detector(folder: str | Path) -> Detector:
@@ -135,21 +133,24 @@ def read_detector(folder: str | Path) -> Detector:
 
 def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
     """Return the detector of a description, without its estimator; its own description must be the same again."""
+
+    def check(kind: Any, name: str) -> Any:
+        return pydantic.TypeAdapter(kind).validate_python(described[name])
+
     try:
         smoother = dict(described["smoother"])
-        sets = candidate_of_name(described["classifier"]).sets
         detector = Detector(
             classifier=described["classifier"],
             estimator=None,
-            features=FeatureSettings(sets, _check_type(MotionSettings, described["motion"])),
-            names=_check_type(tuple[str, ...], described["features"]),
-            layout=_check_type(str, described["layout"]),
-            layout_in_words=_check_type(str, described["layout_in_words"]),
-            smoother=_check_type(_SMOOTHERS[smoother.pop("kind")], smoother),
-            thresholds=_check_type(Thresholds, described["thresholds"]),
-            calibration=_check_type(Calibration, described["calibration"]),
-            data=_check_type(str, described["data"]),
-            provenance=_check_type(dict[str, Any], described["provenance"]),
+            features=FeatureSettings(candidate_of_name(described["classifier"]).sets, check(MotionSettings, "motion")),
+            names=check(tuple[str, ...], "features"),
+            layout=check(str, "layout"),
+            layout_in_words=check(str, "layout_in_words"),
+            smoother=pydantic.TypeAdapter(_SMOOTHERS[smoother.pop("kind")]).validate_python(smoother),
+            thresholds=check(Thresholds, "thresholds"),
+            calibration=check(Calibration, "calibration"),
+            data=check(str, "data"),
+            provenance=check(dict[str, Any], "provenance"),
         )
         again = _description(detector) | {name: described[name] for name in ("fingerslip", "scikit_learn", "sha256")}
         wrong = sorted(name for name in {**described, **again} if described.get(name) != again.get(name))
@@ -160,10 +161,6 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
     if wrong:
         raise DamagedError(str(path / _DESCRIPTION), f"has another {wrong[0]!r} than a detector has", _REPAIR)
     return detector
-
-
-def _check_type(kind: Any, value: Any) -> Any:
-    return pydantic.TypeAdapter(kind).validate_python(value)
 
 
 def _check_versions(path: Path, described: Mapping[str, Any]) -> None:
@@ -232,30 +229,30 @@ def _check_trees(path: Path) -> None:
 
 def _check_estimator(path: Path, detector: Detector, estimator: Any) -> None:
     """Refuse an estimator that is not the classifier of a detector, whole and of finite numbers, before it is used."""
-    seen = len(detector.names)
     try:
-        fault = _kind_fault(detector, estimator) or next(filter(None, _tree_faults(estimator, seen)), "")
-        if not fault:
-            # Compiled code follows trees blindly, and they are right; all else fails here, or shows in the numbers.
-            with np.errstate(all="ignore"):
-                chances = probabilities(estimator, np.zeros((1, seen), dtype=np.float32))
-            is_right = chances.shape == (1, 3) and np.isfinite(chances).all() and abs(chances.sum() - 1.0) < 1e-6
-            fault = "" if is_right else f"gives the probabilities {shorten(str(chances.tolist()))}"
+        fault = next(filter(None, _faults(detector, estimator)), "")
     except Exception as error:
         raise DamagedError(str(path), f"is no classifier ({shorten(str(error))})", _REPAIR) from error
     if fault:
         raise DamagedError(str(path), fault, _REPAIR)
 
 
-def _kind_fault(detector: Detector, estimator: Any) -> str:
-    seen, classes = estimator.n_features_in_, list(estimator.classes_)
-    if seen != len(detector.names) or classes != [0, 1, 2]:
-        return f"sees {seen} features and {len(classes)} classes, not {len(detector.names)} and 3"
+def _faults(detector: Detector, estimator: Any) -> Iterator[str]:
+    """Yield what is wrong with an estimator, or nothing, check by check; each relies on those before it."""
+    count, seen, classes = len(detector.names), estimator.n_features_in_, list(estimator.classes_)
+    if seen != count or classes != [0, 1, 2]:
+        yield f"sees {seen} features and {len(classes)} classes, not {count} and 3"
     kinds, needed = (
         [type(step) for step in (model, *(step for _, step in getattr(model, "steps", ())))]
         for model in (estimator, candidate_of_name(detector.classifier).make(0))
     )
-    return "" if kinds == needed else f"is not the classifier {detector.classifier}"
+    yield "" if kinds == needed else f"is not the classifier {detector.classifier}"
+    yield from _tree_faults(estimator, count)
+    # Compiled code follows trees blindly, and they are right; all else fails here, or shows in the numbers.
+    with np.errstate(all="ignore"):
+        chances = probabilities(estimator, np.zeros((1, count), dtype=np.float32))
+    is_right = chances.shape == (1, 3) and np.isfinite(chances).all() and abs(chances.sum() - 1.0) < 1e-6
+    yield "" if is_right else f"gives the probabilities {shorten(str(chances.tolist()))}"
 
 
 def _tree_faults(estimator: Any, seen: int) -> Iterator[str]:

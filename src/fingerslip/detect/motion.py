@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,17 @@ from fingerslip.vision.tracks import seen
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Motion", "MotionSettings", "markers_of", "motion_of", "neighbour_weights", "rest_positions", "velocities"]
+__all__ = [
+    "Motion",
+    "MotionSettings",
+    "fill_unseen",
+    "markers_of",
+    "mean_at_rest",
+    "motion_of",
+    "neighbour_weights",
+    "rest_positions",
+    "velocities",
+]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -57,18 +67,23 @@ class MotionSettings:
 class Motion:
     """Markers over time."""
 
-    time: Floats  # (n_times,), times [s]
+    time: Floats  # (n_times,) [s]
     rest: Floats  # (n_markers, 2), positions at rest, in the unit of the tracks
-    displacement: Floats  # (n_times, n_markers, 2), displacement since rest
+    displacement: Floats  # (n_times, n_markers, 2), since rest
     velocity: Floats  # (n_times, n_markers, 2), slope of the displacement over the last frames, per second
     ring: NDArray[np.intp]  # (n_markers,), ring of each marker, 0 in the centre
-    seen: Bools  # (n_times, n_markers), which were seen
+    seen: Bools  # (n_times, n_markers)
     usable: Bools  # (n_times,), frames in which enough of them were seen
 
     @property
     def filled(self) -> int:
         """Number of positions that were not seen, and filled."""
         return int((~self.seen).sum())
+
+    def at(self, frames: NDArray[np.intp] | slice) -> Motion:
+        """Return some frames of it."""
+        over_time = ("time", "displacement", "velocity", "seen", "usable")
+        return replace(self, **{name: getattr(self, name)[frames] for name in over_time})
 
 
 def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
@@ -80,21 +95,21 @@ def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
 
 
 def rest_positions(tracks: xr.Dataset, rest_frames: int) -> Floats:
-    """Return the mean position of each marker in the first frames, shape (n_markers, 2)."""
+    """Return the mean positions of markers in the frames at rest, (n_markers, 2)."""
     if tracks.sizes["time"] < rest_frames:
         fault = f"have {tracks.sizes['time']} frames"
         raise InputError("tracks", fault, f"needs the {rest_frames} at rest", "give a smaller rest_frames")
-    position = tracks["position"].values[:rest_frames]
-    visible = seen(tracks)[:rest_frames]
-    never = np.flatnonzero(~visible.any(axis=0))
-    if never.size:
-        raise InputError(
-            f"tracks: marker {tracks['marker'].values[never[0]]}",
-            "is seen in none of the frames at rest",
-            "needs a rest position of every marker",
-            "leave the marker out, or give a larger rest_frames",
-        )
-    mean: Floats = np.nansum(position, axis=0) / visible.sum(axis=0)[:, None]
+    return mean_at_rest(tracks["position"].values[:rest_frames], tracks["marker"].values)
+
+
+def mean_at_rest(position: Floats, markers: NDArray[np.intp]) -> Floats:
+    """Return the mean (n_markers, 2) of positions (n_frames, n_markers, 2) that are NaN where a marker is not seen."""
+    count = (~np.isnan(position).any(axis=2)).sum(axis=0)
+    if not count.all():
+        where, fault = f"tracks: marker {markers[np.argmin(count)]}", "is seen in none of the frames at rest"
+        repair = "leave the marker out, or give a larger rest_frames"
+        raise InputError(where, fault, "needs a rest position of every marker", repair)
+    mean: Floats = np.nansum(position, axis=0) / count[:, None]
     return mean
 
 
@@ -112,7 +127,7 @@ def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None, kind: 
 
 
 def neighbour_weights(rest: Floats) -> Floats:
-    """Return how much each marker counts where another one is missing: distance to the power -4, (n, n).
+    """Return how much each marker counts where another one is missing, (n, n): distance to the power -4.
 
     A marker counts most for its neighbours; with fewer markers seen, those farther away take over.
     """
@@ -124,16 +139,15 @@ def neighbour_weights(rest: Floats) -> Floats:
 
 
 def fill_unseen(displacement: Floats, visible: Bools, weights: Floats) -> Floats:
-    """Return displacements with those of unseen markers from the seen ones of the same frame; 0 where none is seen.
+    """Return displacements (n_times, n_markers, 2), those of unseen markers from the seen ones of the same frame.
 
-    Arrays: displacement (n_times, n_markers, 2); visible (n_times, n_markers); weights (n_markers, n_markers).
+    They are 0 where none is seen; `visible` is (n_times, n_markers), `weights` (n_markers, n_markers).
     """
     if visible.all():
         return displacement
-    visible_displacement = np.where(visible[:, :, None], displacement, 0.0)
-    total = visible @ weights.T
-    guessed = np.einsum("tmd,nm->tnd", visible_displacement, weights, optimize=True)
-    guessed = np.divide(guessed, total[:, :, None], out=np.zeros_like(guessed), where=total[:, :, None] > 0)
+    total = (visible @ weights.T)[:, :, None]
+    sums = np.einsum("tmd,nm->tnd", np.where(visible[:, :, None], displacement, 0.0), weights, optimize=True)
+    guessed = np.divide(sums, total, out=np.zeros_like(sums), where=total > 0)
     return np.where(visible[:, :, None], displacement, guessed)
 
 
@@ -141,31 +155,27 @@ def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) 
     """Return the slope of straight lines through the last frames, by least squares, per second.
 
     A marker's line goes through the frames of the window in which it was seen. With fewer than two of them, as in the
-    first frame, its velocity is the mean of the others', and 0 where there are none.
-
-    Arrays: time (n_times,) [s]; displacement (n_times, n_markers, 2); visible (n_times, n_markers).
+    first frame, its velocity is the mean of the others', and 0 where there are none. Shapes are (n_times,) [s],
+    (n_times, n_markers, 2) and (n_times, n_markers).
     """
-    count = visible.astype(np.float64)
-    sums = [np.zeros_like(count) for _ in range(3)]
-    moments = [np.zeros_like(displacement) for _ in range(2)]
+    seen_before = visible.astype(np.float64)
+    count, sum_t, sum_tt = (np.zeros_like(seen_before) for _ in range(3))
+    sum_x, sum_tx = (np.zeros_like(displacement) for _ in range(2))
     for back in range(min(window, len(time))):
         now, then = slice(back, None), slice(0, len(time) - back)
         # Times from the newest frame and displacements from its own keep the sums free of rounding.
         ago = (time[then] - time[now])[:, None]
         change = displacement[then] - displacement[now]
-        weight = count[then]
-        for total, power in zip(sums, range(3), strict=True):
-            total[now] += weight * ago**power
-        moments[0][now] += weight[:, :, None] * change
-        moments[1][now] += (weight * ago)[:, :, None] * change
-    return _slopes(sums, moments)
-
-
-def _slopes(sums: list[Floats], moments: list[Floats]) -> Floats:
-    spread = sums[0] * sums[2] - sums[1] ** 2
-    determined = sums[0] > 1.5
-    numerator = sums[0][:, :, None] * moments[1] - sums[1][:, :, None] * moments[0]
-    slope = np.divide(numerator, spread[:, :, None], out=np.zeros_like(numerator), where=determined[:, :, None])
-    number = determined.sum(axis=1)[:, None]
+        weight = seen_before[then]
+        count[now] += weight
+        sum_t[now] += weight * ago
+        sum_tt[now] += weight * ago**2
+        sum_x[now] += weight[:, :, None] * change
+        sum_tx[now] += (weight * ago)[:, :, None] * change
+    determined = (count > 1.5)[:, :, None]
+    numerator = count[:, :, None] * sum_tx - sum_t[:, :, None] * sum_x
+    spread = (count * sum_tt - sum_t**2)[:, :, None]
+    slope = np.divide(numerator, spread, out=np.zeros_like(numerator), where=determined)
+    number = determined.sum(axis=1)
     mean = np.divide(slope.sum(axis=1), number, out=np.zeros_like(slope[:, 0]), where=number > 0)
-    return np.where(determined[:, :, None], slope, mean[:, None, :])
+    return np.where(determined, slope, mean[:, None, :])

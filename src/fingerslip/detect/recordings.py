@@ -82,14 +82,15 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
 def _row(row: Mapping[str | None, Any], path: str, line: int) -> dict[str, Any]:
     if None in row:
         raise InputError(path, "a row has more cells than there are names", "needs as many", line=line)
-    result = {}
-    for heading, cell in row.items():
-        match = _HEADING.fullmatch(heading or "")
+    matches = {heading: _HEADING.fullmatch(heading or "") for heading in row}
+    for heading, match in matches.items():
         if match is None:
             raise InputError(path, f"has the column {heading!r}", "needs a name, or a name with a unit in brackets")
-        if cell is not None and cell.strip():
-            result[match["name"]] = _value(match["name"], match["unit"], cell.strip(), f"{path}: line {line}")
-    return result
+    return {
+        match["name"]: _value(match["name"], match["unit"], row[heading].strip(), f"{path}: line {line}")
+        for heading, match in matches.items()
+        if match is not None and row[heading] is not None and row[heading].strip()
+    }
 
 
 def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
@@ -122,13 +123,21 @@ def recorded_trials(
             if name is not None and not (Path(folder) / str(name)).exists():
                 raise InputError(str(conditions), f"names {name}", f"needs files that are in {folder}")
     for file, values in table.items():
-        path, outer = Path(folder) / file, values.get(EXTERNAL)
-        tracks = read(path)
+        path, outer = Path(folder) / file, values.pop(EXTERNAL, None)
+        tracks, origin = read(path), {"recording": file}
         if outer is not None:
             tracks = with_external(tracks, read_external(Path(folder) / str(outer)), str(outer))
-        labels = _labels(tracks, path.stem, onsets or {}, settings)
-        element = {name: value for name, value in values.items() if name != EXTERNAL}
-        yield Trial(path.stem, tracks, labels, element, _origin(file, outer, tracks))
+            origin["external_recording"] = str(outer)
+        # What its tracker complained of.
+        if tracks.attrs.get("warnings"):
+            origin["warnings"] = str(tracks.attrs["warnings"])
+        labels = {"user": onsets[path.stem]} if onsets and path.stem in onsets else {}
+        if (tracks["kind"].values.astype(str) == "external").sum() > 1:
+            labels["external_markers"] = labels_from_external_markers(tracks, settings)
+        if not labels:
+            allowed = "needs external markers in the tracks, or a label of your own"
+            raise InputError(f"trial {path.stem}", "has nothing to label it by", allowed)
+        yield Trial(path.stem, tracks, labels, values, origin)
 
 
 def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external") -> xr.Dataset:
@@ -157,26 +166,6 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
         ring=np.concatenate([ring, np.full(count, _NO_RING)]),
         attributes={name: tracks.attrs[name] for name in _KEPT if name in tracks.attrs},
     )
-
-
-def _origin(file: str, outer: object, tracks: xr.Dataset) -> dict[str, Any]:
-    """Return where a recorded trial comes from, with what its tracker complained of."""
-    origin: dict[str, Any] = {"recording": file}
-    if outer is not None:
-        origin["external_recording"] = str(outer)
-    return origin | ({"warnings": str(tracks.attrs["warnings"])} if tracks.attrs.get("warnings") else {})
-
-
-def _labels(
-    tracks: xr.Dataset, name: str, onsets: Mapping[str, Onsets], settings: LabelSettings | None
-) -> dict[str, Onsets]:
-    labels = {"user": onsets[name]} if name in onsets else {}
-    if (tracks["kind"].values.astype(str) == "external").sum() > 1:
-        labels["external_markers"] = labels_from_external_markers(tracks, settings)
-    if not labels:
-        allowed = "needs external markers in the tracks, or a label of your own"
-        raise InputError(f"trial {name}", "has nothing to label it by", allowed)
-    return labels
 
 
 def read_recording(

@@ -1,4 +1,4 @@
-"""Which frames of a trial a classifier learns from, and their features in one table."""
+"""Which frames of a trial a classifier learns from, their features in one table, and which trials it is tested on."""
 
 from __future__ import annotations
 
@@ -21,17 +21,16 @@ __all__ = [
     "PUBLISHED_SAMPLING",
     "Samples",
     "Sampling",
-    "TrialSample",
-    "at_frames",
     "benchmark_test_trials",
     "chosen_frames",
+    "columns_of",
     "grouped_folds",
     "held_out",
     "joined_samples",
     "left_out",
     "sample_split",
     "samples_of",
-    "trial_sample",
+    "trial_samples",
 ]
 
 
@@ -66,18 +65,36 @@ PUBLISHED_SAMPLING = Sampling()
 
 @dataclass(frozen=True)
 class Samples:
-    """Sampled frames of many trials."""
+    """Sampled frames of one or many trials of one layout."""
 
-    values: NDArray[np.float32]  # (n_samples, n_features), features
-    classes: NDArray[np.int8]  # (n_samples,), class of each
+    values: NDArray[np.float32]  # (n_samples, n_features)
+    classes: NDArray[np.int8]  # (n_samples,)
     trial: NDArray[np.intp]  # (n_samples,), number of its trial in `trials`
-    time: NDArray[np.float64]  # (n_samples,), its time [s]
+    time: NDArray[np.float64]  # (n_samples,) [s]
     names: tuple[str, ...]  # names of the features
     trials: tuple[str, ...]  # names of the trials
     ring: NDArray[np.intp]  # (n_markers,), ring of each internal marker
     rest_end: NDArray[np.float64]  # (n_trials,), time of the last frame at rest of each trial [s]
     filled: int = 0  # positions that were not seen in these trials, and filled
     unusable: int = 0  # frames with too few markers, which are not sampled
+
+    def rows(self, trials: Sequence[str]) -> NDArray[np.intp]:
+        """Return the rows of some trials."""
+        return np.flatnonzero(np.isin(np.array(self.trials)[self.trial], list(trials)))
+
+    def features(self, rows: NDArray[np.intp], sets: Sequence[str]) -> NDArray[np.float32]:
+        """Return some sets of features of some rows, (n_rows, n_columns)."""
+        return self.values[np.ix_(rows, columns_of(self.names, sets))]
+
+
+def columns_of(names: Sequence[str], sets: Sequence[str]) -> NDArray[np.intp]:
+    """Return the columns of some sets of features, by the names of all features."""
+    columns_by_set = [np.flatnonzero([name.split("/")[0] == name_of_set for name in names]) for name_of_set in sets]
+    for name_of_set, columns in zip(sets, columns_by_set, strict=True):
+        if columns.size == 0:
+            fault, allowed = f"have no {name_of_set!r}", "needs all sets of the classifier"
+            raise InputError("features", fault, allowed, "make them too")
+    return np.concatenate(columns_by_set)
 
 
 def samples_of(
@@ -91,77 +108,54 @@ def samples_of(
     """Return the sampled frames of trials with their features."""
     settings, chosen = features or FeatureSettings(), tuple(trials.names if names is None else names)
     check_labels(onsets, chosen)
+    motions = (motion_of(trials.tracks(name), settings.motion) for name in chosen)
     return joined_samples(
         [
-            trial_sample(name, motion_of(trials.tracks(name), settings.motion), onsets[name], settings, sampling)
-            for name in chosen
+            trial_samples(name, motion, onsets[name], settings, sampling)
+            for name, motion in zip(chosen, motions, strict=True)
         ]
     )
 
 
-@dataclass(frozen=True)
-class TrialSample:
-    """Sampled frames of one trial."""
-
-    name: str  # its name
-    values: NDArray[np.float32]  # (n_samples, n_features), features
-    classes: NDArray[np.int8]  # (n_samples,), class of each
-    time: NDArray[np.float64]  # (n_samples,), its time [s]
-    names: tuple[str, ...]  # names of the features
-    ring: NDArray[np.intp]  # (n_markers,), ring of each internal marker
-    rest_end: float  # time of the last frame at rest [s]
-    filled: int  # positions that were not seen in the trial, and frames with too few markers
-    unusable: int  # positions that were not seen in the trial, and frames with too few markers
-
-
-def trial_sample(
-    name: str, motion: Motion, onsets: Onsets, settings: FeatureSettings, sampling: Sampling
-) -> TrialSample:
+def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSettings, sampling: Sampling) -> Samples:
     """Return the sampled frames of one trial."""
     classes = classes_at(onsets, motion.time)
     frames = chosen_frames(classes, motion.usable, sampling, name)
-    return TrialSample(
-        name=name,
-        values=features_of(at_frames(motion, frames), settings),
+    return Samples(
+        values=features_of(motion.at(frames), settings),
         classes=classes[frames],
+        trial=np.zeros(len(frames), dtype=np.intp),
         time=motion.time[frames],
         names=feature_names(motion, settings),
+        trials=(name,),
         ring=motion.ring,
-        rest_end=float(motion.time[settings.motion.rest_frames - 1]),
+        rest_end=motion.time[[settings.motion.rest_frames - 1]],
         filled=motion.filled,
         unusable=int((~motion.usable).sum()),
     )
 
 
-def joined_samples(samples: Sequence[TrialSample]) -> Samples:
-    """Return the sampled frames of trials of one layout in one table."""
+def joined_samples(samples: Sequence[Samples]) -> Samples:
+    """Return the samples of single trials in one table."""
+    joined = {
+        name: np.concatenate([getattr(part, name) for part in samples])
+        for name in ("values", "classes", "time", "rest_end")
+    }
     return Samples(
-        values=np.concatenate([part.values for part in samples]),
-        classes=np.concatenate([part.classes for part in samples]),
+        **joined,
         trial=np.repeat(np.arange(len(samples)), [len(part.classes) for part in samples]),
-        time=np.concatenate([part.time for part in samples]),
         names=samples[0].names,
-        trials=tuple(part.name for part in samples),
+        trials=tuple(name for part in samples for name in part.trials),
         ring=samples[0].ring,
-        rest_end=np.array([part.rest_end for part in samples]),
         filled=sum(part.filled for part in samples),
         unusable=sum(part.unusable for part in samples),
     )
 
 
-def at_frames(motion: Motion, frames: NDArray[np.intp]) -> Motion:
-    """Return some frames of a motion."""
-    over_time = ("time", "displacement", "velocity", "seen", "usable")
-    return Motion(**{**vars(motion), **{name: getattr(motion, name)[frames] for name in over_time}})
-
-
 def chosen_frames(
     classes: NDArray[np.int8], usable: NDArray[np.bool_], sampling: Sampling, trial: str
 ) -> NDArray[np.intp]:
-    """Return the frames that are sampled, in order of time.
-
-    Arrays: classes (n_times,); usable (n_times,).
-    """
+    """Return the frames that are sampled, in order of time; `classes` and `usable` are (n_times,)."""
     draw = np.random.default_rng([sampling.seed, zlib.crc32(trial.encode())])
     incipient = np.flatnonzero((classes == INCIPIENT) & usable)
     first, rest = np.split(incipient, [sampling.first_incipient])
@@ -231,20 +225,14 @@ def left_out(conditions: Mapping[str, Mapping[str, Any]], key: str) -> dict[str,
     different = sorted(set(values.values()), key=lambda value: (isinstance(value, str), value))
     if len(different) < 2:
         raise InputError(f"condition {key!r}", f"is {different[0]!r} in all trials", "needs at least two values")
-    if len(different) > _VALUES and not any(isinstance(value, str) for value in different):
-        return _by_range(values)
-    return {_text(entry): tuple(name for name, value in values.items() if value == entry) for entry in different}
-
-
-def _by_range(values: Mapping[str, float]) -> dict[str, tuple[str, ...]]:
-    edges = np.quantile(list(values.values()), np.linspace(0.0, 1.0, _RANGES + 1))
-    places = np.clip(np.searchsorted(edges, list(values.values()), side="right") - 1, 0, _RANGES - 1)
-    groups = {}
-    for number in range(_RANGES):
-        label = f"{edges[number]:.4g} to {edges[number + 1]:.4g}"
-        groups[label] = tuple(name for name, group in zip(values, places, strict=True) if group == number)
+    if len(different) <= _VALUES or any(isinstance(value, str) for value in different):
+        texts = {value: f"{value:.4g}" if isinstance(value, float) else str(value) for value in different}
+        return {texts[value]: tuple(name for name in values if values[name] == value) for value in different}
+    numbers = np.array(list(values.values()))
+    edges = np.quantile(numbers, np.linspace(0.0, 1.0, _RANGES + 1))
+    quarter = np.clip(np.searchsorted(edges, numbers, side="right") - 1, 0, _RANGES - 1)
+    groups = {
+        f"{edges[number]:.4g} to {edges[number + 1]:.4g}": tuple(np.array(list(values))[quarter == number].tolist())
+        for number in range(_RANGES)
+    }
     return {label: names for label, names in groups.items() if names}
-
-
-def _text(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -10,16 +10,8 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
-from fingerslip.detect.evaluation.crossval import FoldFrames, joined_folds
-from fingerslip.detect.evaluation.evaluate import Evaluation, begun_evaluation
-from fingerslip.detect.evaluation.scores import (
-    Estimate,
-    event_scores_of,
-    frame_scores_of,
-    reliability_of,
-    rest_ends,
-    score_submission,
-)
+from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation
+from fingerslip.detect.evaluation.scores import event_scores_of, frame_scores_of, rest_ends, score_submission
 from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.motion import MotionSettings
@@ -30,12 +22,11 @@ from fingerslip.detect.tables import (
     calibration_table,
     confusion_table,
     event_table,
-    findings_table,
     frame_table,
     left_out_table,
     score_table,
 )
-from fingerslip.detect.training import calibration_count, candidate_of_name, train
+from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.unseen import on_unseen, unseen_tables
 from fingerslip.errors import InputError, shorten
@@ -55,6 +46,7 @@ __all__ = [
     "run_detector",
     "score_onsets",
     "train_detector",
+    "write_tables",
 ]
 
 
@@ -63,11 +55,11 @@ class Choices:
     """What may be chosen for training and evaluation."""
 
     labels: str = "external_markers"  # source of the labels in the trials, or a CSV file of onset times
-    rest_frames: int = 100  # frames at rest, and in a velocity
-    window: int = 11  # frames at rest, and in a velocity
+    rest_frames: int = 100
+    window: int = 11  # frames in a velocity
     samples: str = "50,50,50,50"  # frames a trial: no slip, first and more incipient ones, gross, with commas
-    seed: int = 0  # seed of what is random, and cores
-    workers: int = 1  # seed of what is random, and cores
+    seed: int = 0
+    workers: int = 1
     least: float = 1.0  # share of these frames that a trial needs at least
 
     @property
@@ -77,28 +69,32 @@ class Choices:
 
     @property
     def sampling(self) -> Sampling:
-        """How frames are sampled.
-
-        Raises
-        ------
-        InputError
-            Where the text is not four whole numbers.
-        """
+        """How frames are sampled."""
         words = self.samples.split(",")
-        if len(words) != 4 or not all(part.strip().isdecimal() for part in words):
+        if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
             raise InputError("--samples", f"got {shorten(self.samples)!r}", "needs four numbers", "write 50,50,50,50")
-        no_slip, first, more, gross = (int(part) for part in words)
-        return Sampling(no_slip, first, more, gross, self.least, seed=self.seed)
+        no_slip, first, more, gross = map(int, words)
+        return Sampling(no_slip, first, more, gross, self.least, self.seed)
 
     def onsets(self, trials: TrialSet) -> dict[str, Onsets]:
-        """Return the labels of all trials.
-
-        Raises
-        ------
-        InputError
-            Where there are none.
-        """
+        """Return the labels of all trials."""
         return read_onsets(self.labels) if self.labels.endswith(".csv") else trials.onsets(self.labels)
+
+    def train(self, trials: TrialSet, classifier: str) -> Detector:
+        """Return a detector that learned from what is no test trial of the benchmark."""
+        tests = set(benchmark_test_trials(trials.names, self.seed))
+        names = [name for name in trials.names if name not in tests]
+        with threadpool_limits(self.workers):
+            return train(
+                trials,
+                self.onsets(trials),
+                classifier,
+                motion=self.motion,
+                sampling=self.sampling,
+                names=names,
+                seed=self.seed,
+                workers=self.workers,
+            )
 
 
 def collect_trials(
@@ -128,27 +124,12 @@ def collect_trials(
 
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
     """Train a detector on what is no test trial of the benchmark, write it, and return what was done."""
-    trials = open_trials(dataset)
-    tests = set(benchmark_test_trials(trials.names, choices.seed))
-    with threadpool_limits(choices.workers):
-        result = train(
-            trials,
-            choices.onsets(trials),
-            classifier,
-            motion=choices.motion,
-            sampling=choices.sampling,
-            names=[name for name in trials.names if name not in tests],
-            seed=choices.seed,
-            workers=choices.workers,
-        )
-    write_detector(result, output)
-    calibration = result.calibration
-    promise = (
-        f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
-        if calibration.trials
-        else "no guarantee"
-    )
-    trials, samples = result.provenance["trials"], result.provenance["samples"]
+    detector = choices.train(open_trials(dataset), classifier)
+    write_detector(detector, output)
+    promise, calibration = "no guarantee", detector.calibration
+    if calibration.trials:
+        promise = f"false alarms <= {100 * calibration.share:g} % by {calibration.trials} trials"
+    trials, samples = detector.provenance["trials"], detector.provenance["samples"]
     return f"{output}: {classifier}, {trials} trials, {samples} samples, {promise}"
 
 
@@ -167,7 +148,7 @@ def evaluate_classifiers(
     candidates = [candidate_of_name(name) for name in classifiers or CLASSIFIERS]
     tests = grouped_folds(trials.names, folds, choices.seed)
     groups = {key: left_out(trials.conditions, key) for key in leave_out}
-    begun = begun_evaluation(
+    run = begin_evaluation(
         trials,
         onsets,
         candidates,
@@ -177,48 +158,36 @@ def evaluate_classifiers(
         workers=choices.workers,
         output=output,
     )
-    begun.check([*tests, *(names for group in groups.values() for names in group.values())])
-    tables = _evaluation_tables(begun, candidates, tests, choices)
-    tables += [
-        _left_out_table(begun, key, groups_of_condition, candidates) for key, groups_of_condition in groups.items()
-    ]
-    if output is not None:
-        output_tables(tables, output)
-    begun.parts.remove()
-    return tables
-
-
-def _evaluation_tables(
-    begun: Evaluation, candidates: Sequence[Candidate], tests: Sequence[Sequence[str]], choices: Choices
-) -> list[Table]:
-    frames, events = begun.by_fold(candidates, tests)
-    scores = {name: frame_scores_of(frame.matrices, seed=choices.seed) for name, frame in frames.items()}
-    split = {candidate.name: begun.by_sample(candidate) for candidate in candidates}
-    mixed: dict[str, Estimate] = {
-        name: frame_scores_of(entry, seed=choices.seed).accuracy for name, entry in split.items()
-    }
-    samples = begun.samples
+    run.check([*tests, *(names for group in groups.values() for names in group.values())])
+    frames, events = run.by_fold(candidates, tests)
+    scores = {name: run.scores(pieces) for name, pieces in frames.items()}
+    mixed = {entry.name: frame_scores_of(run.by_sample(entry), seed=choices.seed).accuracy for entry in candidates}
+    samples = run.samples
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
         f"filled, {samples.unusable} frames had too few markers."
     )
-    return [
+    tables = [
         accuracy_table(scores, mixed, note),
         frame_table(scores),
-        confusion_table({name: score.matrix for name, score in scores.items()}),
-        calibration_table({name: reliability_of(frame.chances, frame.classes) for name, frame in frames.items()}),
-        _event_table(begun, events, choices, len(tests)),
+        confusion_table(scores),
+        calibration_table({name: run.reliability(pieces) for name, pieces in frames.items()}),
+        _event_table(run, events, choices, folds),
+        *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
+    if output is not None:
+        output_tables(tables, output)
+    run.parts.remove()
+    return tables
 
 
-def _event_table(begun: Evaluation, events: Mapping[str, Mapping[str, Onsets]], choices: Choices, folds: int) -> Table:
-    trials = begun.trials
-    ends, frame = rest_ends(trials, trials.names, choices.rest_frames)
+def _event_table(run: Evaluation, events: Mapping[str, Mapping[str, Onsets]], choices: Choices, folds: int) -> Table:
+    names = run.trials.names
+    ends, frame = rest_ends(run.trials, names, choices.rest_frames)
     scores = {
-        name: event_scores_of(event, begun.onsets, ends, frame=frame, seed=choices.seed)
-        for name, event in events.items()
+        name: event_scores_of(event, run.onsets, ends, frame=frame, seed=choices.seed) for name, event in events.items()
     }
-    calibration = calibration_count(len(trials.names) - len(trials.names) // folds, 0.05)
+    calibration = calibration_count(len(names) - len(names) // folds, 0.05)
     note = f"Thresholds from {calibration} other trials of each fold, for at most 5 % that raise an alarm before slip."
     return event_table(
         scores, note if calibration else "Too few trials for a guaranteed threshold: slip as likely as not."
@@ -226,27 +195,23 @@ def _event_table(begun: Evaluation, events: Mapping[str, Mapping[str, Onsets]], 
 
 
 def _left_out_table(
-    begun: Evaluation, key: str, groups: Mapping[str, tuple[str, ...]], candidates: Sequence[Candidate]
+    run: Evaluation, key: str, groups: Mapping[str, tuple[str, ...]], candidates: Sequence[Candidate]
 ) -> Table:
     """Return accuracies on the trials of each value of a condition that was not seen, and on all of them together."""
     rows = []
     for candidate in candidates:
-        folds = begun.by_group(candidate, list(groups.values()))
-        for (value, names), part in zip(groups.items(), folds, strict=True):
-            rows.append((candidate.name, value, len(names), _accuracy(begun, [part])))
-        rows.append((candidate.name, "all", sum(map(len, groups.values())), _accuracy(begun, folds)))
+        frames = run.by_group(candidate, list(groups.values()))
+        for (value, names), piece in zip(groups.items(), frames, strict=True):
+            rows.append((candidate.name, value, len(names), run.scores([piece]).accuracy))
+        rows.append((candidate.name, "all", sum(map(len, groups.values())), run.scores(frames).accuracy))
     return left_out_table(key, rows)
-
-
-def _accuracy(begun: Evaluation, folds: Sequence[FoldFrames]) -> Estimate:
-    return frame_scores_of(joined_folds(begun.samples, folds).matrices, seed=begun.seed).accuracy
 
 
 def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "rings") -> Table:
     """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency."""
     detector_read = read_detector(detector)
     # The tracker is slow to load, and nothing else here needs it.
-    from fingerslip.detect.live import run_on_markers, run_on_tracks
+    from fingerslip.detect.live import findings_table, run_on_markers, run_on_tracks
     from fingerslip.vision.tracking.track import open_markers
 
     title = f"{source.name} with {detector_read.classifier}"
@@ -288,9 +253,15 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
 def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
     """Return tables in Markdown, and write each as a CSV file where a folder is given."""
     if folder is not None:
-        with writing(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-        for number, table in enumerate(tables, start=1):
-            name = "-".join(table.title.lower().replace(",", "").split())
-            write_text(folder / f"{number}-{name}.csv", to_csv(table))
+        names = ("-".join(table.title.lower().replace(",", "").split()) for table in tables)
+        numbered = enumerate(zip(names, tables, strict=True), start=1)
+        write_tables({f"{number}-{name}": table for number, (name, table) in numbered}, folder)
     return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)
+
+
+def write_tables(tables: Mapping[str, Table], folder: Path) -> None:
+    """Write tables as CSV files by their names; other files of the folder stay."""
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, table in tables.items():
+        write_text(folder / f"{name}.csv", to_csv(table))

@@ -73,19 +73,20 @@ def slide_trial(
     say which of the two it takes), and of the contact.
     """
     filming = filming or Filming()
-    tracks_shown, plate = _after_press(history)
-    tracks = _film_both(seen_with_plate(tracks_shown, plate), filming, seed)
-    touching = _touching(tracks_shown, plate)
+    markers, plate = _after_press(history)
+    tracks = pair_tracks(_cameras_of(filming, seed), seen_with_plate(markers, plate))
+    # y is the normal of the plate.
+    height = markers["position"].values[0, :, 1] - plate[0, 1]
+    touching = np.flatnonzero((markers["kind"].values == "external") & (height < _TOUCHING))
     labels = {
         "external_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
         "all_external_markers": labels_from_external_markers(tracks, filming.labels),
-        "contact": _contact_labels(history, tracks_shown),
+        "contact": _contact_labels(history, markers),
     }
-    along = plate[-1] - plate[0]
-    element = {"task": "slide", "direction": float(np.mod(np.arctan2(0.0, along[0]), 2.0 * np.pi))}
-    return Trial(
-        name, tracks, labels, {**element, **_depth(plate), "seed": seed, **(conditions or {})}, _origin(history)
-    )
+    along = plate[-1, 0] - plate[0, 0]
+    slide = {"task": "slide", "direction": float(np.mod(np.arctan2(0.0, along), 2.0 * np.pi))}
+    slide |= {"indentation": _depth(plate), "seed": seed, **(conditions or {})}
+    return Trial(name, tracks, labels, slide, _origin(history))
 
 
 def pouring_trial(
@@ -104,21 +105,29 @@ def pouring_trial(
     filming = filming or Filming()
     if not history.sizes.get("rigid_body", 0):
         raise InputError("history", "has no rigid body", "needs a plate that is free to fall", "see bodies in studies")
-    tracks_shown, plate = _after_press(history)
+    markers, plate = _after_press(history)
     fallen = np.linalg.norm(plate - plate[0], axis=1) > filming.travel
     last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
-    tracks_shown, plate = tracks_shown.isel(time=slice(0, last)), plate[:last]
-    height = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0)
-    tracks = _film_both(seen_with_plate(tracks_shown, height), filming, seed)
-    fallen_by = np.zeros((len(plate), 3))
-    fallen_by[:, 0] = plate[:, 0] - plate[0, 0]
-    mark = plate_mark(_cameras_of(filming, seed), fallen_by, tracks_shown["time"].values)
+    markers, plate = markers.isel(time=slice(0, last)), plate[:last]
+    cameras = _cameras_of(filming, seed)
+    height, fall = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0), np.zeros((len(plate), 3))
+    fall[:, 0] = plate[:, 0] - plate[0, 0]
+    tracks = pair_tracks(cameras, seen_with_plate(markers, height))
     labels = {
-        "plate": labels_from_plate(tracks, mark, filming.labels),
-        "contact": _contact_labels(history, tracks_shown),
+        "plate": labels_from_plate(tracks, plate_mark(cameras, fall, markers["time"].values), filming.labels),
+        "contact": _contact_labels(history, markers),
     }
-    element = {"task": "pour", **_depth(plate), "seed": seed}
-    return Trial(name, tracks, labels, {**element, **(conditions or {})}, _origin(history))
+    pour = {"task": "pour", "indentation": _depth(plate), "seed": seed, **(conditions or {})}
+    return Trial(name, tracks, labels, pour, _origin(history))
+
+
+def _depth(plate: Floats) -> float:
+    return round(float(plate[0, 1]), 9)
+
+
+def _origin(history: xr.Dataset) -> dict[str, Any]:
+    names = ("fingerslip_version", "kinematics")
+    return {"source": "simulation", **{name: str(history.attrs[name]) for name in names if name in history.attrs}}
 
 
 def film_results(
@@ -137,35 +146,25 @@ def film_results(
         yield make(path.name, history, filming, seed=seed + zlib.crc32(path.name.encode()), conditions=conditions)
 
 
-def _single(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield path and value of each single value, of groups too that were swept together."""
-    for path, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _single({f"{path}.{name}": entry for name, entry in value.items()})
-        else:
-            yield path, value
-
-
-def _of_sensor(path: str) -> str:
-    """Return the name of the condition that a value of the sensor is: the last two parts of its path; else nothing."""
-    name = "_".join(path.split(".")[-2:])
-    return name if path.startswith("tactip.") and name in CONDITIONS else ""
-
-
 def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what was swept and sampled as conditions: the last part of its path, in SI units."""
+    """Return what was swept and sampled, groups of values too, as conditions: the last part of its path, in SI units.
+
+    A value of the sensor that is a condition has the last two parts of its path as its name.
+    """
     conditions: dict[str, Any] = {}
-    for path, value in _single(values):
-        name = path.rpartition(".")[2]
-        if name in ("static", "friction_coefficient"):
+    for path, value in values.items():
+        name, of_sensor = path.rpartition(".")[2], "_".join(path.split(".")[-2:])
+        if isinstance(value, Mapping):
+            conditions |= _conditions({f"{path}.{entry}": inner for entry, inner in value.items()})
+        elif name in ("static", "friction_coefficient"):
             conditions["friction_coefficient"] = float(value)
         elif name == "sample":
             conditions["repeat"] = int(value)
         elif name == "mass":
             conditions["mass"] = parse_quantity(value, "kg", where=path)
-        elif element := _of_sensor(path):
-            unit = CONDITIONS[element][0]
-            conditions[element] = value if unit == "1" else parse_quantity(value, unit, where=path)
+        elif path.startswith("tactip.") and of_sensor in CONDITIONS:
+            unit = CONDITIONS[of_sensor][0]
+            conditions[of_sensor] = value if unit == "1" else parse_quantity(value, unit, where=path)
         elif isinstance(value, int | float):
             conditions[name] = value
     return conditions
@@ -188,18 +187,6 @@ def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
     return sliding.assign_coords(time=sliding["time"] - first).assign_attrs(start=first), plate
 
 
-def _touching(tracks: xr.Dataset, plate: Floats) -> NDArray[np.intp]:
-    """Return the external markers that touch the plate at rest; y is its normal."""
-    height = tracks["position"].values[0, :, 1] - plate[0, 1]
-    touching: NDArray[np.intp] = np.flatnonzero((tracks["kind"].values == "external") & (height < _TOUCHING))
-    return touching
-
-
-def _film_both(tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
-    """Return what both cameras see, in pixels, with the markers in their order."""
-    return pair_tracks(_cameras_of(filming, seed), tracks)
-
-
 def _cameras_of(filming: Filming, seed: int) -> CameraPair:
     return dataclasses.replace(filming.cameras, seed=seed % 2**61)
 
@@ -209,12 +196,3 @@ def _contact_labels(history: xr.Dataset, tracks: xr.Dataset) -> Onsets:
     ratio = stick_ratio(history).sel(time=slice(start - 1e-9, start + float(tracks["time"][-1]) + 1e-9))
     # Rounding leaves shares of 1 + 1e-16.
     return labels_from_contact(ratio["time"].values - start, np.clip(ratio.values, 0.0, 1.0))
-
-
-def _depth(plate: Floats) -> dict[str, float]:
-    return {"indentation": round(float(plate[0, 1]), 9)}
-
-
-def _origin(history: xr.Dataset) -> dict[str, Any]:
-    names = ("fingerslip_version", "kinematics")
-    return {"source": "simulation", **{name: str(history.attrs[name]) for name in names if name in history.attrs}}

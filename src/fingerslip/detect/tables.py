@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fingerslip.detect.evaluation.inquiries import CurvePoint
-from fingerslip.detect.evaluation.robustness import Robustness, Sensitivity
+from fingerslip.detect.evaluation.inquiries import Robustness, Sensitivity
 from fingerslip.detect.evaluation.scores import Estimate, EventScores, FrameScores, Reliability
 from fingerslip.detect.labels import CLASSES
 from fingerslip.tables.table import Cell, Column, Missing, Table
-
-if TYPE_CHECKING:
-    from fingerslip.detect.live import Finding
 
 __all__ = [
     "accuracy_table",
@@ -24,9 +16,7 @@ __all__ = [
     "condition_table",
     "confusion_table",
     "curve_table",
-    "estimate_text",
     "event_table",
-    "findings_table",
     "frame_table",
     "importance_table",
     "left_out_table",
@@ -35,80 +25,85 @@ __all__ = [
 ]
 
 _INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
+_THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
 
 
-def estimate_text(estimate: Estimate, digits: int = 3) -> Cell:
-    """Return an estimate with its interval, such as '0.912 [0.894, 0.929]'."""
-    if estimate.value is None:
-        return Missing.NOT_DEFINED
-    text = f"{estimate.value:z.{digits}f}"
-    return text if estimate.low is None else f"{text} [{estimate.low:z.{digits}f}, {estimate.high:z.{digits}f}]"
+def _cell(value: object) -> Cell:
+    """Return a value as a cell, an estimate with its interval: '0.912 [0.894, 0.929]'."""
+    if isinstance(value, Estimate):
+        if value.value is None:
+            return Missing.NOT_DEFINED
+        ends = "" if value.low is None else f" [{value.low:z.3f}, {value.high:z.3f}]"
+        return f"{value.value:z.3f}{ends}"
+    return Missing.NOT_DEFINED if value is None else value  # type: ignore[return-value]
+
+
+def _table(
+    title: str, names: Sequence[str | Column], rows: Sequence[Sequence[object]], note: str = _INTERVALS
+) -> Table:
+    columns = tuple(
+        name if isinstance(name, Column) else Column(name, digits=3) if name in _THREE_DIGITS else Column(name)
+        for name in names
+    )
+    return Table(title, columns, tuple(tuple(map(_cell, row)) for row in rows), note)
 
 
 def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, Estimate], note: str) -> Table:
     """Return accuracies by trial beside those by sample, and the difference, which is what leaks."""
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[object, ...]] = []
     for name, scores in by_trial.items():
-        other = by_sample[name].value
-        leak: Cell = (
-            Missing.NOT_DEFINED if other is None or scores.accuracy.value is None else other - scores.accuracy.value
-        )
-        rows.append((name, estimate_text(scores.accuracy), estimate_text(by_sample[name]), leak))
-    columns = (Column("classifier"), Column("by trial"), Column("by sample"), Column("leakage", digits=3))
-    return Table("Accuracy on frames", columns, tuple(rows), f"{note} {_INTERVALS}")
+        accuracy, other = scores.accuracy, by_sample[name]
+        leak = None if accuracy.value is None or other.value is None else other.value - accuracy.value
+        rows.append((name, accuracy, other, leak))
+    names = ("classifier", "by trial", "by sample", "leakage")
+    return _table("Accuracy on frames", names, rows, f"{note} {_INTERVALS}")
 
 
 def assumption_table(sensitivities: Sequence[Sensitivity]) -> Table:
     """Return what accuracies come to with each value that may be assumed, and when labels then begin."""
-    names = list(sensitivities[0].matrices)
-    rows: list[tuple[Cell, ...]] = [
-        (
-            *(sensitivity.assumption.quantity, sensitivity.assumption.value, sensitivity.incipient, sensitivity.gross),
-            *(estimate_text(sensitivity.accuracies[name]) for name in names),
-        )
-        for sensitivity in sensitivities
+    rows = [
+        (entry.assumption.quantity, entry.assumption.value, entry.incipient, entry.gross, *entry.accuracies.values())
+        for entry in sensitivities
     ]
     times = (Column("median incipient slip", "s", 2), Column("median gross slip", "s", 2))
-    columns = (Column("quantity"), Column("value"), *times, *(Column(name) for name in names))
     note = f"Accuracy on frames of trials that were not seen; one value changed in each row. {_INTERVALS}"
-    return Table("Accuracy and what is assumed", columns, tuple(rows), note)
+    names: list[str | Column] = ["quantity", "value", *times, *sensitivities[0].matrices]
+    return _table("Accuracy and what is assumed", names, rows, note)
 
 
 def condition_table(condition: str, estimates: Mapping[str, Mapping[str, Estimate]]) -> Table:
     """Return accuracies on the trials of each value of a condition, which were learned from in other trials."""
-    names = list(next(iter(estimates.values())))
-    rows = tuple((value, *(estimate_text(estimate[name]) for name in names)) for value, estimate in estimates.items())
-    return Table(f"Accuracy by {condition}", (Column(condition), *(Column(name) for name in names)), rows, _INTERVALS)
+    rows = [(value, *estimate.values()) for value, estimate in estimates.items()]
+    return _table(f"Accuracy by {condition}", (condition, *next(iter(estimates.values()))), rows)
 
 
 def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:
     """Return precision, recall and F1 of each class on trials that were not seen."""
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (name, entry, *(estimate_text(score[number]) for score in (scores.precision, scores.recall, scores.f1)))
+    rows = [
+        (name, entry, scores.precision[number], scores.recall[number], scores.f1[number])
         for name, scores in by_trial.items()
         for number, entry in enumerate(CLASSES)
-    )
-    columns = tuple(Column(name) for name in ("classifier", "class", "precision", "recall", "F1"))
-    return Table("Classes, on trials that were not seen", columns, rows, _INTERVALS)
+    ]
+    names = ("classifier", "class", "precision", "recall", "F1")
+    return _table("Classes, on trials that were not seen", names, rows)
 
 
-def confusion_table(matrices: Mapping[str, NDArray[np.intp]]) -> Table:
+def confusion_table(by_trial: Mapping[str, FrameScores]) -> Table:
     """Return confusion matrices: a row for each true class."""
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (name, entry, *(int(count) for count in matrix[number]))
-        for name, matrix in matrices.items()
+    rows = [
+        (name, entry, *map(int, scores.matrix[number]))
+        for name, scores in by_trial.items()
         for number, entry in enumerate(CLASSES)
-    )
-    columns = (Column("classifier"), Column("true class"), *(Column(f"found {entry}") for entry in CLASSES))
-    return Table("Confusion, frames", columns, rows)
+    ]
+    names = ("classifier", "true class", *(f"found {entry}" for entry in CLASSES))
+    return _table("Confusion, frames", names, rows, "")
 
 
 def calibration_table(reliabilities: Mapping[str, Reliability]) -> Table:
     """Return how well calibrated the probabilities of slip are."""
-    rows = tuple((name, reliability.error, reliability.brier) for name, reliability in reliabilities.items())
-    columns = (Column("classifier"), Column("calibration error", digits=3), Column("Brier score", digits=3))
+    rows = [(name, reliability.error, reliability.brier) for name, reliability in reliabilities.items()]
     note = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
-    return Table("Calibration", columns, rows, note)
+    return _table("Calibration", ("classifier", "calibration error", "Brier score"), rows, note)
 
 
 _EVENTS: tuple[tuple[str, str], ...] = (
@@ -132,76 +127,40 @@ _EVENT_NOTE = (
 )
 
 
-def event_table(scores: Mapping[str, EventScores], note: str = "") -> Table:
+def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = "Onset of slip") -> Table:
     """Return scores of events, a column for each classifier."""
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (label, *(_event(score, name) for score in scores.values())) for label, name in _EVENTS
-    )
-    columns = (Column("event"), *(Column(name) for name in scores))
-    return Table("Onset of slip", columns, rows, f"{note} {_EVENT_NOTE}".strip())
+
+    def text(value: object) -> object:
+        return f"{value:z.3f}" if isinstance(value, float) else str(value) if isinstance(value, int) else value
+
+    rows = [(label, *(text(getattr(entry, name)) for entry in scores.values())) for label, name in _EVENTS]
+    return _table(title, ("event", *scores), rows, f"{note} {_EVENT_NOTE}".strip())
 
 
 def score_table(scores: EventScores, where: str) -> Table:
     """Return the scores of a submission."""
-    table = event_table({f"{where}, {scores.trials} trials": scores})
-    return Table("Benchmark", table.columns, table.rows, table.note)
-
-
-def _event(scores: EventScores, name: str) -> Cell:
-    value = getattr(scores, name)
-    match value:
-        case Estimate():
-            return estimate_text(value)
-        case None:
-            return Missing.NOT_DEFINED
-        case int():
-            return str(value)
-        case _:
-            return f"{value:z.3f}"
+    return event_table({f"{where}, {scores.trials} trials": scores}, title="Benchmark")
 
 
 def left_out_table(key: str, rows: Sequence[tuple[str, str, int, Estimate]]) -> Table:
     """Return accuracies where a condition was left out: classifier, its value, number of trials and accuracy."""
-    columns = (Column("classifier"), Column(f"{key} left out"), Column("trials"), Column("accuracy"))
-    cells = tuple((name, value, count, estimate_text(accuracy)) for name, value, count, accuracy in rows)
-    return Table(f"Accuracy where {key} was not seen", columns, cells, _INTERVALS)
+    names = ("classifier", f"{key} left out", "trials", "accuracy")
+    return _table(f"Accuracy where {key} was not seen", names, rows)
 
 
-def curve_table(points: Sequence[CurvePoint]) -> Table:
+def curve_table(scores: Mapping[int, FrameScores]) -> Table:
     """Return a learning curve."""
-    columns = (Column("trials"), Column("accuracy"), Column("mean F1"))
-    rows = tuple((point.trials, estimate_text(point.accuracy), estimate_text(point.f1)) for point in points)
-    return Table("Learning curve", columns, rows, _INTERVALS)
+    rows = [(trials, entry.accuracy, entry.f1_mean) for trials, entry in scores.items()]
+    return _table("Learning curve", ("trials", "accuracy", "mean F1"), rows)
 
 
 def importance_table(drops: Mapping[int, Estimate]) -> Table:
     """Return how much accuracy falls without each ring."""
-    columns = (Column("ring"), Column("drop in accuracy"))
-    rows = tuple((ring, estimate_text(drop)) for ring, drop in drops.items())
-    return Table("Importance of rings", columns, rows, f"Ring 0 is the centre. {_INTERVALS}")
+    note = f"Ring 0 is the centre. {_INTERVALS}"
+    return _table("Importance of rings", ("ring", "drop in accuracy"), list(drops.items()), note)
 
 
 def robustness_table(results: Sequence[Robustness]) -> Table:
     """Return accuracies under disturbances."""
-    columns = (Column("disturbance"), Column("amount"), Column("accuracy"), Column("unusable", digits=3))
-    rows = tuple(
-        (result.disturbance, result.amount, estimate_text(result.accuracy), result.unusable) for result in results
-    )
-    return Table("Robustness, all frames of the test trials", columns, rows, _INTERVALS)
-
-
-def findings_table(findings: list[Finding], title: str, note: str) -> Table:
-    """Return what a detector found, and how long it took; the note says what is in that time."""
-    # What the detector ran in is slow to load, and no other table needs it.
-    from fingerslip.detect.live import latency_of
-
-    latency, onsets = latency_of(findings), findings[-1].onsets
-    rows: tuple[tuple[Cell, ...], ...] = (
-        ("slip begins [s]", Missing.NO_EVENT if onsets.incipient is None else f"{onsets.incipient:.4g}"),
-        ("gross slip begins [s]", Missing.NO_EVENT if onsets.gross is None else f"{onsets.gross:.4g}"),
-        ("frames", str(latency.frames)),
-        ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
-        ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),
-        ("frames a second", f"{latency.rate:.4g}"),
-    )
-    return Table(title, (Column(""), Column("value")), rows, note)
+    title = "Robustness, all frames of the test trials"
+    return _table(title, ("disturbance", "amount", "accuracy", "unusable"), results)

@@ -17,10 +17,10 @@ from fingerslip.detect.alarms import (
     least_trials,
     onsets_from,
 )
-from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, columns_of, fit, probabilities
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities
 from fingerslip.detect.features import FeatureSettings, features_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import MotionSettings, markers_of, motion_of
+from fingerslip.detect.motion import Motion, MotionSettings, markers_of, motion_of
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.detect.trials import layout_digest, layout_text
@@ -60,11 +60,11 @@ class Detector:
 
     classifier: str  # name in :data:`fingerslip.detect.classifiers.CLASSIFIERS`
     estimator: Any  # the fitted pipeline
-    features: FeatureSettings  # what it sees
+    features: FeatureSettings
     names: tuple[str, ...]  # names of its features
-    layout: str  # hash of the internal markers that it was made for, and what they are
-    layout_in_words: str  # hash of the internal markers that it was made for, and what they are
-    smoother: Smoother  # from frames to scores
+    layout: str  # hash of the internal markers that it was made for
+    layout_in_words: str
+    smoother: Smoother
     thresholds: Thresholds = field(default_factory=Thresholds)
     calibration: Calibration = field(default_factory=Calibration)
     data: str = ""  # hash of the data set that it learned from
@@ -162,32 +162,33 @@ def calibration_count(trials: int, share: float) -> int:
 
 def fit_detector(candidate: Candidate, samples: Samples, rows: NDArray[np.intp], seed: int, workers: int) -> Any:
     """Return a classifier fitted to some rows of a table that may hold more features than it sees."""
-    values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
+    values = samples.features(rows, candidate.sets)
     return fit(candidate, values, samples.classes[rows], samples.trial[rows], seed=seed, workers=workers)
 
 
 def forward_filter(
-    samples: Samples, onsets: Mapping[str, Onsets], window: int, rows: NDArray[np.intp] | None = None
+    samples: Samples, onsets: Mapping[str, Onsets], window: int, rows: NDArray[np.intp] | slice = slice(None)
 ) -> ForwardFilter:
-    """Return the smoother whose times and shares are those of training trials."""
-    used = np.arange(len(samples.classes)) if rows is None else rows
-    counts = np.bincount(samples.classes[used], minlength=3)
-    waits, partial = [], []
-    for number in np.unique(samples.trial[used]):
-        label = onsets[samples.trials[number]]
-        # Trials with samples of all classes have both onsets.
-        if label.incipient is not None and label.gross is not None:
-            waits.append(max(label.incipient - samples.rest_end[number], 1e-3))
-            partial.append(max(label.gross - label.incipient, 1e-3))
-    prior = (counts + 1) / (counts + 1).sum()
-    dwell = float(np.mean(waits)), float(np.mean(partial))
-    return ForwardFilter(dwell, (float(prior[0]), float(prior[1]), float(prior[2])), 1.0 / window)
+    """Return the smoother whose times and shares are those of training trials, the rows of these among the samples."""
+    trials = np.unique(samples.trial[rows])
+    labels = [(onsets[samples.trials[number]], samples.rest_end[number]) for number in trials]
+    # Trials with samples of all classes have both onsets.
+    times = [
+        (max(label.incipient - rest_end, 1e-3), max(label.gross - label.incipient, 1e-3))
+        for label, rest_end in labels
+        if label.incipient is not None and label.gross is not None
+    ]
+    counts = np.bincount(samples.classes[rows], minlength=3) + 1
+    no_slip, incipient, gross = (counts / counts.sum()).tolist()
+    waiting, partial = (float(np.mean(column)) for column in zip(*times, strict=True))
+    return ForwardFilter((waiting, partial), (no_slip, incipient, gross), 1.0 / window)
 
 
-def frame_scores(smoother: Smoother, time: Floats, chances: Floats) -> Floats:
-    """Return the scores of all frames of a trial, shape (n_times, 2)."""
-    interval = np.diff(time, prepend=time[:1])
-    return smoother.scores(smoother.start(), interval, chances)[0]
+def frame_scores(smoother: Smoother, motion: Motion, chances: Floats) -> Floats:
+    """Return the scores (n_times, 2) of all frames of a trial; those that are not usable count as not classified."""
+    interval = np.diff(motion.time, prepend=motion.time[:1])
+    usable_chances = np.where(motion.usable[:, None], chances, np.nan)
+    return smoother.scores(smoother.start(), interval, usable_chances)[0]
 
 
 def largest_before(time: Floats, scores: Floats, onsets: Onsets) -> float:
@@ -223,8 +224,7 @@ def detect(detector: Detector, tracks: xr.Dataset) -> tuple[Floats, Floats, Onse
     check_tracks_fit(detector, tracks)
     motion = motion_of(tracks, detector.features.motion)
     chances = probabilities(detector.estimator, features_of(motion, detector.features))
-    chances[~motion.usable] = np.nan
-    scores = frame_scores(detector.smoother, motion.time, chances)
+    scores = frame_scores(detector.smoother, motion, chances)
     return motion.time, scores, onsets_from(motion.time, scores, detector.thresholds)
 
 

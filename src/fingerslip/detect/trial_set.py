@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,12 +53,12 @@ _REPAIR = "write the data set again"
 class TrialSet:
     """A data set that is open: what its manifest says, and trials that are read when they are asked for."""
 
-    folder: Path  # its folder
+    folder: Path
     names: tuple[str, ...]  # names of its trials, sorted
     conditions: Mapping[str, Mapping[str, Any]]  # conditions of every trial
     layout: str  # hash of the markers' layout
     digest: str  # hash of all of its files
-    title: str  # what it is
+    title: str
 
     def trial(self, name: str) -> Trial:
         """Read a trial."""
@@ -105,31 +106,22 @@ def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes:
     ResultError
         Where the folder cannot be written.
     """
-    final = Path(folder)
-    check_replaceable(final, MANIFEST)
-    with new_folder(final) as partial:
-        described = _Described()
-        for trial in trials:
-            described.add(trial)
-            described.entries[trial.name] = _written(trial, partial / trial.name)
-        described.write(partial, title, notes)
-    return open_trials(final)
+
+    def put(trial: Trial, target: Path) -> None:
+        target.mkdir()
+        write_trial(trial, target)
+
+    return _write_set(((trial, partial(put, trial)) for trial in trials), Path(folder), title, notes)
 
 
 def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
     """Make a data set of trials that are written already, whole or not at all; their own folders stay."""
-    final = Path(folder)
-    check_replaceable(final, MANIFEST)
-    with new_folder(final) as partial:
-        described = _Described()
-        for source in folders:
-            trial = read_trial(source)
-            described.add(trial)
-            with writing(final):
-                shutil.copytree(source, partial / trial.name, copy_function=_link)
-            described.entries[trial.name] = _entry(trial, partial / trial.name)
-        described.write(partial, title, notes)
-    return open_trials(final)
+
+    def put(source: Path, target: Path) -> None:
+        with writing(Path(folder)):
+            shutil.copytree(source, target, copy_function=_link)
+
+    return _write_set(((read_trial(source), partial(put, source)) for source in folders), Path(folder), title, notes)
 
 
 def _link(source: str, target: str) -> None:
@@ -140,49 +132,39 @@ def _link(source: str, target: str) -> None:
         shutil.copy2(source, target)
 
 
-class _Described:
-    """What the manifest says of trials, one by one."""
-
-    def __init__(self) -> None:
-        self.entries: dict[str, dict[str, Any]] = {}
-        self._first: Trial | None = None
-
-    def add(self, trial: Trial) -> None:
-        """Refuse a trial that does not go with the others."""
-        self._first = self._first or trial
-        common_layout(self._first.name, self._first.tracks, trial.name, trial.tracks)
-        if trial.name in self.entries:
-            raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
-
-    def write(self, folder: Path, title: str, notes: str) -> None:
-        """Write manifest and data card."""
-        if self._first is None:
+def _write_set(
+    trials: Iterable[tuple[Trial, Callable[[Path], None]]], folder: Path, title: str, notes: str
+) -> TrialSet:
+    """Write a data set of trials, each with what puts its files into a new folder."""
+    check_replaceable(folder, MANIFEST)
+    first: Trial | None = None
+    entries: dict[str, dict[str, Any]] = {}
+    with new_folder(folder) as unfinished:
+        for trial, put in trials:
+            first = first or trial
+            common_layout(first.name, first.tracks, trial.name, trial.tracks)
+            if trial.name in entries:
+                raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
+            put(unfinished / trial.name)
+            entries[trial.name] = {
+                "conditions": dict(trial.conditions),
+                "labels": sorted(trial.labels),
+                "frames": trial.tracks.sizes["time"],
+                "files": {name: file_digest(unfinished / trial.name / name) for name in FILES},
+            }
+        if first is None:
             raise InputError("trials", "got none", "needs at least one")
         manifest = {
             "format": _FORMAT,
             "title": title,
             "version": __version__,
-            "layout": layout_digest(self._first.tracks),
-            "layout_in_words": layout_text(self._first.tracks),
-            "trials": dict(sorted(self.entries.items())),
+            "layout": layout_digest(first.tracks),
+            "layout_in_words": layout_text(first.tracks),
+            "trials": dict(sorted(entries.items())),
         }
-        write_json(folder / MANIFEST, manifest)
-        write_text(folder / "README.md", _card(manifest, notes))
-
-
-def _written(trial: Trial, folder: Path) -> dict[str, Any]:
-    folder.mkdir()
-    write_trial(trial, folder)
-    return _entry(trial, folder)
-
-
-def _entry(trial: Trial, folder: Path) -> dict[str, Any]:
-    return {
-        "conditions": dict(trial.conditions),
-        "labels": sorted(trial.labels),
-        "frames": trial.tracks.sizes["time"],
-        "files": {name: file_digest(folder / name) for name in FILES},
-    }
+        write_json(unfinished / MANIFEST, manifest)
+        write_text(unfinished / "README.md", _card(manifest, notes))
+    return open_trials(folder)
 
 
 def common_layout(first: str, tracks: xr.Dataset, second: str, other: xr.Dataset) -> None:
@@ -217,17 +199,14 @@ def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
     for name in sorted(present ^ set(entries)):
         fault = f"is in the folder, not in {MANIFEST}" if name in present else f"is in {MANIFEST}, not in the folder"
         raise DamagedError(str(folder / name), fault, _REPAIR)
-    for name, entry in entries.items():
-        for file, wanted in entry["files"].items():
-            if _digest(folder / name / file) != wanted:
-                raise DamagedError(str(folder / name / file), f"is not the file of {MANIFEST}", _REPAIR)
-
-
-def _digest(path: Path) -> str:
-    try:
-        return file_digest(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be read ({error.strerror}); {_REPAIR}") from error
+    files = {folder / name / file: wanted for name, entry in entries.items() for file, wanted in entry["files"].items()}
+    for path, wanted in files.items():
+        try:
+            is_same = file_digest(path) == wanted
+        except OSError as error:
+            raise ResultError(f"{path}: cannot be read ({error.strerror}); {_REPAIR}") from error
+        if not is_same:
+            raise DamagedError(str(path), f"is not the file of {MANIFEST}", _REPAIR)
 
 
 def check_labels(
@@ -269,7 +248,7 @@ def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         values = {entry["conditions"].get(name) for entry in entries.values()}
         numbers = [value for value in values if isinstance(value, int | float)]
         if len(numbers) == len(values) > 8:
-            yield name, f"{len(values)} values from {np.min(numbers):.6g} to {np.max(numbers):.6g}"
+            yield name, f"{len(values)} values from {min(numbers):.6g} to {max(numbers):.6g}"
         else:
             texts = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in values)
             yield name, shorten(", ".join(sorted(texts)))
@@ -297,17 +276,18 @@ def write_parquet(trials: TrialSet, path: str | Path, onsets: Mapping[str, Onset
     """
     arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
     labels = trials.onsets() if onsets is None else onsets
-    names = list(dict.fromkeys(name for values in trials.conditions.values() for name in values))
-    schema: Any = None
-    with new_file(Path(path)) as partial:
+    kinds = _condition_types(arrow, trials)
+    with new_file(Path(path)) as unfinished:
         writer: Any = None
         try:
             for name in trials.names:
                 columns = _frames(name, trials.tracks(name), labels[name])
-                schema = schema or _schema(arrow, trials, names, columns)
-                rows = len(columns["time_s"])
-                columns |= {f"condition_{entry}": [trials.conditions[name].get(entry)] * rows for entry in names}
-                writer = writer or parquet.ParquetWriter(partial, schema, compression="zstd")
+                values, rows = trials.conditions[name], len(columns["time_s"])
+                columns |= {f"condition_{entry}": [values.get(entry)] * rows for entry in kinds}
+                texts = {"trial": arrow.string(), "class": arrow.string()}
+                types = texts | {f"condition_{entry}": kind for entry, kind in kinds.items()}
+                schema = arrow.schema([(column, types.get(column, arrow.float64())) for column in columns])
+                writer = writer or parquet.ParquetWriter(unfinished, schema, compression="zstd")
                 writer.write_table(arrow.table(columns, schema=schema))
         finally:
             if writer is not None:
@@ -315,32 +295,28 @@ def write_parquet(trials: TrialSet, path: str | Path, onsets: Mapping[str, Onset
 
 
 def _frames(name: str, tracks: xr.Dataset, onsets: Onsets) -> dict[str, Any]:
-    time = tracks["time"].values
-    columns: dict[str, Any] = {
+    """Return the columns of the frames of a trial, positions masked where a marker was not seen."""
+    time, position = tracks["time"].values, tracks["position"].values
+    markers = [f"{kind}_{marker}" for kind, marker in zip(tracks["kind"].values, tracks["marker"].values, strict=True)]
+    names = [f"{marker}_{axis}" for marker in markers for axis in tracks["axis"].values]
+    return {
         "trial": [name] * len(time),
         "time_s": time,
         "class": [CLASSES[number] for number in classes_at(onsets, time)],
+        **dict(zip(names, np.ma.masked_invalid(position.reshape(len(time), -1).T), strict=True)),
     }
-    for column, (marker, kind) in enumerate(zip(tracks["marker"].values, tracks["kind"].values, strict=True)):
-        for axis, label in enumerate(tracks["axis"].values):
-            values = tracks["position"].values[:, column, axis]
-            columns[f"{kind}_{marker}_{label}"] = np.ma.masked_invalid(values)
-    return columns
 
 
-def _schema(arrow: Any, trials: TrialSet, names: list[str], columns: Mapping[str, Any]) -> Any:
-    texts = {"trial", "class"}
-    fields = [(name, arrow.string() if name in texts else arrow.float64()) for name in columns]
-    return arrow.schema([*fields, *((f"condition_{name}", _type(arrow, trials, name)) for name in names)])
-
-
-def _type(arrow: Any, trials: TrialSet, name: str) -> Any:
-    values = [values.get(name) for values in trials.conditions.values()]
-    kinds = {type(value) for value in values if value is not None}
-    if kinds <= {int, float}:
-        return arrow.float64()
-    if kinds <= {str}:
-        return arrow.string()
-    if kinds <= {bool}:
-        return arrow.bool_()
-    raise InputError(f"{trials.folder}: condition {name}", "mixes text and numbers", "needs one kind in all trials")
+def _condition_types(arrow: Any, trials: TrialSet) -> dict[str, Any]:
+    """Return the type of each condition in a table: text, true or false, or number."""
+    types = {}
+    for name in dict.fromkeys(name for values in trials.conditions.values() for name in values):
+        kinds = {type(values.get(name)) for values in trials.conditions.values()} - {type(None)}
+        for allowed, kind in (({int, float}, arrow.float64()), ({str}, arrow.string()), ({bool}, arrow.bool_())):
+            if kinds <= allowed:
+                types[name] = kind
+                break
+        else:
+            where = f"{trials.folder}: condition {name}"
+            raise InputError(where, "mixes text and numbers", "needs one kind in all trials")
+    return types

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,16 +31,14 @@ __all__ = ["READINGS", "Unseen", "on_unseen", "unseen_tables"]
 #: How onsets are read from frames: as the detector does it, and by the first frame that is more likely slip than not.
 READINGS = ("detector", "single frames")
 
-_SINGLE = Hysteresis(1)
-
 
 @dataclass(frozen=True)
 class Unseen:
     """What a detector finds in trials that it did not learn from."""
 
-    found: Mapping[str, Mapping[str, Onsets]]  # onsets of every trial, by reading
-    scores: Mapping[str, EventScores]  # their scores, by reading
-    matrices: NDArray[np.intp]  # (n_trials, 3, 3)
+    onsets: Mapping[str, Mapping[str, Onsets]]  # of every trial, by reading
+    scores: Mapping[str, EventScores]  # by reading
+    matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion of all frames
 
 
 def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], *, seed: int = 0) -> Unseen:
@@ -51,46 +49,28 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
     missing = [name for name in trials.names if name not in onsets]
     if missing:
         raise InputError("labels", f"have no trial {missing[0]}", "needs every trial of the data set")
-    result: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
+    readings = ((detector.smoother, detector.thresholds), (Hysteresis(1), Thresholds()))
+    results: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
     matrices = []
     for name in trials.names:
-        both, matrix = _of_trial(detector, trials, name, onsets[name])
-        matrices.append(matrix)
-        for reading, onset in zip(READINGS, both, strict=True):
-            result[reading][name] = onset
+        tracks = trials.tracks(name)
+        check_tracks_fit(detector, tracks)
+        motion = motion_of(tracks, detector.features.motion)
+        chances = probabilities(detector.estimator, features_of(motion, detector.features))
+        likely, true = chances.argmax(axis=1).astype(np.int8), classes_at(onsets[name], motion.time)
+        one_trial = np.zeros(int(motion.usable.sum()), dtype=np.intp)
+        matrices.append(confusion_by_trial(true[motion.usable], likely[motion.usable], one_trial))
+        for reading, (smoother, thresholds) in zip(READINGS, readings, strict=True):
+            results[reading][name] = onsets_from(motion.time, frame_scores(smoother, motion, chances), thresholds)
     ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
     scores = {
-        reading: event_scores_of(onset, onsets, ends, frame=frame, seed=seed) for reading, onset in result.items()
+        reading: event_scores_of(result, onsets, ends, frame=frame, seed=seed) for reading, result in results.items()
     }
-    return Unseen(result, scores, np.concatenate(matrices))
-
-
-def _of_trial(
-    detector: Detector, trials: TrialSet, name: str, label: Onsets
-) -> tuple[tuple[Onsets, Onsets], NDArray[np.intp]]:
-    """Return the onsets in both readings and the confusion matrix of all frames, shape (1, 3, 3)."""
-    tracks = trials.tracks(name)
-    check_tracks_fit(detector, tracks)
-    motion = motion_of(tracks, detector.features.motion)
-    chances = probabilities(detector.estimator, features_of(motion, detector.features))
-    likely = chances.argmax(axis=1).astype(np.int8)[motion.usable]
-    true = classes_at(label, motion.time)[motion.usable]
-    matrix = confusion_by_trial(true, likely, np.zeros(len(true), dtype=np.intp))
-    chances[~motion.usable] = np.nan
-    plain = replace(detector, smoother=_SINGLE, thresholds=Thresholds())
-    first, second = (
-        onsets_from(motion.time, frame_scores(model.smoother, motion.time, chances), model.thresholds)
-        for model in (detector, plain)
-    )
-    return (first, second), matrix
+    return Unseen(results, scores, np.concatenate(matrices))
 
 
 def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
     """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
     frames = {"all frames": frame_scores_of(result.matrices, seed=seed)}
     note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
-    return [
-        event_table(result.scores, note),
-        frame_table(frames),
-        confusion_table({name: frame.matrix for name, frame in frames.items()}),
-    ]
+    return [event_table(result.scores, note), frame_table(frames), confusion_table(frames)]

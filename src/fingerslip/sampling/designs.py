@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Literal
@@ -79,8 +79,8 @@ def needs_power_of_two(method: Method) -> bool:
     return method in _WITH_POWERS
 
 
-# scipy.stats is slow to import, and needed here alone.
 def _latin_hypercube(count: int, dim: int, seed: int) -> Array:
+    # scipy.stats is slow to import.
     from scipy.stats import qmc
 
     points: Array = qmc.LatinHypercube(dim, seed=seed).random(count)
@@ -94,13 +94,8 @@ def _sobol(count: int, dim: int, seed: int) -> Array:
     return points
 
 
-def _random(count: int, dim: int, seed: int) -> Array:
-    return np.random.default_rng(seed).random((count, dim))
-
-
 def _saltelli(count: int, dim: int, seed: int) -> Array:
-    both = _sobol(count, 2 * dim, seed)
-    first, second = both[:, :dim], both[:, dim:]
+    first, second = np.split(_sobol(count, 2 * dim, seed), 2, axis=1)
     blocks = np.repeat(first[:, None, :], dim + 2, axis=1)
     for j in range(dim):
         blocks[:, j + 1, j] = second[:, j]
@@ -122,7 +117,7 @@ METHODS: Mapping[str, Callable[[int, int, int], Array]] = MappingProxyType(
     {
         "latin_hypercube": _latin_hypercube,
         "sobol": _sobol,
-        "random": _random,
+        "random": lambda count, dim, seed: np.random.default_rng(seed).random((count, dim)),
         "saltelli": _saltelli,
         "morris": _morris,
     }
@@ -136,7 +131,7 @@ class Input:
     path: str  # its dotted path
     unit: str = ""  # its SI unit
     low: float = 0.0  # smallest and largest value [SI]
-    high: float = 0.0  # smallest and largest value [SI]
+    high: float = 0.0
     choices: tuple[Any, ...] = ()  # the values without order
 
     def columns(self, value: Any) -> tuple[float, ...]:
@@ -178,11 +173,22 @@ def varied_values(run: RunResult) -> dict[str, Any]:
 
 def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
     """Return what differs between runs, in the order of their values."""
-    paths = dict.fromkeys(path for run in runs for path in varied_values(run))
-    inputs = tuple(_inputs(paths, [varied_values(run) for run in runs]))
-    if not inputs:
+    values = [varied_values(run) for run in runs]
+    paths = dict.fromkeys(path for run_values in values for path in run_values)
+    inputs = [_input(path, [run_values.get(path) for run_values in values]) for path in paths]
+    differing = tuple(variable for variable in inputs if variable is not None)
+    if not differing:
         raise InputError("study", "has runs that do not differ", "needs values that are swept or sampled")
-    return inputs
+    return differing
+
+
+def _input(path: str, column: Sequence[Any]) -> Input | None:
+    numbers = [number for value in column if (number := _number(value)) is not None]
+    if len(numbers) == len(column) and len({unit for _, unit in numbers}) == 1:
+        low, high = min(numbers)[0], max(numbers)[0]
+        return Input(path, numbers[0][1], low, high) if low < high else None
+    choices = tuple({repr(value): value for value in column}.values())
+    return Input(path, choices=choices) if len(choices) > 1 else None
 
 
 def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
@@ -193,21 +199,6 @@ def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
             missing[0], "has no value", f"needs values of {', '.join(variable.path for variable in inputs)}"
         )
     return np.array([column for variable in inputs for column in variable.columns(values[variable.path])])
-
-
-def _inputs(paths: Mapping[str, Any], values: Sequence[Mapping[str, Any]]) -> Iterator[Input]:
-    for path in paths:
-        column = [value.get(path) for value in values]
-        numbers = [_number(entry) for entry in column]
-        numbers_known = [number for number in numbers if number is not None]
-        if len(numbers_known) == len(column) and len({unit for _, unit in numbers_known}) == 1:
-            low, high = min(numbers_known)[0], max(numbers_known)[0]
-            if low < high:
-                yield Input(path, numbers_known[0][1], low, high)
-        else:
-            choices = tuple({repr(entry): entry for entry in column}.values())
-            if len(choices) > 1:
-                yield Input(path, choices=choices)
 
 
 def _number(value: object) -> tuple[float, str] | None:

@@ -12,7 +12,6 @@ cannot flatter.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -151,9 +150,9 @@ class Effect:
     path: str  # dotted path of the value
     unit: str  # its unit
     low: float  # ends of its range, in its unit
-    high: float  # ends of its range, in its unit
-    slope: float  # partial derivative of the time and its standard error [s per unit]
-    error: float  # partial derivative of the time and its standard error [s per unit]
+    high: float
+    slope: float  # partial derivative of the time [s per unit]
+    error: float  # its standard error
     standardised: float  # slope times the standard deviation of the value over that of the time [-]
     rank: float  # rank correlation of value and time (Spearman) [-]
 
@@ -173,12 +172,12 @@ class Fit:
     """The linear fit of one slip time over the samples."""
 
     group: Mapping[str, Any]  # what the samples have in common: their swept values by dotted path
-    reading: str  # which time, in which reading
-    time: str  # which time, in which reading
+    reading: str
+    time: str
     middle: float  # fitted time in the middle of all ranges [s]
     residual: float  # standard deviation of the samples from the fit [s]
-    determination: float  # R^2 and predicted R^2 [-]
-    predicted: float  # R^2 and predicted R^2 [-]
+    determination: float  # R^2
+    predicted: float  # predicted R^2
     interval: Interval  # the times of the samples [s]
     effects: tuple[Effect, ...]  # the effect of each value, the largest change first
 
@@ -223,44 +222,31 @@ def fit_samples(
     runs_with_time = [run for run, entry in zip(runs, times, strict=True) if entry is not None]
     values = np.array([[number_and_unit(run.sampled[path])[0] for path in ranges] for run in runs_with_time])
     ends = np.array([[number_and_unit(end)[0] for end in two] for two in ranges.values()])
-    fit = _regression((values - ends.mean(axis=1)) / np.ptp(ends, axis=1), observed)
+    widths = np.ptp(ends, axis=1)
+    coefficients, errors, quality = _regression((values - ends.mean(axis=1)) / widths, observed)
+    slopes = coefficients[1:] / widths
     effects = (
         Effect(
             path,
             number_and_unit(two[0])[1],
             float(ends[j, 0]),
             float(ends[j, 1]),
-            slope=float(fit.slopes[j] / np.ptp(ends[j])),
-            error=float(fit.errors[j] / np.ptp(ends[j])),
-            standardised=float(fit.slopes[j] / np.ptp(ends[j]) * values[:, j].std() / observed.std()),
+            slope=float(slopes[j]),
+            error=float(errors[1:][j] / widths[j]),
+            standardised=float(slopes[j] * values[:, j].std() / observed.std()),
             rank=float(np.corrcoef(rankdata(values[:, j]), rankdata(observed))[0, 1]),
         )
         for j, (path, two) in enumerate(ranges.items())
     )
-    return Fit(
-        group=dict(group or {}),
-        reading=reading,
-        time=time,
-        interval=interval,
-        effects=tuple(sorted(effects, key=lambda effect: -abs(effect.change))),
-        **{name: value for name, value in dataclasses.asdict(fit).items() if name not in ("slopes", "errors")},
-    )
+    ordered = tuple(sorted(effects, key=lambda effect: -abs(effect.change)))
+    return Fit(dict(group or {}), reading, time, float(coefficients[0]), *quality, interval, ordered)
 
 
-@dataclass(frozen=True)
-class _Regression:
-    """A least-squares fit; slopes and their standard errors are per column."""
+def _regression(columns: Array, observed: Array) -> tuple[Array, Array, tuple[float, float, float]]:
+    """Fit `observed` (n,) by a constant and the `columns` (n, p).
 
-    middle: float
-    slopes: Array
-    errors: Array
-    residual: float
-    determination: float
-    predicted: float
-
-
-def _regression(columns: Array, observed: Array) -> _Regression:
-    """Fit `observed` (n,) by a constant and the `columns` (n, p)."""
+    Return the coefficients and their standard errors, (p + 1,), and residual, R^2 and predicted R^2.
+    """
     n, p = columns.shape
     design = np.column_stack([np.ones(n), columns])
     orthonormal, triangle = np.linalg.qr(design)
@@ -270,14 +256,9 @@ def _regression(columns: Array, observed: Array) -> _Regression:
     total = float(np.sum((observed - observed.mean()) ** 2))
     variance = float(left_over @ left_over) / (n - p - 1)
     errors = np.sqrt(variance * np.sum(np.linalg.inv(triangle) ** 2, axis=1))
-    return _Regression(
-        middle=float(coefficients[0]),
-        slopes=coefficients[1:],
-        errors=errors[1:],
-        residual=float(np.sqrt(variance)),
-        determination=1.0 - float(left_over @ left_over) / total,
-        predicted=1.0 - float(np.sum((left_over / (1.0 - leverage)) ** 2)) / total,
-    )
+    determination = 1.0 - float(left_over @ left_over) / total
+    predicted = 1.0 - float(np.sum((left_over / (1.0 - leverage)) ** 2)) / total
+    return coefficients, errors, (float(np.sqrt(variance)), determination, predicted)
 
 
 def number_and_unit(value: object) -> tuple[float, str]:

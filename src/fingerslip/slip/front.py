@@ -18,7 +18,6 @@ from fingerslip.sites import Site
 from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import (
-    SlideWindow,
     accumulated_slip,
     contact_forces,
     counterface_normal,
@@ -80,17 +79,24 @@ def front_arrivals(
         outermost nodes in contact at the start of the slide. NaN (missing) where the front does not arrive; no site
         where there is no slide, or the history is one in 3D.
     """
-    settings = settings or EventSettings()
-    window = slide_window(history, slide)
+    import xarray as xr
+
+    settings, window = settings or EventSettings(), slide_window(history, slide)
     names, positions = _receptors(history, kinds, sites)
-    if window is None or is_solid(history) or not names:
-        return _arrivals((), np.empty(0))
-    along, reached = _node_times(history, window, settings)
-    at = positions @ slide_tangent(history)
-    inside = np.flatnonzero((at >= along[0]) & (at <= along[-1])) if along.size else np.empty(0, dtype=np.intp)
-    order = inside[np.argsort(at[inside], kind="stable")]
-    times = np.interp(at[order], along, reached) if order.size else np.empty(0)
-    return _arrivals([names[index] for index in order], times)
+    order, times = np.empty(0, dtype=np.intp), np.empty(0)
+    if window is not None and not is_solid(history) and names.size:
+        # Position along the contact, and arrival, of the nodes in contact at the start of the slide.
+        touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
+        slip, records = accumulated_slip(history, window)[:, touching], history["time"].values[window.records]
+        crossings = sustained_crossings(records, slip, settings.slip_tolerance, settings.sustained)
+        tangent = slide_tangent(history)
+        along, at = history["contact_position"].values[touching] @ tangent, positions @ tangent
+        inside = np.flatnonzero((at >= along.min(initial=np.inf)) & (at <= along.max(initial=-np.inf)))
+        order, nodes = inside[np.argsort(at[inside], kind="stable")], np.argsort(along)
+        if order.size:
+            times = np.interp(at[order], along[nodes], np.array(crossings, dtype=float)[nodes])
+    attributes = {"units": "s", "long_name": "arrival of the slip front"}
+    return xr.DataArray(times, {"site": names[order].tolist()}, ("site",), "front_arrival", attributes)
 
 
 def force_ratio_times(
@@ -134,33 +140,17 @@ def force_ratio_times(
     return tuple(sustained_crossing(times, share, fraction, sustained) for fraction in fractions)
 
 
-def _receptors(history: xr.Dataset, kinds: Sequence[str], sites: Sequence[Site] | None) -> tuple[list[str], Floats]:
-    """Return names and positions (n, dim) of the receptors of some kinds."""
-    if sites is not None:
-        chosen = [site for site in sites if site.kind in kinds]
-        return [site.name for site in chosen], np.array([site.position for site in chosen], dtype=float)
-    rows = sites_of_kinds(history, kinds)
-    if rows.size == 0:
-        return [], np.empty((0, 2))
-    return [str(name) for name in history["site"].values[rows]], history["site_position"].values[rows]
-
-
-def _node_times(history: xr.Dataset, window: SlideWindow, settings: EventSettings) -> tuple[Floats, Floats]:
-    """Return position along the contact and arrival of the nodes in contact at the start of the slide, both (n,)."""
-    touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
-    times, slip = history["time"].values[window.records], accumulated_slip(history, window)
-    crossings = sustained_crossings(times, slip[:, touching], settings.slip_tolerance, settings.sustained)
-    reached = np.array([np.nan if time is None else time for time in crossings], dtype=float)
-    along = np.asarray(history["contact_position"].values[touching] @ slide_tangent(history), dtype=float)
-    order = np.argsort(along)
-    return along[order], reached[order]
-
-
-def _arrivals(names: Sequence[str], times: Floats) -> xr.DataArray:
-    import xarray as xr
-
-    attributes = {"units": "s", "long_name": "arrival of the slip front"}
-    return xr.DataArray(times, {"site": list(names)}, ("site",), "front_arrival", attributes)
+def _receptors(
+    history: xr.Dataset, kinds: Sequence[str], sites: Sequence[Site] | None
+) -> tuple[NDArray[np.str_], Floats]:
+    """Return names (n,) and positions (n, dim) of the receptors of some kinds."""
+    if sites is None:
+        rows = sites_of_kinds(history, kinds)
+        if not rows.size:
+            return np.empty(0, dtype=np.str_), np.empty((0, 2))
+        return history["site"].values[rows].astype(np.str_), history["site_position"].values[rows]
+    chosen = [site for site in sites if site.kind in kinds]
+    return np.array([site.name for site in chosen], dtype=np.str_), np.array([site.position for site in chosen])
 
 
 def reference_events(
@@ -198,18 +188,13 @@ def reference_events(
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    times = history["time"].values[window.records]
-    lags = _lags(history, window, sites, counterface)
-    level, sustained = settings.displacement_tolerance, settings.sustained
-    return events_of_leaving(sustained_crossings(times, lags, level, sustained), settings)
-
-
-def _lags(history: xr.Dataset, window: SlideWindow, sites: Sequence[str], counterface: int) -> NDArray[np.float64]:
-    """Return how far sites have moved along the plate, relative to it, in the slide; (n_times, n_sites) [m]."""
+    # How far sites have moved along the plate, relative to it, (n_times, n_sites) [m].
     skin = history["displacement"].values[window.records][:, site_rows(history, sites)]
     plate = history["counterface_displacement"].values[window.records][:, [counterface]]
     _, along = split_along((skin - skin[0]) - (plate - plate[0]), counterface_normal(history, counterface))
-    return np.asarray(np.linalg.norm(along, axis=-1), dtype=float)
+    times, lags = history["time"].values[window.records], np.linalg.norm(along, axis=-1)
+    level, sustained = settings.displacement_tolerance, settings.sustained
+    return events_of_leaving(sustained_crossings(times, lags, level, sustained), settings)
 
 
 # Contact within so many facets of a free edge is taken to reach it.
@@ -246,7 +231,9 @@ def edge_contact(history: xr.Dataset) -> EdgeContact | None:
         return None
     for counterface, boundary in enumerate(history["counterface"].values):
         nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
-        near = _near_edge(history, nodes)
+        # Records at which one of the nodes touches within two facets of an edge.
+        close = history["contact_edge_distance"].values[nodes] <= _FACETS * _facet_size(history, nodes)
+        near = (history["contact_state"].values[:, nodes[close]] != OPEN).any(axis=1)
         if near.any():
             first = float(history["time"].values[int(near.argmax())])
             return EdgeContact(str(boundary), first, float(_distances(history, nodes).min()))
@@ -275,13 +262,6 @@ def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
         f"Contact within two facets of a free edge of its boundary: {'; '.join(cases)}. The model ends there, so "
         f"forces and slip times are those of a body that is cut off."
     )
-
-
-def _near_edge(history: xr.Dataset, nodes: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Tell for each record whether one of `nodes` touches within two facets of an edge."""
-    close = history["contact_edge_distance"].values[nodes] <= _FACETS * _facet_size(history, nodes)
-    touching: NDArray[np.bool_] = (history["contact_state"].values[:, nodes[close]] != OPEN).any(axis=1)
-    return touching
 
 
 def _distances(history: xr.Dataset, nodes: NDArray[np.intp]) -> NDArray[np.float64]:

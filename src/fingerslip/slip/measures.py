@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -98,7 +98,7 @@ def read_measures(
     """
     chosen = MEASURES if measures is None else measures
     if found is None and any(measure.reading for measure in chosen):
-        found = find_slip(history) if _has_candidates(history) and _has_counterface(history) else Found()
+        found = find_slip(history) if _has(history, "contact_node", "counterface") else Found()
     return {measure.key: measure.read(history, *([found] if measure.reading else [])) for measure in chosen}
 
 
@@ -107,37 +107,43 @@ def measure_of(key: str) -> Measure | None:
     return next((measure for measure in MEASURES if measure.key == key), None)
 
 
-def _normal_force_max(history: xr.Dataset) -> Number:
-    return float(contact_forces(history).normal.max()) if _has_counterface(history) else None
+def _where(*dimensions: str) -> Callable[[Callable[..., Number]], Callable[..., Number]]:
+    """Return a decorator of a reading that does not exist in a history without some dimensions."""
+
+    def decorate(read: Callable[..., Number]) -> Callable[..., Number]:
+        return lambda history, *others: read(history, *others) if _has(history, *dimensions) else None
+
+    return decorate
 
 
-def _normal_force_end(history: xr.Dataset) -> Number:
-    return float(contact_forces(history).normal[-1]) if _has_counterface(history) else None
+def _has(history: xr.Dataset, *dimensions: str) -> bool:
+    return all(history.sizes.get(name, 0) > 0 for name in dimensions)
 
 
-def _friction_force_max(history: xr.Dataset) -> Number:
-    return float(contact_forces(history).friction.max()) if _has_counterface(history) else None
+_with_counterface = _where("counterface")
+_with_candidates = _where("contact_node")
+_with_contact = _where("contact_node", "counterface")
 
 
+@_with_counterface
 def _friction_ratio_end_of_slide(history: xr.Dataset) -> Number:
-    slides = phase_times(history, "slide")
-    if not slides or not _has_counterface(history):
+    slides, forces = phase_times(history, "slide"), contact_forces(history)
+    if not slides:
         return None
-    forces = contact_forces(history)
     last = int(np.searchsorted(history["time"].values, slides[-1][1] * (1 + 1e-9), side="right")) - 1
     return float(forces.friction[last] / forces.normal[last]) if forces.normal[last] > 0.0 else None
 
 
+@_with_contact
 def _slip_margin_incipient(history: xr.Dataset, slip: Found) -> Number:
     """Return 1 - q(incipient) / max q over the slide, with q the friction over the normal force.
 
     The largest q of the slide stands for the limit of the contact: with friction that falls or that differs between
     nodes the whole contact never reaches a limit that its friction coefficient gives.
     """
-    window = slide_window(history)
-    if window is None or not (_has_candidates(history) and _has_counterface(history)):
+    window, incipient = slide_window(history), slip.events.incipient
+    if window is None:
         return None
-    incipient = slip.events.incipient
     ratio = contact_forces(history).ratio()[window.records]
     if incipient is None or not np.nanmax(ratio, initial=0.0) > 0.0:
         return None
@@ -151,13 +157,10 @@ def _overall_travel(history: xr.Dataset, slip: Found) -> Number:
     return None if window is None else _travel(history, window.start, slip.events.overall)
 
 
-def _latency_travel(history: xr.Dataset, slip: Found) -> Number:
-    return _travel(history, slip.events.incipient, slip.events.overall)
-
-
+@_with_counterface
 def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Number:
     """Return how far the first counterface travels along its surface between two times [m]."""
-    if start is None or end is None or not _has_counterface(history):
+    if start is None or end is None:
         return None
     moved = history["counterface_displacement"].values[:, 0]
     before, after = (
@@ -167,64 +170,32 @@ def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Numb
     return float(np.linalg.norm(split_along(after - before, counterface_normal(history))[1]))
 
 
-def _resolution(read: Callable[[xr.Dataset], Number]) -> Callable[[xr.Dataset], Number]:
-    """Return a reading that does not exist without contact."""
-    return lambda history: read(history) if _has_candidates(history) and _has_counterface(history) else None
-
-
+@_with_candidates
 def _front_arrival_median(history: xr.Dataset) -> Number:
     """Return the median arrival of the slip front at FA-I; None where it does not arrive at half of them."""
-    arrivals = front_arrivals(history).values if _has_candidates(history) else np.empty(0)
-    ordered = np.sort(np.nan_to_num(arrivals, nan=np.inf))
+    ordered = np.sort(np.nan_to_num(front_arrivals(history).values, nan=np.inf))
     median = float(np.median(ordered)) if ordered.size else np.inf
     return median if np.isfinite(median) else None
 
 
-def _half_of_friction(history: xr.Dataset) -> Number:
-    return force_ratio_times(history, (0.5,))[0]
-
-
-def _nine_tenths_of_friction(history: xr.Dataset) -> Number:
-    return force_ratio_times(history, (0.9,))[0]
-
-
-def _contact_area_max(history: xr.Dataset) -> Number:
-    return float(contact_area(history).max()) if _has_candidates(history) else None
-
-
-def _normal_traction_max(history: xr.Dataset) -> Number:
-    return float(history["normal_traction"].values.max()) if _has_candidates(history) else None
-
-
-def _slip_distance_max(history: xr.Dataset) -> Number:
-    return float(history["slip_distance"].values.max()) if _has_candidates(history) else None
-
-
-def _penetration_max(history: xr.Dataset) -> Number:
-    return float(max(-history["gap"].values.min(), 0.0)) if _has_candidates(history) else None
-
-
+@_with_candidates
 def _elastic_slip_max(history: xr.Dataset) -> Number:
-    if not _has_candidates(history):
-        return None
-    penalty = history.attrs.get("tangential_penalty", np.inf)
     traction = history["tangential_traction"].values
     # Sums along short rows take numpy's ``norm`` several times as long.
-    return float(np.sqrt(np.einsum("...c,...c->...", traction, traction).max()) / penalty)
+    largest = np.sqrt(np.einsum("...c,...c->...", traction, traction).max())
+    return float(largest / history.attrs.get("tangential_penalty", np.inf))
 
 
-def _overall_peak_height(history: xr.Dataset, slip: Found) -> Number:
-    overall = _overall_by_peaks(history, slip)
+@_with_candidates
+def _overall_peak_height(_history: xr.Dataset, slip: Found) -> Number:
+    overall = slip.events.acceleration.overall
     return next((peak.height for peak in slip.peaks.peaks if peak.time == overall), None)
 
 
-def _peaks_before_overall(history: xr.Dataset, slip: Found) -> Number:
-    overall = _overall_by_peaks(history, slip)
+@_with_candidates
+def _peaks_before_overall(_history: xr.Dataset, slip: Found) -> Number:
+    overall = slip.events.acceleration.overall
     return None if overall is None else sum(peak.time < overall for peak in slip.peaks.peaks)
-
-
-def _overall_by_peaks(history: xr.Dataset, slip: Found) -> float | None:
-    return slip.events.acceleration.overall if _has_candidates(history) else None
 
 
 def _outer_markers_first(history: xr.Dataset) -> Number:
@@ -232,16 +203,9 @@ def _outer_markers_first(history: xr.Dataset) -> Number:
     return None if slips is None else share_before_centre(slips)
 
 
-def _records(history: xr.Dataset) -> Number:
-    return int(history.sizes["time"])
-
-
-def _contact_iterations_max(history: xr.Dataset) -> Number:
-    return int(history["contact_iterations"].values.max()) if "contact_iterations" in history else None
-
-
-def _contact_iterations_mean(history: xr.Dataset) -> Number:
-    return round(float(history["contact_iterations"].values.mean()), 2) if "contact_iterations" in history else None
+def _contact_iterations(combine: Callable[[Any], Number]) -> Callable[[xr.Dataset], Number]:
+    name = "contact_iterations"
+    return lambda history: combine(history[name].values) if name in history else None
 
 
 def _energy_imbalance_over_work(history: xr.Dataset) -> Number:
@@ -252,46 +216,68 @@ def _energy_imbalance_over_work(history: xr.Dataset) -> Number:
     return imbalance / work if work > 0.0 else None
 
 
-def _has_counterface(history: xr.Dataset) -> bool:
-    return history.sizes.get("counterface", 0) > 0
+def _largest(name: str) -> Callable[..., Number]:
+    """Return the largest value of a variable of the contact nodes."""
+    return _with_candidates(lambda history: float(history[name].values.max()))
 
 
-def _has_candidates(history: xr.Dataset) -> bool:
-    return history.sizes.get("contact_node", 0) > 0
-
-
-_NEWTON, _LENGTH = Unit("N"), Unit("m", "um")
+_NEWTON, _SECOND, _LENGTH, _TRAVEL = Unit("N"), Unit("s"), Unit("m", "um"), Unit("m", "mm")
 
 #: All measures, in the order of files and tables. Forces are those of the first counterface.
 MEASURES: tuple[Measure, ...] = (
-    Measure("normal_force_max", "largest normal force", _normal_force_max, _NEWTON),
-    Measure("normal_force_end", "normal force at the end", _normal_force_end, _NEWTON),
-    Measure("friction_force_max", "largest friction force", _friction_force_max, _NEWTON),
+    Measure(
+        "normal_force_max",
+        "largest normal force",
+        _with_counterface(lambda history: float(contact_forces(history).normal.max())),
+        _NEWTON,
+    ),
+    Measure(
+        "normal_force_end",
+        "normal force at the end",
+        _with_counterface(lambda history: float(contact_forces(history).normal[-1])),
+        _NEWTON,
+    ),
+    Measure(
+        "friction_force_max",
+        "largest friction force",
+        _with_counterface(lambda history: float(contact_forces(history).friction.max())),
+        _NEWTON,
+    ),
     Measure(
         "friction_force_ratio_end_of_slide",
         "friction over normal force at the end of the slide",
         _friction_ratio_end_of_slide,
     ),
-    Measure(
-        "slip_margin_incipient",
-        "slip margin left at incipient slip",
-        _slip_margin_incipient,
-        reading="slip",
-    ),
-    Measure("overall_travel", "travel of the plate to overall slip", _overall_travel, Unit("m", "mm"), reading="slip"),
+    Measure("slip_margin_incipient", "slip margin left at incipient slip", _slip_margin_incipient, reading="slip"),
+    Measure("overall_travel", "travel of the plate to overall slip", _overall_travel, _TRAVEL, reading="slip"),
     Measure(
         "latency_travel",
         "travel of the plate from incipient to overall slip",
-        _latency_travel,
-        Unit("m", "mm"),
+        lambda history, slip: _travel(history, slip.events.incipient, slip.events.overall),
+        _TRAVEL,
         reading="slip",
     ),
-    Measure("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
-    Measure("force_ratio_half", "friction force reaches half of its limit", _half_of_friction, Unit("s")),
-    Measure("force_ratio_nine_tenths", "friction force reaches 0.9 of its limit", _nine_tenths_of_friction, Unit("s")),
-    Measure("contact_area_max", "largest contact area", _contact_area_max, Unit("m^2", "mm^2")),
-    Measure("normal_traction_max", "largest contact pressure", _normal_traction_max, Unit("Pa", "kPa")),
-    Measure("slip_distance_max", "largest slip distance", _slip_distance_max, Unit("m", "mm")),
+    Measure("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, _SECOND),
+    Measure(
+        "force_ratio_half",
+        "friction force reaches half of its limit",
+        lambda history: force_ratio_times(history, (0.5,))[0],
+        _SECOND,
+    ),
+    Measure(
+        "force_ratio_nine_tenths",
+        "friction force reaches 0.9 of its limit",
+        lambda history: force_ratio_times(history, (0.9,))[0],
+        _SECOND,
+    ),
+    Measure(
+        "contact_area_max",
+        "largest contact area",
+        _with_candidates(lambda history: float(contact_area(history).max())),
+        Unit("m^2", "mm^2"),
+    ),
+    Measure("normal_traction_max", "largest contact pressure", _largest("normal_traction"), Unit("Pa", "kPa")),
+    Measure("slip_distance_max", "largest slip distance", _largest("slip_distance"), _TRAVEL),
     Measure(
         "overall_peak_height",
         "height of the acceleration peak of overall slip",
@@ -300,10 +286,7 @@ MEASURES: tuple[Measure, ...] = (
         reading="acceleration",
     ),
     Measure(
-        "peaks_before_overall",
-        "acceleration peaks before overall slip",
-        _peaks_before_overall,
-        reading="acceleration",
+        "peaks_before_overall", "acceleration peaks before overall slip", _peaks_before_overall, reading="acceleration"
     ),
     Measure("stick_slip_cycles", "cycles of stick and slip in the slide", stick_slip_cycles),
     Measure(
@@ -315,23 +298,41 @@ MEASURES: tuple[Measure, ...] = (
         "edge_distance_min",
         "smallest distance from the contact to a free edge",
         edge_distance,
-        Unit("m", "mm"),
+        _TRAVEL,
         mechanical=False,
     ),
-    Measure("penetration_max", "largest penetration", _penetration_max, _LENGTH, mechanical=False),
+    Measure(
+        "penetration_max",
+        "largest penetration",
+        _with_candidates(lambda history: float(max(-history["gap"].values.min(), 0.0))),
+        _LENGTH,
+        mechanical=False,
+    ),
     Measure("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, mechanical=False),
-    Measure("records", "records", _records, mechanical=False),
-    Measure("slide_records", "records in the slide", _resolution(slide_records), mechanical=False),
-    Measure("slide_step", "longest step in the slide", _resolution(record_interval), Unit("s", "ms"), mechanical=False),
-    Measure("nodes_across_contact", "nodes across the contact", _resolution(nodes_across), mechanical=False),
+    Measure("records", "records", lambda history: int(history.sizes["time"]), mechanical=False),
+    Measure("slide_records", "records in the slide", _with_contact(slide_records), mechanical=False),
+    Measure(
+        "slide_step", "longest step in the slide", _with_contact(record_interval), Unit("s", "ms"), mechanical=False
+    ),
+    Measure("nodes_across_contact", "nodes across the contact", _with_contact(nodes_across), mechanical=False),
     Measure(
         "slipped_share_of_one_step",
         "largest share of the contact that slips in one step",
-        _resolution(largest_step_share),
+        _with_contact(largest_step_share),
         mechanical=False,
     ),
-    Measure("contact_iterations_max", "most contact iterations in a step", _contact_iterations_max, mechanical=False),
-    Measure("contact_iterations_mean", "mean contact iterations", _contact_iterations_mean, mechanical=False),
+    Measure(
+        "contact_iterations_max",
+        "most contact iterations in a step",
+        _contact_iterations(lambda counts: int(counts.max())),
+        mechanical=False,
+    ),
+    Measure(
+        "contact_iterations_mean",
+        "mean contact iterations",
+        _contact_iterations(lambda counts: round(float(counts.mean()), 2)),
+        mechanical=False,
+    ),
     Measure(
         "energy_imbalance_over_work",
         "energy imbalance over external work",

@@ -61,7 +61,8 @@ def receptors_in_areas(
     if edges is None:
         return MappingProxyType({})
     names = history["site"].values
-    distance = np.abs(_along(history)[:, None] - np.asarray(edges))
+    along = np.asarray(history["site_position"].values @ slide_tangent(history), dtype=float)
+    distance = np.abs(along[:, None] - np.asarray(edges))
     nearer = np.argmin(distance, axis=1)
     chosen = {}
     for kind, (index, area) in itertools.product(kinds, enumerate(AREAS)):
@@ -77,40 +78,23 @@ def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
 
     Units: returns [m/s^2].
     """
-    chosen = receptors_in_areas(history, per_area)
-    times = history["time"].values
+    import xarray as xr
+
+    dims, times = ("kind", "area", "time"), history["time"].values
     shape = (len(RECEPTOR_KINDS), len(AREAS), times.size)
-    acceleration, density = np.full(shape, np.nan), np.full(shape, np.nan)
-    count = np.zeros(shape[:2], dtype=int)
-    for (kind, area), names in chosen.items():
+    acceleration, density, count = np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape[:2], dtype=int)
+    for (kind, area), names in receptors_in_areas(history, per_area).items():
         pair, rows = (RECEPTOR_KINDS.index(kind), AREAS.index(area)), site_rows(history, names)
         count[pair] = len(names)
         acceleration[pair] = tangential_acceleration(history, rows).mean(axis=1)
         if "strain_energy_density" in history:
             density[pair] = history["strain_energy_density"].values[:, rows].mean(axis=1)
-    return _signals(times, acceleration, density, count)
-
-
-def _signals(
-    times: NDArray[np.float64],
-    acceleration: NDArray[np.float64],
-    density: NDArray[np.float64],
-    count: NDArray[np.int_],
-) -> xr.Dataset:
-    import xarray as xr
-
-    dims = ("kind", "area", "time")
     return xr.Dataset(
         {
             "acceleration": (dims, acceleration, {"units": "m/s^2", "long_name": "tangential acceleration"}),
             "strain_energy_density": (dims, density, {"units": "J/m^3", "long_name": "strain energy density"}),
         },
-        {
-            "kind": list(RECEPTOR_KINDS),
-            "area": list(AREAS),
-            "time": times,
-            "receptor_count": (dims[:2], count),
-        },
+        {"kind": list(RECEPTOR_KINDS), "area": list(AREAS), "time": times, "receptor_count": (dims[:2], count)},
     )
 
 
@@ -140,10 +124,6 @@ def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDAr
         return over_steps
     over_steps[1:] = 0.5 * (at_records[1:] + at_records[:-1])
     return over_steps
-
-
-def _along(history: xr.Dataset) -> NDArray[np.float64]:
-    return np.asarray(history["site_position"].values @ slide_tangent(history), dtype=float)
 
 
 def _record(history: xr.Dataset, time: float | None) -> int:

@@ -1,227 +1,34 @@
-"""A check for each published statement: one number from our runs, and whether the statement holds.
+"""The number from our runs that each published statement is compared with.
 
-The thresholds are written beside the statements in ``data/published/wang2014.yaml``.
+Whether the statement holds says the rule at the end of its `check` in ``data/published/wang2014.yaml``.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.validation.evidence import FINGERPRINT, FRICTION, TABLE2, VARIANTS, Evidence
 from fingerslip.validation.measures import Densities, Measures
+from fingerslip.validation.rows import Outcome
 
-__all__ = ["CHECKS", "PHALANX_CHECKS", "Finding", "determination"]
+__all__ = ["CHECKS", "PHALANX_CHECKS", "determination", "outcome_of"]
 
-_FRICTION, _FINGERPRINT = "wang2014_friction", "wang2014_fingerprint"
+Numbers = NDArray[np.float64]
+Check = Callable[[Evidence], Numbers | float | tuple[int, int]]
+
 _FRICTIONS = (0.2, 0.4, 0.6, 0.8)
-_LINEAR_FROM = 0.99
-_STRONG_GROWTH = 1.5
-_LITTLE_GROWTH = 0.5
-_CONSTANT = 0.1
 _LARGER_IN_B = ("FA-I", "FA-II", "SA-II")
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What a check found."""
-
-    number: float | None = None  # the number that the statement is compared with
-    holds: bool | None = None  # whether the statement holds
-    comparable: bool = True  # whether the number is of the same quantity as the statement
-
-
-def overall_order(evidence: Evidence) -> Finding:
-    """Order of overall slip over the phalanges."""
-    return _above(_smallest_step([phalanx.run.events.slip.overall for phalanx in evidence.phalanges(TABLE2)]), 0.0)
-
-
-def latency_order(evidence: Evidence) -> Finding:
-    """Order of latency over the phalanges."""
-    return _by_area(
-        _above(_smallest_step([phalanx.run.events.slip.latency for phalanx in evidence.phalanges(TABLE2)]), 0.0)
-    )
-
-
-def overall_peak_order(evidence: Evidence) -> Finding:
-    """Order of the heights of the peak of overall slip over the phalanges."""
-    heights = [_overall_height(phalanx) for phalanx in evidence.phalanges(TABLE2)]
-    return _above(_smallest_step([None if height is None else -height for height in heights]), 0.0)
-
-
-def linear_in_friction(evidence: Evidence) -> Finding:
-    """Straightness of incipient and overall slip against friction."""
-    runs = _frictions(evidence)
-    fits = [
-        determination(_FRICTIONS, [getattr(run.run.events.slip, event) for run in runs])
-        for event in ("incipient", "overall")
-    ]
-    number = _combine(min, fits)
-    return Finding(number, None if number is None else number >= _LINEAR_FROM)
-
-
-def latency_grows_with_friction(evidence: Evidence) -> Finding:
-    """Latency at a friction of 0.6 over that at 0.2."""
-    latencies = [row.run.events.slip.latency for row in _frictions(evidence)]
-    return _by_area(_above(_ratio(latencies[2], latencies[0]), _STRONG_GROWTH))
-
-
-def latency_flattens_with_friction(evidence: Evidence) -> Finding:
-    """Growth of latency from 0.6 to 0.8 over its mean growth before."""
-    first, _, third, last = (row.run.events.slip.latency for row in _frictions(evidence))
-    if first is None or third is None or last is None:
-        return _by_area(Finding())
-    return _by_area(_below(_ratio(last - third, (third - first) / 2.0), _LITTLE_GROWTH))
-
-
-def surface_receptors_feel_more(evidence: Evidence) -> Finding:
-    """Largest accelerations of type I over those of type II receptors."""
-    largest = evidence.phalanges(TABLE2)[0].largest_acceleration
-    if not set(RECEPTOR_KINDS) <= set(largest):
-        return Finding()
-    return _above(_ratio(min(largest["FA-I"], largest["SA-I"]), max(largest["FA-II"], largest["SA-II"])), 1.0)
-
-
-def edges_first(evidence: Evidence) -> Finding:
-    """How much later the centre of the contact slips than its edges."""
-    return _above(_combine(min, [phalanx.centre_after_edge for phalanx in evidence.phalanges(TABLE2)]), 0.0)
-
-
-def density_rises(evidence: Evidence) -> Finding:
-    """Growth of strain energy density during the slide."""
-    densities = _original_densities(evidence)
-    return Finding() if densities is None else _above(min(densities.growth.values()), 1.0)
-
-
-def density_then_stays(evidence: Evidence) -> Finding:
-    """Range of strain energy density after overall slip."""
-    densities = _original_densities(evidence)
-    if densities is None:
-        return Finding()
-    number = max(densities.range_after.values())
-    return Finding(number, number <= _CONSTANT)
-
-
-def density_larger_in_b(evidence: Evidence) -> Finding:
-    """Strain energy density of one area over that of the other, the same one for all types."""
-    densities = _original_densities(evidence)
-    if densities is None:
-        return Finding()
-    least = [_combine(min, _density_ratios(densities, *areas)) for areas in (("B", "A"), ("A", "B"))]
-    return _above(_combine(max, least), 1.0)
-
-
-def _density_ratios(densities: Densities, first: str, other: str) -> list[float | None]:
-    mean = densities.mean_after
-    return [_ratio(mean.get((kind, first)), mean.get((kind, other))) for kind in _LARGER_IN_B]
-
-
-def flattened_without_middle_peaks(evidence: Evidence) -> Finding:
-    """Middle peaks of the original and the flattened phalanx."""
-    original, flattened, _ = evidence.phalanges(TABLE2)
-    return _lost(original.middle_peaks, flattened.middle_peaks)
-
-
-def scaled_middle_peaks_merge(evidence: Evidence) -> Finding:
-    """Middle peaks of the original and the scaled phalanx."""
-    original, _, scaled = evidence.phalanges(TABLE2)
-    return _lost(original.middle_peaks, scaled.middle_peaks)
-
-
-def fingerprint_adds_noise(evidence: Evidence) -> Finding:
-    """Noise floor with ripples over that without."""
-    pairs = zip(_printed_measures(evidence, True), _printed_measures(evidence, False), strict=True)
-    return _above(_combine(min, [_ratio(on.peaks.noise_floor, off.peaks.noise_floor) for on, off in pairs]), 1.0)
-
-
-def fingerprint_hides_incipient(evidence: Evidence) -> Finding:
-    """Phalanges with a peak of incipient slip, without and with ripples."""
-    without, with_them = (
-        sum(run.incipient_peak is not None for run in _printed_measures(evidence, state)) for state in (False, True)
-    )
-    return _lost(without, with_them)
-
-
-def fingerprint_leaves_overall(evidence: Evidence) -> Finding:
-    """Phalanges whose peak of overall slip is found with ripples."""
-    count = sum(run.overall_peak is not None for run in _printed_measures(evidence, True))
-    return Finding(float(count), count == len(VARIANTS))
-
-
-def fingerprint_flattened_peak(evidence: Evidence) -> Finding:
-    """Height of the peak of overall slip with ripples, flattened over the others."""
-    original, flattened, scaled = (_overall_height(run) for run in _printed_measures(evidence, True))
-    return _above(_ratio(flattened, _combine(max, [original, scaled])), 1.0)
-
-
-def fingerprint_scaled_vibrates(evidence: Evidence) -> Finding:
-    """Vibration after overall slip of the scaled phalanx, with over without ripples."""
-    return _above(
-        _ratio(_printed_measures(evidence, True)[2].rms_after, _printed_measures(evidence, False)[2].rms_after), 1.0
-    )
-
-
-def low_friction_vibrates(evidence: Evidence) -> Finding:
-    """Vibration after overall slip at a friction of 0.2 over that at 0.6."""
-    low, _, middle, _ = _frictions(evidence)
-    return _above(_ratio(low.rms_after, middle.rms_after), 1.0)
-
-
-def high_friction_loses_middle_peaks(evidence: Evidence) -> Finding:
-    """Middle peaks at a friction of 0.6 and 0.8."""
-    _, _, middle, high = _frictions(evidence)
-    return _lost(middle.middle_peaks, high.middle_peaks)
-
-
-def high_friction_smaller_peaks(evidence: Evidence) -> Finding:
-    """Height of the peak of overall slip at a friction of 0.8 over that at 0.6."""
-    _, _, middle, high = _frictions(evidence)
-    return _below(_ratio(_overall_height(high), _overall_height(middle)), 1.0)
-
-
-def _by_id(*checks: Callable[[Evidence], Finding]) -> Mapping[str, Callable[[Evidence], Finding]]:
-    return MappingProxyType({check.__name__.replace("_", "-"): check for check in checks})
-
-
-#: The checks that look at the three phalanges only, by id of the published statement.
-PHALANX_CHECKS = _by_id(
-    overall_order,
-    latency_order,
-    overall_peak_order,
-    surface_receptors_feel_more,
-    edges_first,
-    density_rises,
-    density_then_stays,
-    density_larger_in_b,
-    flattened_without_middle_peaks,
-    scaled_middle_peaks_merge,
-)
-
-#: All checks by id of the published statement.
-CHECKS: Mapping[str, Callable[[Evidence], Finding]] = MappingProxyType(
-    {
-        **PHALANX_CHECKS,
-        **_by_id(
-            linear_in_friction,
-            latency_grows_with_friction,
-            latency_flattens_with_friction,
-            fingerprint_adds_noise,
-            fingerprint_hides_incipient,
-            fingerprint_leaves_overall,
-            fingerprint_flattened_peak,
-            fingerprint_scaled_vibrates,
-            low_friction_vibrates,
-            high_friction_loses_middle_peaks,
-            high_friction_smaller_peaks,
-        ),
-    }
-)
+def outcome_of(name: str, evidence: Evidence) -> Outcome:
+    """Return the number of a check, counts of what is lost, or None where an event did not happen."""
+    with np.errstate(all="ignore"):
+        outcome = CHECKS[name](evidence)
+    return outcome if isinstance(outcome, tuple) else float(outcome) if np.isfinite(outcome) else None
 
 
 def determination(positions: Sequence[float], values: Sequence[float | None]) -> float | None:
@@ -241,50 +48,133 @@ def determination(positions: Sequence[float], values: Sequence[float | None]) ->
 
 
 def _frictions(evidence: Evidence) -> tuple[Measures, ...]:
-    return tuple(evidence.one(_FRICTION, {FRICTION: friction}) for friction in _FRICTIONS)
+    return tuple(evidence.one("wang2014_friction", {FRICTION: friction}) for friction in _FRICTIONS)
 
 
-def _printed_measures(evidence: Evidence, enabled: bool) -> tuple[Measures, ...]:
-    return evidence.phalanges(_FINGERPRINT, {FINGERPRINT: enabled})
+def _fingerprint(evidence: Evidence, enabled: bool) -> tuple[Measures, ...]:
+    return evidence.phalanges("wang2014_fingerprint", {FINGERPRINT: enabled})
 
 
-def _original_densities(evidence: Evidence) -> Densities | None:
-    return evidence.phalanges(TABLE2)[0].densities
+def _times(runs: Sequence[Measures], event: str) -> Numbers:
+    return np.array([run.run.events.slip.time(event) for run in runs], dtype=np.float64)
 
 
-def _overall_height(measures: Measures) -> float | None:
-    peak = measures.overall_peak
-    return None if peak is None else peak.height
+def _heights(runs: Sequence[Measures]) -> Numbers:
+    """Return the heights of the peaks of overall slip [m/s^2]."""
+    return np.array([np.nan if run.overall_peak is None else run.overall_peak.height for run in runs])
 
 
-def _smallest_step(values: Sequence[float | None]) -> float | None:
-    """Return the smallest rise between neighbours, None where a value is missing."""
-    pairs = list(pairwise(values))
-    return _combine(min, [None if a is None or b is None else b - a for a, b in pairs])
+def _numbers(runs: Sequence[Measures], name: str) -> Numbers:
+    return np.array([getattr(run, name) for run in runs], dtype=np.float64)
 
 
-def _combine(combine: Callable[[list[float]], float], values: Sequence[float | None]) -> float | None:
-    numbers = [value for value in values if value is not None]
-    return combine(numbers) if numbers and len(numbers) == len(values) else None
+def _ratio(part: ArrayLike, whole: ArrayLike) -> Numbers:
+    return np.asarray(part) / np.where(np.asarray(whole) == 0.0, np.nan, whole)
 
 
-def _ratio(part: float | None, whole: float | None) -> float | None:
-    return None if part is None or not whole else part / whole
+def _phalanges(evidence: Evidence) -> tuple[Measures, ...]:
+    return evidence.phalanges(TABLE2)
 
 
-def _above(number: float | None, threshold: float) -> Finding:
-    return Finding() if number is None else Finding(number, number > threshold)
+def _straightness(evidence: Evidence) -> float:
+    runs = _frictions(evidence)
+    times = ([run.run.events.slip.time(event) for run in runs] for event in ("incipient", "overall"))
+    return float(np.array([determination(_FRICTIONS, moments) for moments in times], dtype=np.float64).min())
 
 
-def _below(number: float | None, threshold: float) -> Finding:
-    return Finding() if number is None else Finding(number, number < threshold)
+def _flattening(evidence: Evidence) -> Numbers:
+    first, _, third, last = _times(_frictions(evidence), "latency")
+    return _ratio(last - third, (third - first) / 2.0)
 
 
-def _by_area(finding: Finding) -> Finding:
-    """Mark a latency that begins with a slipped share of the area, where the paper's begins with a peak."""
-    return dataclasses.replace(finding, comparable=False)
+def _surface_over_deep(evidence: Evidence) -> Numbers:
+    largest = [_phalanges(evidence)[0].largest_acceleration.get(kind) for kind in ("FA-I", "SA-I", "FA-II", "SA-II")]
+    values = np.array(largest, dtype=np.float64)
+    return _ratio(values[:2].min(), values[2:].max())
 
 
-def _lost(before: int, after: int) -> Finding:
-    """Find whether something was there before and is absent after."""
-    return Finding(float(before - after), before > 0 and after == 0)
+def _of_densities(combine: Callable[[Densities], float]) -> Callable[[Evidence], float]:
+    """Return a number of the densities of the original phalanx."""
+
+    def number(evidence: Evidence) -> float:
+        densities = _phalanges(evidence)[0].densities
+        return np.nan if densities is None else combine(densities)
+
+    return number
+
+
+def _larger_at_one_edge(densities: Densities) -> float:
+    means = np.array([[densities.mean_after.get((kind, area)) for kind in _LARGER_IN_B] for area in "AB"], dtype=float)
+    return float(np.max([_ratio(means[1], means[0]).min(), _ratio(means[0], means[1]).min()]))
+
+
+def _lost_peaks(first: int, second: int) -> Callable[[Evidence], tuple[int, int]]:
+    """Return the middle peaks of two phalanges."""
+    return lambda evidence: tuple(_phalanges(evidence)[which].middle_peaks for which in (first, second))  # type: ignore[return-value]
+
+
+#: The checks that look at the three phalanges only, by id of the published statement.
+PHALANX_CHECKS: Mapping[str, Check] = MappingProxyType(
+    {
+        "overall-order": lambda evidence: np.diff(_times(_phalanges(evidence), "overall")).min(),
+        "latency-order": lambda evidence: np.diff(_times(_phalanges(evidence), "latency")).min(),
+        "overall-peak-order": lambda evidence: np.diff(_heights(_phalanges(evidence))[::-1]).min(),
+        "surface-receptors-feel-more": _surface_over_deep,
+        "edges-first": lambda evidence: _numbers(_phalanges(evidence), "centre_after_edge").min(),
+        "density-rises": _of_densities(lambda densities: min(densities.growth.values())),
+        "density-then-stays": _of_densities(lambda densities: max(densities.range_after.values())),
+        "density-larger-in-b": _of_densities(_larger_at_one_edge),
+        "flattened-without-middle-peaks": _lost_peaks(0, 1),
+        "scaled-middle-peaks-merge": _lost_peaks(0, 2),
+    }
+)
+
+
+def _noise(evidence: Evidence) -> float:
+    floors = [np.array([run.peaks.noise_floor for run in _fingerprint(evidence, on)]) for on in (True, False)]
+    return float(_ratio(*floors).min())
+
+
+def _flattened_over_others(evidence: Evidence) -> Numbers:
+    original, flattened, scaled = _heights(_fingerprint(evidence, True))
+    return _ratio(flattened, np.maximum(original, scaled))
+
+
+def _hidden_peaks(evidence: Evidence) -> tuple[int, int]:
+    before, after = (sum(run.incipient_peak is not None for run in _fingerprint(evidence, on)) for on in (False, True))
+    return before, after
+
+
+def _scaled_vibration(evidence: Evidence) -> float:
+    with_ripples, without = (_numbers(_fingerprint(evidence, enabled), "rms_after") for enabled in (True, False))
+    return float(_ratio(with_ripples, without)[VARIANTS.index("scaled")])
+
+
+def _friction_ratio(
+    numbers: Callable[[Sequence[Measures]], Numbers], first: float, second: float
+) -> Callable[[Evidence], Numbers]:
+    """Return a number at one friction over that at another."""
+    rows = [_FRICTIONS.index(first), _FRICTIONS.index(second)]
+    return lambda evidence: _ratio(*numbers(_frictions(evidence))[rows])
+
+
+#: All checks by id of the published statement.
+CHECKS: Mapping[str, Check] = MappingProxyType(
+    {
+        **PHALANX_CHECKS,
+        "linear-in-friction": _straightness,
+        "latency-grows-with-friction": _friction_ratio(lambda runs: _times(runs, "latency"), 0.6, 0.2),
+        "latency-flattens-with-friction": _flattening,
+        "fingerprint-adds-noise": _noise,
+        "fingerprint-hides-incipient": _hidden_peaks,
+        "fingerprint-leaves-overall": lambda evidence: float(np.isfinite(_heights(_fingerprint(evidence, True))).sum()),
+        "fingerprint-flattened-peak": _flattened_over_others,
+        "fingerprint-scaled-vibrates": _scaled_vibration,
+        "low-friction-vibrates": _friction_ratio(lambda runs: _numbers(runs, "rms_after"), 0.2, 0.6),
+        "high-friction-loses-middle-peaks": lambda evidence: (
+            _frictions(evidence)[2].middle_peaks,
+            _frictions(evidence)[3].middle_peaks,
+        ),
+        "high-friction-smaller-peaks": _friction_ratio(_heights, 0.8, 0.6),
+    }
+)

@@ -16,7 +16,7 @@ from fingerslip.slip.windows import READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.shipped import studies_folder
 from fingerslip.tables.table import Table, to_markdown
-from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
+from fingerslip.validation.checks import PHALANX_CHECKS, outcome_of
 from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
 from fingerslip.validation.measures import SOLID_READINGS
@@ -125,7 +125,7 @@ def rows_of(evidence: Evidence) -> tuple[Row, ...]:
         *_height_rows(evidence),
         *(row for model in _OTHER_MODELS for row in _other_model_rows(evidence, *model)),
         *_solid_rows(evidence),
-        *_statement_rows(evidence),
+        *(_statement_row(evidence, value, "predicted") for value in published_set("wang2014-qualitative").values),
         *_large_strain_rows(evidence),
     )
     return tuple(sorted(rows, key=lambda row: row.basis != "calibrated"))
@@ -136,22 +136,20 @@ def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
     middle = [value for value in published_set("wang2014-peaks").values if value.quantity == "three_quarter"]
     for value in (*published_set("wang2014-table2").values, *middle):
         variant = str(value.conditions[VARIANT])
-        basis = _basis(value) if reading == "slip" else "predicted"
         run = evidence.one(TABLE2, {VARIANT: variant}).run
         name = f"{_words(value.quantity)}, {variant} ({READINGS[reading]})"
-        comparable = reading == "acceleration" or not value.otherwise
+        basis, comparable = (_basis(value), not value.otherwise) if reading == "slip" else ("predicted", True)
         yield _event_row(name, value, run, reading, basis=basis, comparable=comparable)
 
 
 def _travel_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the travel of the plate at overall slip in units of friction times indentation."""
     for value in published_set("wang2014-derived").values:
-        ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
+        variant = value.conditions[VARIANT]
+        ours = evidence.one(TABLE2, {VARIANT: variant})
         error = ours.run.uncertainty.get("slip.overall")
         uncertainty = None if error is None else error * _TRAVEL_PER_SECOND
-        name = (
-            f"travel of the plate at overall slip / (friction x depth), {value.conditions[VARIANT]} (accumulated slip)"
-        )
+        name = f"travel of the plate at overall slip / (friction x depth), {variant} (accumulated slip)"
         yield number_row(name, value, ours.travel, uncertainty, resolution=_TRAVEL_RESOLUTION, basis=_basis(value))
 
 
@@ -169,43 +167,32 @@ def _height_rows(evidence: Evidence) -> Iterator[Row]:
 def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) -> Iterator[Row]:
     """Yield overall slip of another model of the same section."""
     for value in published_set("wang2014-table2").values:
-        if value.quantity != "overall":
-            continue
-        variant = value.conditions[VARIANT]
-        run = evidence.one(study, {VARIANT: variant, path: choice}).run
-        name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
-        yield _event_row(name, value, run, "slip")
+        if value.quantity == "overall":
+            variant = value.conditions[VARIANT]
+            run = evidence.one(study, {VARIANT: variant, path: choice}).run
+            name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
+            yield _event_row(name, value, run, "slip")
 
 
 def _solid_rows(evidence: Evidence) -> Iterator[Row]:
-    """Yield the times of the fingertip in 3D, each in the reading of the paper."""
-    (measures,) = evidence.measured[SOLID]
-    for value in published_set("wang2014-solid").values:
-        name = f"{_words(value.quantity)}, fingertip in 3D ({SOLID_READINGS[value.reading]})"
-        ours = measures.run.events.reading(value.reading).time(value.quantity)
-        uncertainty = _solid_uncertainty(evidence, value)
-        yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
+    """Yield the times of the fingertip in 3D, each in the reading of the paper.
 
-
-def _solid_uncertainty(evidence: Evidence, value: PublishedValue) -> float | None:
-    """Return the numerical uncertainty, for reference nodes together with that of the distance they have to leave.
-
-    `fingerslip converge` knows no reference nodes; what is read at them has the largest change over its runs instead.
+    Uncertainties are numerical; for reference nodes together with that of the distance they have to leave, and with the
+    largest change over the refinements, as `fingerslip converge` knows no reference nodes.
     """
     (measures,) = evidence.measured[SOLID]
-    if value.reading == "slip":
-        return measures.run.uncertainty.get(f"slip.{value.quantity}")
-    reading = measures.node_range(value.quantity) if value.reading == "displacement" else None
-    changes = [part for part in (_largest_change(evidence, value), reading) if part is not None]
-    return math.hypot(*changes) if changes else None
-
-
-def _largest_change(evidence: Evidence, value: PublishedValue) -> float | None:
-    """Return the largest change of a time of the fingertip in 3D over its refinements [s]; None if one lacks it."""
-    runs = (*evidence.measured[SOLID], *evidence.refined_solid)
-    times = [run.run.events.reading(value.reading).time(value.quantity) for run in runs]
-    times_known = [time for time in times if time is not None]
-    return max(abs(time - times_known[0]) for time in times_known) if 1 < len(times_known) == len(times) else None
+    for value in published_set("wang2014-solid").values:
+        runs = [entry.run.events.reading(value.reading) for entry in (measures, *evidence.refined_solid)]
+        ours, *times = (events.time(value.quantity) for events in runs)
+        uncertainty = measures.run.uncertainty.get(f"slip.{value.quantity}")
+        if value.reading != "slip":
+            changes = [abs(time - ours) for time in times if time is not None and ours is not None]
+            reading = measures.node_range(value.quantity) if value.reading == "displacement" else None
+            sources = [max(changes) if changes and len(changes) == len(times) else None, reading]
+            numbers = [number for number in sources if number is not None]
+            uncertainty = math.hypot(*numbers) if numbers else None
+        name = f"{_words(value.quantity)}, fingertip in 3D ({SOLID_READINGS[value.reading]})"
+        yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
 
 
 def _event_row(
@@ -222,17 +209,11 @@ def _event_row(
     return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis, comparable=comparable)
 
 
-def _statement_rows(evidence: Evidence) -> Iterator[Row]:
-    for value in published_set("wang2014-qualitative").values:
-        yield _statement_row(evidence, value, CHECKS[value.id], "predicted")
-
-
-def _statement_row(
-    evidence: Evidence, value: PublishedValue, check: Callable[[Evidence], Finding], basis: Basis
-) -> Row:
-    finding = check(evidence)
-    uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
-    return statement_row(value, finding.number, uncertainty, finding.holds, basis=basis, comparable=finding.comparable)
+def _statement_row(evidence: Evidence, value: PublishedValue, basis: Basis) -> Row:
+    """Return the row of a statement; our latency begins with a share of the area, the paper's with a peak."""
+    uncertainty = evidence.spread_of(lambda other: outcome_of(value.id, other)) if value.id in PHALANX_CHECKS else None
+    comparable = value.quantity != "latency"
+    return statement_row(value, outcome_of(value.id, evidence), uncertainty, basis=basis, comparable=comparable)
 
 
 def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:
@@ -241,15 +222,10 @@ def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:
     for value in published_set("wang2014-table2").values:
         run = finite.one(TABLE2, {VARIANT: value.conditions[VARIANT]}).run
         name = f"{_words(value.quantity)}, {value.conditions[VARIANT]}, large strain ({READINGS['slip']})"
-        comparable = not value.otherwise
-        yield _event_row(name, value, run, "slip", basis="large strain", comparable=comparable)
+        yield _event_row(name, value, run, "slip", basis="large strain", comparable=not value.otherwise)
     for value in published_set("wang2014-qualitative").values:
         if value.id in _AT_LARGE_STRAIN:
-            yield _statement_row(finite, value, CHECKS[value.id], "large strain")
-
-
-def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], float | None]:
-    return lambda evidence: check(evidence).number
+            yield _statement_row(finite, value, "large strain")
 
 
 def _basis(value: PublishedValue) -> Basis:

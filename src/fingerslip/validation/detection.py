@@ -6,7 +6,7 @@ The data set takes long, so the rows are stored, and read back unless they are a
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -15,10 +15,11 @@ from fingerslip.detect.labels import NO_SLIP
 from fingerslip.published import PublishedValue, published_set
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.validation.rows import Row, RowFile, Stored, number_row, statement_row, stored_rows
+from fingerslip.validation.sensor import half_width
 
 # What simulates, samples and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
-    from fingerslip.detect.evaluation.evaluate import Evaluation
+    from fingerslip.detect.evaluation.crossval import Evaluation
     from fingerslip.detect.evaluation.scores import Estimate, FrameScores
     from fingerslip.detect.trial_set import TrialSet
 
@@ -109,12 +110,12 @@ def detection_rows(
 def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = None) -> Evaluation:
     """Sample the frames of the data set as published."""
     from fingerslip.detect.classifiers import CLASSIFIERS
-    from fingerslip.detect.evaluation.evaluate import begun_evaluation
+    from fingerslip.detect.evaluation.crossval import begin_evaluation
     from fingerslip.detect.motion import MotionSettings
     from fingerslip.detect.samples import Sampling
 
     candidates = [CLASSIFIERS[name] for name in _COMPARED]
-    return begun_evaluation(
+    return begin_evaluation(
         trials, trials.onsets(), candidates, MotionSettings(), Sampling(), workers=workers, output=output
     )
 
@@ -122,15 +123,11 @@ def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = No
 def detection_of(begun: Evaluation) -> Detection:
     """Fit the forest and both support vector machines as published, the other two beside them, and score them."""
     from fingerslip.detect.classifiers import CLASSIFIERS
-    from fingerslip.detect.evaluation.crossval import joined_folds
     from fingerslip.detect.evaluation.scores import frame_scores_of
     from fingerslip.detect.samples import grouped_folds, left_out
 
     def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
-        folds_by_name = {name: begun.by_group(CLASSIFIERS[name], tests) for name in _COMPARED}
-        return {
-            name: frame_scores_of(joined_folds(begun.samples, folds).matrices) for name, folds in folds_by_name.items()
-        }
+        return {name: begun.scores(begun.by_group(CLASSIFIERS[name], tests)) for name in _COMPARED}
 
     trials = begun.trials
     by_sample = {name: frame_scores_of(begun.by_sample(CLASSIFIERS[name])) for name in _COMPARED}
@@ -152,36 +149,27 @@ def rows_of_detection(detection: Detection) -> tuple[Row, ...]:
 def _rows(split: str, scores: Mapping[str, FrameScores]) -> Iterator[Row]:
     yield from _number_rows(split, scores, _RESOLUTIONS)
     for value in published_set(_STATEMENTS).values:
-        matrix = scores["forest"].matrix
-        slips = matrix[NO_SLIP + 1 :]
-        share = float(slips[:, NO_SLIP].sum() / slips.sum())
-        row = statement_row(value, share, None, share == 0.0)
-        yield Row(**{**vars(row), "quantity": f"{row.quantity}; simulated slides, {split}"})
+        slips = scores["forest"].matrix[NO_SLIP + 1 :]
+        row = statement_row(value, float(slips[:, NO_SLIP].sum() / slips.sum()), None)
+        yield replace(row, quantity=f"{row.quantity}; simulated slides, {split}")
 
 
 def _number_rows(split: str, scores: Mapping[str, FrameScores], wanted: Collection[str]) -> Iterator[Row]:
+    """Yield a row for each published number and each of ours that is compared with it."""
     for value in published_set(_NUMBERS).values:
-        for name, estimate in _estimates(value, scores) if value.id in wanted else ():
+        kind, _, rest = value.id.partition("-")
+        compared = [(f"accuracy, {name}", scores[name].accuracy) for name in (_MACHINES if kind == "svm" else (kind,))]
+        if rest != "accuracy":
+            entry, _, score = rest.rpartition("-")
+            compared = [(f"{score} of {entry}, forest", getattr(scores["forest"], score)[_CLASSES.index(entry)])]
+        for name, estimate in compared if value.id in wanted else ():
             yield _number_row(f"{name}, simulated slides, {split}", value, estimate)
         for name in _OTHERS if value.id == "forest-accuracy" else ():
             words = f"accuracy, {name} beside the published forest, simulated slides, {split}"
             yield _number_row(words, value, scores[name].accuracy, comparable=False)
 
 
-def _estimates(value: PublishedValue, scores: Mapping[str, FrameScores]) -> Iterator[tuple[str, Estimate]]:
-    """Yield the names and our estimates of what a published number is compared with."""
-    kind, _, rest = value.id.partition("-")
-    if kind == "svm":
-        yield from ((f"accuracy, {name}", scores[name].accuracy) for name in _MACHINES)
-    elif rest == "accuracy":
-        yield "accuracy, forest", scores["forest"].accuracy
-    else:
-        entry, _, score = rest.rpartition("-")
-        yield f"{score} of {entry}, forest", getattr(scores["forest"], score)[_CLASSES.index(entry)]
-
-
 def _number_row(name: str, value: PublishedValue, estimate: Estimate, *, comparable: bool = True) -> Row:
     """Return a row whose uncertainty is half the interval over trials drawn anew."""
-    half = None if estimate.low is None or estimate.high is None else (estimate.high - estimate.low) / 2.0
-    resolution = _RESOLUTIONS[value.id]
-    return number_row(name, value, estimate.value, half, resolution=resolution, comparable=comparable)
+    resolution, uncertainty = _RESOLUTIONS[value.id], half_width(estimate)
+    return number_row(name, value, estimate.value, uncertainty, resolution=resolution, comparable=comparable)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +16,7 @@ from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import read_run
-from fingerslip.validation.measures import Measures, measure, measure_in_space
+from fingerslip.validation.measures import Measures, measure, measure_3d
 
 __all__ = [
     "FINGERPRINT",
@@ -97,10 +97,16 @@ class Evidence:
         """Return the runs at large strain and their refinements in the place of those of Table 2."""
         return Evidence({TABLE2: self.select(LARGE_STRAIN, _FINITE)}, self.refined_large_strain)
 
-    def spread_of(self, check: Callable[[Evidence], float | None]) -> float | None:
-        """Return largest less smallest of what `check` gives for Table 2 over all refinements; None without them."""
+    def spread_of(self, check: Callable[[Evidence], float | tuple[int, int] | None]) -> float | None:
+        """Return largest less smallest of what `check` gives for Table 2 over all refinements; None without them.
+
+        Counts before and after count as their difference.
+        """
         everything = (self.measured[TABLE2], *self.refined) if self.refined else ()
-        return _range([check(Evidence({TABLE2: runs})) for runs in everything])
+        outcomes = [check(Evidence({TABLE2: runs})) for runs in everything]
+        numbers = [float(entry[0] - entry[1]) if isinstance(entry, tuple) else entry for entry in outcomes]
+        finite = [number for number in numbers if number is not None]
+        return max(finite) - min(finite) if finite and len(finite) == len(numbers) else None
 
 
 def gather(
@@ -122,11 +128,11 @@ def gather(
         if name != SOLID
     }
     solid = outcomes[STUDIES.index(SOLID)]
-    measured[SOLID] = tuple(_measured_in_space(solid.folder / run.name, run) for run in solid.runs)
+    measured[SOLID] = tuple(solid_measures(solid.folder / run.name, run) for run in solid.runs)
     return Evidence(
         measured,
         _measure_levels(paths[TABLE2], results, _measure),
-        tuple(entry for (entry,) in _measure_levels(paths[SOLID], results, _measured_in_space)),
+        tuple(entry for (entry,) in _measure_levels(paths[SOLID], results, solid_measures)),
         _measure_levels(paths[LARGE_STRAIN], results, _measure, _FINITE),
     )
 
@@ -149,8 +155,9 @@ def _measure(folder: Path, run: RunResult) -> Measures:
     return measure(run, read_history(folder / HISTORY))
 
 
-def _measured_in_space(folder: Path, run: RunResult) -> Measures:
-    return measure_in_space(run, read_history(folder / HISTORY))
+def solid_measures(folder: Path, run: RunResult) -> Measures:
+    """Measure a run of a fingertip in 3D as `validate` does, from the history in its folder."""
+    return measure_3d(run, read_history(folder / HISTORY))
 
 
 def _study_file(folder: Path, name: str) -> Path:
@@ -163,13 +170,3 @@ def _study_file(folder: Path, name: str) -> Path:
 
 def _meets(values: Mapping[str, object], conditions: Mapping[str, object]) -> bool:
     return all(values.get(path) == value for path, value in conditions.items())
-
-
-def _range(values: Sequence[float | None]) -> float | None:
-    numbers = [value for value in values if value is not None]
-    return max(numbers) - min(numbers) if numbers and len(numbers) == len(values) else None
-
-
-def solid_measures(folder: Path, run: RunResult) -> Measures:
-    """Measure a run of a fingertip in 3D as `validate` does, from the history in its folder."""
-    return _measured_in_space(folder, run)

@@ -46,7 +46,7 @@ __all__ = [
     "densities",
     "largest_accelerations",
     "measure",
-    "measure_in_space",
+    "measure_3d",
     "rms_after",
     "travel_over_friction_depth",
 ]
@@ -152,7 +152,7 @@ def measure(run: RunResult, history: xr.Dataset) -> Measures:
     )
 
 
-def measure_in_space(run: RunResult, history: xr.Dataset) -> Measures:
+def measure_3d(run: RunResult, history: xr.Dataset) -> Measures:
     """Read the numbers of a run in 3D, whose displacements and accelerations the paper reads at reference nodes."""
     readings = {
         tolerance: reference_events(history, REFERENCE_NODES, EventSettings(displacement_tolerance=tolerance))

@@ -1,14 +1,15 @@
-"""Rows of validation: published beside ours, and what the unknown geometry allows.
+"""Rows of validation: published beside ours, and the slip times that the unknown geometry allows.
 
-The intervals of slip times that the unknown geometry allows, beside every published time.
-
-The samples of the geometry studies take long, so their intervals are stored, and read back unless they are asked for.
+What takes long is stored, and read back unless it is asked for.
 """
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
+import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -18,7 +19,7 @@ from typing import Any, Generic, Literal, TypeVar
 from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.published import PublishedValue, published_set
 from fingerslip.report.tables.samples import INTERVAL_COLUMNS
-from fingerslip.results import RunResult, StudyResult
+from fingerslip.results import StudyResult
 from fingerslip.sampling import PublishedInterval, published_intervals
 from fingerslip.slip import EventSettings, PeakSettings
 from fingerslip.slip.windows import READINGS, event_label
@@ -37,6 +38,7 @@ __all__ = [
     "TIME_RESOLUTION",
     "Basis",
     "GeometryRow",
+    "Outcome",
     "Row",
     "RowFile",
     "Stored",
@@ -73,6 +75,12 @@ _NOTE = (
     "slip, and statements on that latency, are not comparable: the paper reads acceleration peaks. Rows on the "
     "basis 'large strain' are predictions with geometrical nonlinearity on, which the paper switched off."
 )
+
+
+#: What a check gives: a number, counts before and after of what is lost, or nothing.
+Outcome = float | tuple[int, int] | None
+_RULE = re.compile(r"; holds (above|below|from|up to|at) ([0-9.]+)")
+_RULES = {"above": operator.gt, "below": operator.lt, "from": operator.ge, "up to": operator.le, "at": operator.eq}
 
 
 @dataclass(frozen=True)
@@ -113,17 +121,29 @@ def number_row(
 
 def statement_row(
     value: PublishedValue,
-    ours: float | None,
+    outcome: Outcome,
     uncertainty: float | None,
-    holds: bool | None,
     *,
     basis: Basis = "predicted",
     comparable: bool = True,
 ) -> Row:
-    """Compare a published statement with the number of its check; `holds` is None where there is no number."""
-    judged: Verdict = "not found" if holds is None else "holds" if holds else "fails"
-    verdict: Verdict = judged if comparable else "not comparable"
-    return Row(value.check, value.source, None, ours, None, uncertainty, verdict, basis, value.unit, value.statement)
+    """Compare a published statement with the number of its check, by the rule at the end of the check's words."""
+    number = float(outcome[0] - outcome[1]) if isinstance(outcome, tuple) else outcome
+    verdict: Verdict = "not found"
+    if not comparable:
+        verdict = "not comparable"
+    elif outcome is not None:
+        verdict = "holds" if _holds(value, outcome) else "fails"
+    return Row(value.check, value.source, None, number, None, uncertainty, verdict, basis, value.unit, value.statement)
+
+
+def _holds(value: PublishedValue, outcome: float | tuple[int, int]) -> bool:
+    if isinstance(outcome, tuple):
+        return outcome[0] > 0 == outcome[1]
+    match = _RULE.search(value.check)
+    if match is None:
+        raise ValueError(f"{value.id}: no rule of the kind 'holds above 1' in '{value.check}'")
+    return bool(_RULES[match[1]](outcome, float(match[2])))
 
 
 def difference_from(ours: float, span: tuple[float, float]) -> float:
@@ -139,11 +159,11 @@ def difference_from(ours: float, span: tuple[float, float]) -> float:
 
 def rows_mapping(rows: Sequence[Any]) -> list[dict[str, Any]]:
     """Return rows, which are dataclasses, as plain data for JSON, in full precision; None for what is no number."""
-    return [{name: _plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
 
+    def plain(value: Any) -> Any:
+        return None if isinstance(value, float) and not math.isfinite(value) else value
 
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return [{name: plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
 
 
 def rows_table(rows: Sequence[Row], *origins: str) -> Table:
@@ -177,22 +197,15 @@ def _verdict(difference: float | None, uncertainty: float | None, resolution: fl
 
 
 def _cells(row: Row) -> tuple[Cell, ...]:
+    """Return the cells of a row, with the reason for each number that it lacks."""
     named = f"{row.statement} ({row.quantity})" if row.statement else row.quantity
-    return (named, row.source, _published_cell(row), *_numbers(row), row.unit, row.verdict, row.basis)
-
-
-def _numbers(row: Row) -> tuple[Cell, Cell, Cell]:
-    """Return our number, its difference from the published one and its uncertainty, or why there is none."""
-    if row.ours is None:
-        return (Missing.NO_EVENT,) * 3
-    difference = Missing.NOT_DEFINED if row.difference is None else row.difference
-    return row.ours, difference, Missing.NOT_STUDIED if row.uncertainty is None else row.uncertainty
-
-
-def _published_cell(row: Row) -> Cell:
-    if isinstance(row.published, tuple):
-        return " to ".join(f"{value:g}" for value in row.published)
-    return Missing.NOT_DEFINED if row.published is None else f"{row.published:g}"
+    ends = row.published if isinstance(row.published, tuple) else (row.published,)
+    published: Cell = " to ".join(f"{end:g}" for end in ends if end is not None) or Missing.NOT_DEFINED
+    numbers: tuple[Cell, Cell, Cell] = (Missing.NO_EVENT,) * 3
+    if row.ours is not None:
+        difference = Missing.NOT_DEFINED if row.difference is None else row.difference
+        numbers = row.ours, difference, Missing.NOT_STUDIED if row.uncertainty is None else row.uncertainty
+    return (named, row.source, published, *numbers, row.unit, row.verdict, row.basis)
 
 
 R = TypeVar("R")
@@ -244,36 +257,27 @@ def stored_rows(
 def _read_rows(file: RowFile[R], path: Path, studies: Path) -> Stored[R]:
     stored: Any = read_json(path, f"run {file.command}")
     try:
-        rows = tuple(file.row(**_values(entry)) for entry in stored["rows"])
-        version, inputs = stored["made"]["version"], stored["made"]["inputs"]
-    except (KeyError, TypeError) as error:
+        # JSON has tuples as lists.
+        entries = [{name: tuple(v) if isinstance(v, list) else v for name, v in row.items()} for row in stored["rows"]]
+        rows = tuple(file.row(**entry) for entry in entries)
+        version, then = stored["made"]["version"], dict(stored["made"]["inputs"])
+    except (KeyError, TypeError, ValueError) as error:
         raise ResultError(f"{path}: is of another version ({error}); run {file.command}") from error
-    state = _state(inputs, _inputs(file, studies))
+    now = _inputs(file, studies)
+    reading = then.pop(_READING, None), now.pop(_READING, None)
+    state = "the studies are the same" if then == now else "the studies have changed since"
+    if then == now and reading[0] != reading[1]:
+        state = "how their runs are read has changed since"
     again = f"{file.command} computes them again."
     return Stored(rows, f"{file.kind.capitalize()} are stored in {path} by fingerslip {version}; {state}. {again}")
-
-
-def _state(then: Mapping[str, str], now: Mapping[str, str]) -> str:
-    """Tell whether what rows were computed from is the same."""
-    if {**then, _READING: now.get(_READING)} != {**now, _READING: now.get(_READING)}:
-        return "the studies have changed since"
-    is_read_alike = then.get(_READING) == now.get(_READING)
-    return "the studies are the same" if is_read_alike else "how their runs are read has changed since"
-
-
-def _values(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a row with tuples, which JSON has as lists."""
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}
 
 
 def _inputs(file: RowFile[Any], studies: Path) -> dict[str, str]:
     """Return a hash of what each study holds, of one that cannot be read none, and of how the runs are read."""
     inputs = {_READING: digest(file.reading)} if file.reading else {}
     for name in file.studies:
-        try:
+        with contextlib.suppress(FingerslipError):
             inputs[name] = digest([read_with_base(studies / f"{name}.yaml")])
-        except FingerslipError:
-            continue
     return inputs
 
 
@@ -335,9 +339,13 @@ def allowed_geometry(
 
 
 def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
-    """Return the rows of one geometry study, each published time in the reading of the paper or the likely ones."""
-    model = GEOMETRY[study.folder.name]
-    runs = tuple(_read_in_space(study, run) for run in study.runs) if model == "in 3D" else study.runs
+    """Return the rows of one geometry study, each published time in the reading of the paper or the likely ones.
+
+    Runs in 3D have the events that validation reads at the reference nodes.
+    """
+    model, runs = GEOMETRY[study.folder.name], study.runs
+    if model == "in 3D":
+        runs = tuple(solid_measures(study.folder / run.name, run).run for run in runs)
     references = [published_set(name) for name in study.compare]
     return tuple(_geometry_row(interval, model) for interval in published_intervals(runs, references))
 
@@ -354,27 +362,19 @@ def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:
     return Table("What the unknown geometry allows", columns, tuple(_geometry_cells(row) for row in rows), note)
 
 
-def _read_in_space(study: StudyResult, run: RunResult) -> RunResult:
-    """Return a run in 3D with the events that validation reads at the reference nodes."""
-    return solid_measures(study.folder / run.name, run).run
-
-
 def _geometry_row(entry: PublishedInterval, model: str) -> GeometryRow:
     value, interval = entry.value, entry.interval
     variant = f"{value.conditions[VARIANT]}, " if model == "section" else ""
     readings = READINGS if model == "section" else SOLID_READINGS
-    numbers = None
+    numbers: tuple[float, ...] | None = None
     if interval is not None:
-        numbers = (
-            interval.smallest,
-            *(interval.percentile(percent) for percent in (5, 50, 95)),
-            interval.largest,
-        )
+        percentiles = (interval.percentile(percent) for percent in (5, 50, 95))
+        numbers = tuple(round(number, 6) for number in (interval.smallest, *percentiles, interval.largest))
     return GeometryRow(
         quantity=f"{event_label(value.quantity)}, {variant}{model} ({readings[entry.reading]})",
         source=value.source,
         published=value.span or value.value or 0.0,
-        interval=None if numbers is None else tuple(round(number, 6) for number in numbers),
+        interval=numbers,
         where=entry.where,
         found=0 if interval is None else len(interval.values),
         samples=entry.samples,

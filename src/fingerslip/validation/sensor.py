@@ -1,16 +1,13 @@
-"""The mechanical statements of Cordova Bulens et al. (2023) on their ridged sensor, beside its section.
+"""Cordova Bulens et al. (2023) beside our sensors: the mechanics of their ridged skin, and the pouring task.
 
-The thresholds are written beside the statements in ``data/published/bulens2023.yaml``.
-
-The pouring task of Cordova Bulens et al. (2023) beside a simulated one: a forest that learned from slides alone.
-
-Its runs take long, so the rows are stored, and read back unless they are asked for.
+A forest that learned from slides alone is tested while rice is poured. Its runs take long, so those rows are stored,
+and read back unless they are asked for. The rules of statements are in ``data/published/bulens2023.yaml``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -22,15 +19,15 @@ from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.published import PublishedValue, published_set
-from fingerslip.results import HISTORY, RunResult, StudyResult
+from fingerslip.published import published_set
+from fingerslip.results import HISTORY, RunResult
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
-from fingerslip.validation.checks import Finding
 from fingerslip.validation.rows import Basis, Row, RowFile, Stored, number_row, statement_row, stored_rows
 
+# What simulates, films and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -40,12 +37,13 @@ if TYPE_CHECKING:
 
 __all__ = [
     "POURING",
+    "POURING_3D",
     "POURING_FILE",
-    "POURING_IN_SPACE",
     "SENSOR",
     "SensorMeasures",
+    "half_width",
     "measure_sensor",
-    "pouring_in_space",
+    "pouring_3d",
     "pouring_of",
     "pouring_rows",
     "rows_of_pouring",
@@ -53,13 +51,10 @@ __all__ = [
     "sensor_rows",
 ]
 
-
 #: The study whose runs are compared, and the value that tells its skins apart.
 SENSOR = "ridged_vs_smooth"
 _RIDGED = "tactip.skin.ridges.enabled"
 _DEPTH = "programme.0.press.depth"
-_CYCLES = 2
-_HIDDEN = 0.5
 
 Floats = NDArray[np.float64]
 
@@ -68,52 +63,43 @@ Floats = NDArray[np.float64]
 class SensorMeasures:
     """What the statements are compared with, of one run."""
 
-    ridged: bool  # whether the skin has ridges
+    ridged: bool
     depth: str  # indentation, as the study writes it
     before_centre: float | None  # share of the touching outer markers of the skin that slip before the central one [-]
     cycles: int | None  # stick-slip cycles in the slide
-    ahead: float | None  # [-]
-    spread: float | None  # [m]
+    ahead: float | None  # displacement of the central internal marker over that of the outermost ring [-]
+    spread: float | None  # how far internal markers spread from incipient to overall slip [m]
 
 
 def measure_sensor(run: RunResult, history: xr.Dataset) -> SensorMeasures:
     """Measure a run of a sensor with recorded markers."""
-    slips, slip = skin_marker_slips(history), run.events.slip
-    along, rings = _along_slide(history)
-    times = history["time"].values
-    at = {name: None if time is None else _at(times, along, time) for name, time in
-          (("incipient", slip.incipient), ("overall", slip.overall))}  # fmt: skip
-    incipient, overall = at["incipient"], at["overall"]
-    return SensorMeasures(
-        ridged=bool(run.swept[_RIDGED]),
-        depth=str(run.swept[_DEPTH]),
-        before_centre=None if slips is None else share_before_centre(slips),
-        cycles=stick_slip_cycles(history),
-        ahead=None if overall is None else _ahead(overall, rings),
-        spread=None if incipient is None or overall is None else float(np.ptp(overall) - np.ptp(incipient)),
-    )
-
-
-def _along_slide(history: xr.Dataset) -> tuple[Floats, NDArray[np.int64]]:
-    """Return how far internal markers are along the slide since it began (n_times, n_markers) [m], and their rings."""
     window = slide_window(history)
     if window is None:
         raise InputError("history", "has no slide", "needs one", "use the shipped study")
     plate = history["counterface_displacement"].values[[window.first, window.last], 0]
     direction = (plate[1] - plate[0]) / np.linalg.norm(plate[1] - plate[0])
     tracks = marker_tracks(history, ("internal",))
-    position = tracks["position"].values
-    along: Floats = (position - position[window.first]) @ direction
-    return along, tracks["ring"].values
+    position, rings = tracks["position"].values, tracks["ring"].values
+    # How far internal markers are along the slide since it began, (n_times, n_markers) [m].
+    along = (position - position[window.first]) @ direction
 
+    def at(time: float) -> Floats:
+        return np.array([np.interp(time, history["time"].values, column) for column in along.T])
 
-def _at(times: Floats, along: Floats, time: float) -> Floats:
-    return np.array([np.interp(time, times, column) for column in along.T])
-
-
-def _ahead(along: Floats, rings: NDArray[np.int64]) -> float | None:
-    outermost = float(along[rings == rings.max()].mean())
-    return float(along[rings == 0].mean()) / outermost if outermost > 0.0 else None
+    slips, slip = skin_marker_slips(history), run.events.slip
+    overall = None if slip.overall is None else at(slip.overall)
+    outermost = 0.0 if overall is None else float(overall[rings == rings.max()].mean())
+    spread = None
+    if overall is not None and slip.incipient is not None:
+        spread = float(np.ptp(overall) - np.ptp(at(slip.incipient)))
+    return SensorMeasures(
+        ridged=bool(run.swept[_RIDGED]),
+        depth=str(run.swept[_DEPTH]),
+        before_centre=None if slips is None else share_before_centre(slips),
+        cycles=stick_slip_cycles(history),
+        ahead=float(overall[rings == 0].mean()) / outermost if overall is not None and outermost > 0.0 else None,
+        spread=spread,
+    )
 
 
 def sensor_rows(
@@ -127,89 +113,61 @@ def sensor_rows(
     if not path.is_file():
         repair = "name the folder of the shipped studies, or run in the folder of the project"
         raise InputError(str(path), "is not there", f"validate needs the study {SENSOR}", repair)
-    (outcome,) = run_studies([path], results_dir=results, workers=workers, progress=progress)
-    return rows_of_sensor(_measure(outcome))
-
-
-def _measure(study: StudyResult) -> tuple[SensorMeasures, ...]:
-    return tuple(measure_sensor(run, read_history(study.folder / run.name / HISTORY)) for run in study.runs)
+    (study,) = run_studies([path], results_dir=results, workers=workers, progress=progress)
+    return rows_of_sensor([measure_sensor(run, read_history(study.folder / run.name / HISTORY)) for run in study.runs])
 
 
 def rows_of_sensor(measured: Sequence[SensorMeasures], basis: Basis = "predicted") -> tuple[Row, ...]:
     """Return a row for each statement on the mechanics of the sensor, and one for the number of cycles."""
     statements = (
-        statement_row(value, answer.number, None, answer.holds, basis=basis)
+        statement_row(value, _CHECKS[value.id](measured), None, basis=basis)
         for value in published_set("bulens2023-mechanics").values
-        for answer in (_CHECKS[value.id](measured),)
     )
     (six,) = published_set("bulens2023-cycles").values
-    nearest = _nearest([slide.cycles for slide in measured if slide.ridged], float(six.value or 0.0))
+    counts = [float(slide.cycles) for slide in measured if slide.ridged and slide.cycles is not None]
+    nearest = min(counts, key=lambda count: abs(count - float(six.value or 0.0)), default=None)
     name = "stick-slip cycles in 14 mm, ridged skin, nearest to the published number of four indentations"
     return (*statements, number_row(name, six, nearest, None, resolution=1.0, basis=basis))
 
 
-def _nearest(counts: Sequence[int | None], wanted: float) -> float | None:
-    numbers = [float(count) for count in counts if count is not None]
-    return min(numbers, key=lambda count: abs(count - wanted)) if numbers else None
-
-
-def _least_of_ridges(measured: Sequence[SensorMeasures], name: str) -> float | None:
+def _least_of_ridges(name: str) -> Callable[[Sequence[SensorMeasures]], float | None]:
     """Return the least of a number over the runs with ridges; None where one of them lacks it."""
-    values = [getattr(slide, name) for slide in measured if slide.ridged]
-    return float(min(values)) if values and None not in values else None
+
+    def least(measured: Sequence[SensorMeasures]) -> float | None:
+        values = [getattr(slide, name) for slide in measured if slide.ridged]
+        return float(min(values)) if values and None not in values else None
+
+    return least
 
 
-def _centre_last(measured: Sequence[SensorMeasures]) -> Finding:
-    number = _least_of_ridges(measured, "before_centre")
-    return Finding() if number is None else Finding(number, number >= 1.0)
-
-
-def _repeats(measured: Sequence[SensorMeasures]) -> Finding:
-    number = _least_of_ridges(measured, "cycles")
-    return Finding() if number is None else Finding(number, number >= _CYCLES)
-
-
-def _centre_ahead(measured: Sequence[SensorMeasures]) -> Finding:
-    number = _least_of_ridges(measured, "ahead")
-    return Finding() if number is None else Finding(number, number > 1.0)
-
-
-def _smooth_hides(measured: Sequence[SensorMeasures]) -> Finding:
+def _smooth_over_ridged(measured: Sequence[SensorMeasures]) -> float | None:
+    """Return the largest spread with a smooth skin over that with ridges; None where one is not known."""
     ridged = {slide.depth: slide.spread for slide in measured if slide.ridged}
-    ratios = [
-        None
-        if slide.spread is None or not ridged.get(slide.depth)
-        else abs(slide.spread / (ridged[slide.depth] or np.nan))
-        for slide in measured
-        if not slide.ridged
-    ]
-    finite = [ratio for ratio in ratios if ratio is not None]
-    return Finding(max(finite), max(finite) < _HIDDEN) if finite and len(finite) == len(ratios) else Finding()
+    pairs = [(slide.spread, ridged.get(slide.depth)) for slide in measured if not slide.ridged]
+    ratios = [abs(smooth / other) for smooth, other in pairs if smooth is not None and other]
+    return max(ratios) if ratios and len(ratios) == len(pairs) else None
 
 
-_CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], Finding]] = MappingProxyType(
+_CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], float | None]] = MappingProxyType(
     {
-        "centre-last": _centre_last,
-        "repeated-stick-slip": _repeats,
-        "central-marker-ahead": _centre_ahead,
-        "smooth-skin-hides": _smooth_hides,
+        "centre-last": _least_of_ridges("before_centre"),
+        "repeated-stick-slip": _least_of_ridges("cycles"),
+        "central-marker-ahead": _least_of_ridges("ahead"),
+        "smooth-skin-hides": _smooth_over_ridged,
     }
 )
 
 
-# What simulates, films and trains is loaded where rows are computed: stored ones are read without it.
-
-
 #: The study to learn from, and the one to be tested on: sections, and sensors in 3D.
 POURING = ("bulens2023_section_slides", "bulens2023_pouring")
-POURING_IN_SPACE = ("bulens2023_dataset", "bulens2023_pouring_3d")
+POURING_3D = ("bulens2023_dataset", "bulens2023_pouring_3d")
 #: Where the rows are stored.
 POURING_FILE = RowFile(
     "pouring.json",
     "rows of the pouring task",
     "fingerslip validate --pouring",
     "half an hour",
-    (*POURING, *POURING_IN_SPACE),
+    (*POURING, *POURING_3D),
     Row,
 )
 
@@ -237,12 +195,10 @@ def pouring_rows(
     """Return the rows of the pouring task: computed and stored, or those that were stored last."""
 
     def computed() -> tuple[Row, ...]:
-        from fingerslip.study.running.runner import run_studies
-
         paths = [Path(studies) / f"{name}.yaml" for name in POURING]
         run_studies(paths, results_dir=results, workers=workers, progress=progress)
         section = pouring_of(Path(results), workers)
-        space = pouring_in_space(Path(studies), Path(results), workers, progress)
+        space = pouring_3d(Path(studies), Path(results), workers, progress)
         return (*rows_of_pouring(section, "section"), *rows_of_pouring(space, "in 3D"))
 
     return stored_rows(POURING_FILE, studies, results, computed if compute else None)
@@ -263,7 +219,7 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
     return _test(slides, pours, workers)
 
 
-def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
+def pouring_3d(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
     """Make both data sets in 3D, train the forest on the slides and return what it finds while rice is poured.
 
     Data sets that are whole are read back; trials are learned from as in :func:`pouring_of`.
@@ -272,7 +228,7 @@ def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: S
 
     slides, pours = (
         simulate_trials(studies / f"{name}.yaml", results / f"{name}_trials", workers=workers, progress=progress)
-        for name in POURING_IN_SPACE
+        for name in POURING_3D
     )
     return _test(slides, pours, workers)
 
@@ -296,36 +252,23 @@ def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
     """
     from fingerslip.detect.unseen import READINGS
 
-    return tuple(
-        row
-        for reading in reversed(READINGS)
-        for scores in (detection.scores[reading],)
-        for row in (*_number_rows(scores, where, reading), *_statement_rows(scores, where, reading))
-    )
+    return tuple(row for name in reversed(READINGS) for row in _rows_of_reading(detection.scores[name], where, name))
 
 
-def _number_rows(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
+def _rows_of_reading(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
+    missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
     for value in published_set(_NUMBERS).values:
         name, resolution = _SCORES[value.id]
         ours = getattr(scores, name)
         number = ours.value if isinstance(ours, Estimate) else ours
-        words = _quantity(value, scores, where, reading)
-        yield number_row(words, value, number, _half_width(ours), resolution=resolution)
-
-
-def _quantity(value: PublishedValue, scores: EventScores, where: str, reading: str) -> str:
-    missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
-    return f"{value.quantity.replace('_', ' ')} while pouring, {where}, forest ({reading}{missed})"
-
-
-def _statement_rows(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
+        words = f"{value.quantity.replace('_', ' ')} while pouring, {where}, forest ({reading}{missed})"
+        yield number_row(words, value, number, half_width(ours), resolution=resolution)
     for value in published_set(_STATEMENTS).values:
-        share = scores.gross_found.value
-        named = PublishedValue(**{**vars(value), "check": f"{value.check} ({where}, {reading})"})
-        yield statement_row(named, share, _half_width(scores.gross_found), None if share is None else share == 0.0)
+        named = replace(value, check=f"{value.check} ({where}, {reading})")
+        yield statement_row(named, scores.gross_found.value, half_width(scores.gross_found))
 
 
-def _half_width(estimate: object) -> float | None:
+def half_width(estimate: object) -> float | None:
     """Return half of the interval of an estimate over trials that are drawn anew; None without one."""
     if not isinstance(estimate, Estimate) or estimate.low is None or estimate.high is None:
         return None

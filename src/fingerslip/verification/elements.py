@@ -220,7 +220,7 @@ def _convergence() -> tuple[Check, ...]:
     return sum(plane, ())
 
 
-def _convergence_in_space() -> tuple[Check, ...]:
+def _convergence_3d() -> tuple[Check, ...]:
     kinds: tuple[tuple[str, tuple[int, int]], ...] = (("H8", (8, 12)), ("T4", (8, 12)), ("T10", (4, 6)))
     return sum((_rates(element, "selective", counts) for element, counts in kinds), ())
 
@@ -281,7 +281,7 @@ def _locking() -> tuple[Check, ...]:
     return _ring_checks((("Q4", "selective"), ("T6", "full"), ("T3", "nodal")), ("Q4", "T3"))
 
 
-def _locking_in_space() -> tuple[Check, ...]:
+def _locking_3d() -> tuple[Check, ...]:
     return _ring_checks((("H8", "selective"), ("T10", "full"), ("T4", "nodal")), ("H8", "T4"))
 
 
@@ -289,7 +289,7 @@ PROBLEMS = (
     Problem("patch", "Uniform stress on a distorted mesh", "Irons & Razzaque 1972", slow=False, compute=_patch),
     Problem("rigid-modes", "Rigid motion without force", "Kinematics", slow=False, compute=_rigid),
     Problem("convergence-2d", "Manufactured solution in 2D", "Ciarlet 1978", slow=False, compute=_convergence),
-    Problem("convergence-3d", "Manufactured solution in 3D", "Ciarlet 1978", slow=False, compute=_convergence_in_space),
+    Problem("convergence-3d", "Manufactured solution in 3D", "Ciarlet 1978", slow=False, compute=_convergence_3d),
     Problem("locking-2d", "Pressed thick ring", "Lame 1852; Timoshenko & Goodier", slow=False, compute=_locking),
-    Problem("locking-3d", "Slice of a pressed thick ring", "Lame 1852; Timoshenko & Goodier", False, _locking_in_space),
+    Problem("locking-3d", "Slice of a pressed thick ring", "Lame 1852; Timoshenko & Goodier", False, _locking_3d),
 )

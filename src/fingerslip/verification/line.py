@@ -171,11 +171,11 @@ def _hertz(element: str, cells: int, factor: float) -> tuple[Check, ...]:
     )
 
 
-def _hertz_in_the_plane() -> tuple[Check, ...]:
+def _hertz_2d() -> tuple[Check, ...]:
     return _hertz("Q4", 20, 1.0)
 
 
-def _hertz_in_space() -> tuple[Check, ...]:
+def _hertz_3d() -> tuple[Check, ...]:
     return _hertz("H8", 12, 2.0)
 
 
@@ -243,10 +243,8 @@ def _ciavarella_jaeger() -> tuple[Check, ...]:
 
 
 PROBLEMS = (
-    Problem("hertz-line", "Rigid cylinder on a half-plane", "Hertz 1882", slow=False, compute=_hertz_in_the_plane),
-    Problem(
-        "hertz-line-3d", "Rigid cylinder on a slice of a half-space", "Hertz 1882", slow=False, compute=_hertz_in_space
-    ),
+    Problem("hertz-line", "Rigid cylinder on a half-plane", "Hertz 1882", slow=False, compute=_hertz_2d),
+    Problem("hertz-line-3d", "Rigid cylinder on a slice of a half-space", "Hertz 1882", slow=False, compute=_hertz_3d),
     Problem("cattaneo", "Cylinder pressed, then pushed sideways", "Cattaneo 1938", slow=False, compute=_cattaneo),
     Problem(
         "ciavarella-jaeger",

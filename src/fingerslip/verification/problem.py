@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from fingerslip.errors import FingerslipError
-from fingerslip.tables.table import Column, Table
+from fingerslip.tables.table import Cell, Column, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,8 +39,8 @@ class Check:
     """One number held against its closed form."""
 
     quantity: str  # what it is, with its unit
-    expected: float  # the closed form's value and the computed one
-    got: float  # the closed form's value and the computed one
+    expected: float  # by the closed form
+    got: float
     allowed: float  # largest error
     # whether the error is the difference over the expected value, or the difference itself
     kind: Literal["relative", "absolute"]
@@ -65,7 +65,15 @@ class Problem:
     title: str  # what it is about
     source: str  # where the known answer is from
     slow: bool  # whether it takes more than about ten seconds
-    compute: Callable[[], tuple[Check, ...]]  # computes it and returns its checks
+    compute: Callable[..., tuple[Check, ...]]  # computes it, for a case where there are some, and returns its checks
+    cases: tuple[str, ...] = ()  # such as elements; their names come before the quantities
+
+    def checks(self) -> tuple[Check, ...]:
+        """Compute it and return the checks of all cases."""
+        if not self.cases:
+            return self.compute()
+        pairs = ((case, check) for case in self.cases for check in self.compute(case))
+        return tuple(replace(check, quantity=f"{case}: {check.quantity}") for case, check in pairs)
 
 
 @dataclass(frozen=True)
@@ -99,7 +107,7 @@ def run(problem: Problem) -> Outcome:
     try:
         # The dense problems beside the simulations are tiny: threads that wait for each other make them slower.
         with limited_threads(1):
-            return Outcome(problem, problem.compute())
+            return Outcome(problem, problem.checks())
     except FingerslipError as error:
         return Outcome(problem, (absolute("could not be computed", 0.0, np.nan, 0.0),), str(error))
 
@@ -131,39 +139,30 @@ def solve_problem(model: Model, penetration: float | None = None) -> xr.Dataset:
 
 def table(outcomes: tuple[Outcome, ...]) -> Table:
     """Show outcomes, a row for each check."""
-    columns = tuple(map(Column, ("problem", "quantity", "expected", "got", "error", "allowed", "pass")))
-    rows = tuple(
-        (
-            outcome.problem.name,
-            check.quantity,
-            f"{check.expected:.6g}",
-            f"{check.got:.6g}",
-            f"{check.error:.1e}" + _mark(check),
-            f"{check.allowed:.1e}" + _mark(check),
-            check.passed,
-        )
-        for outcome, check in _checks(outcomes)
-    )
-    return Table("Verification", columns, rows, _note(outcomes))
+    names = ("problem", "quantity", "expected", "got", "error", "allowed", "pass")
+    rows: list[tuple[Cell, ...]] = []
+    for outcome, check in _checks(outcomes):
+        mark = " abs" if check.kind == "absolute" else ""
+        errors = (f"{check.error:.1e}{mark}", f"{check.allowed:.1e}{mark}")
+        numbers = (f"{check.expected:.6g}", f"{check.got:.6g}", *errors)
+        rows.append((outcome.problem.name, check.quantity, *numbers, check.passed))
+    return Table("Verification", tuple(map(Column, names)), tuple(rows), _note(outcomes))
 
 
 def number_table(outcomes: tuple[Outcome, ...]) -> Table:
     """Return the same rows for programs: numbers as numbers, and in a column of its own what kind an error is of."""
-    columns = ("problem", "quantity", "expected", "got", "error", "allowed", "kind of error", "pass")
-    rows = tuple(
+    names = ("problem", "quantity", "expected", "got", "error", "allowed", "kind of error", "pass")
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
             outcome.problem.name,
             check.quantity,
-            float(check.expected),
-            float(check.got),
-            float(check.error),
-            float(check.allowed),
+            *(float(number) for number in (check.expected, check.got, check.error, check.allowed)),
             check.kind,
             check.passed,
         )
         for outcome, check in _checks(outcomes)
     )
-    return Table("Verification", tuple(map(Column, columns)), rows, _note(outcomes))
+    return Table("Verification", tuple(map(Column, names)), rows, _note(outcomes))
 
 
 def _checks(outcomes: tuple[Outcome, ...]) -> Iterator[tuple[Outcome, Check]]:
@@ -174,7 +173,3 @@ def _note(outcomes: tuple[Outcome, ...]) -> str:
     passed = [check.passed for _, check in _checks(outcomes)]
     troubles = [f" {outcome.problem.name}: {outcome.trouble}." for outcome in outcomes if outcome.trouble]
     return f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"
-
-
-def _mark(check: Check) -> str:
-    return " abs" if check.kind == "absolute" else ""

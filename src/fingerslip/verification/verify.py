@@ -40,24 +40,9 @@ class Verification:
 
 
 def verify(only: Sequence[str], progress: Callable[[str], object]) -> Verification:
-    """Compute verification problems; one that cannot be computed fails and does not stop the others.
+    """Compute verification problems by their names, all without any, and tell each before it begins.
 
-    Parameters
-    ----------
-    only : sequence of str
-        Names of the problems; all where there are none.
-    progress : callable
-        Receives a line before each problem.
-
-    Returns
-    -------
-    Verification
-        What came of them.
-
-    Raises
-    ------
-    InputError
-        For a name that no problem has.
+    One that cannot be computed fails and does not stop the others.
     """
     chosen, outcomes = choose(only), []
     for number, problem_of_name in enumerate(map(problem, chosen), start=1):

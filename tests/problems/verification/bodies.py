@@ -60,40 +60,37 @@ def _axes(element: str) -> tuple[str, ...]:
     return ("x", "y") if element == "Q4" else ("x", "y", "z")
 
 
-def _slide() -> tuple[Check, ...]:
+def _slide(element: str) -> tuple[Check, ...]:
     """Let a block of 0.1 kg slide on a stiff pad under its weight from 1 m/s.
 
     The weight acts at once: the block's bounce, 1/omega = 1 ms long at a contact stiffness of 1e5 N/m, may shift the
     stop by 0.5 % of 0.2 s.
     """
-    checks: list[Check] = []
     speed, mass = 1.0, 0.1
     grid, height = np.linspace(0.0, _SIZE, 3), np.linspace(0.0, 2e-3, 2)
-    for element in _ELEMENTS:
-        sides = (grid,) * (1 if element == "Q4" else 2)
-        down = tuple(-component for component in _up(element))
-        vertical: Any = _axes(element)[-1]
-        contact = Contact("top", Plane(down), Coulomb(_MU), _PENALTY, _PENALTY, rigid_body="block")
-        block = RigidBody(mass, free=("x", vertical), initial_velocity=BodyVelocity(x=speed))
-        stop = speed / (_MU * _GRAVITY)
-        model = Model(
-            **_pad(element, 1e9, *sides, height),
-            contacts=(contact,),
-            bodies={"block": block},
-            gravity=tuple(_GRAVITY * component for component in down),
-            time=TimeStepping(2e-4, end=0.22),
-        )
-        history = solve_problem(model)
-        time, moved = history["time"].values, history["rigid_body_displacement"].values[:, 0, 0]
-        rate = history["rigid_body_velocity"].values[:, 0, 0]
-        first = int(np.argmax(rate <= 0.0))
-        stopped = float(np.interp(0.0, rate[[first, first - 1]], time[[first, first - 1]]))
-        checks += [
-            relative(f"{element}: time to stop [s]", stop, stopped, 0.005),
-            relative(f"{element}: way to stop [m]", speed * stop / 2, float(moved[-1]), 0.005),
-            relative(f"{element}: friction / energy at the start", 1.0, _friction(history, mass, speed), 0.005),
-        ]
-    return tuple(checks)
+    sides = (grid,) * (1 if element == "Q4" else 2)
+    down = tuple(-component for component in _up(element))
+    vertical: Any = _axes(element)[-1]
+    contact = Contact("top", Plane(down), Coulomb(_MU), _PENALTY, _PENALTY, rigid_body="block")
+    block = RigidBody(mass, free=("x", vertical), initial_velocity=BodyVelocity(x=speed))
+    stop = speed / (_MU * _GRAVITY)
+    model = Model(
+        **_pad(element, 1e9, *sides, height),
+        contacts=(contact,),
+        bodies={"block": block},
+        gravity=tuple(_GRAVITY * component for component in down),
+        time=TimeStepping(2e-4, end=0.22),
+    )
+    history = solve_problem(model)
+    time, moved = history["time"].values, history["rigid_body_displacement"].values[:, 0, 0]
+    rate = history["rigid_body_velocity"].values[:, 0, 0]
+    first = int(np.argmax(rate <= 0.0))
+    stopped = float(np.interp(0.0, rate[[first, first - 1]], time[[first, first - 1]]))
+    return (
+        relative("time to stop [s]", stop, stopped, 0.005),
+        relative("way to stop [m]", speed * stop / 2, float(moved[-1]), 0.005),
+        relative("friction / energy at the start", 1.0, _friction(history, mass, speed), 0.005),
+    )
 
 
 def _friction(history: xr.Dataset, mass: float, speed: float) -> float:
@@ -141,34 +138,31 @@ def _supported(axes: tuple[str, ...]) -> Mapping[str, Any]:
     return {"left_left": ("x",), "right_right": ("x",), "left_bulk": axes[1:], "right_bulk": axes[1:]}
 
 
-def _jug() -> tuple[Check, ...]:
+def _jug(element: str) -> tuple[Check, ...]:
     """Fill a jug, 1.25 times as heavy as two fingers can hold, in 0.5 s.
 
     On the springs of stick friction, with omega = 1e3 rad/s, the growing weight makes ripples of 1/(omega 0.5 s) =
     2e-3 of itself: 0.5 %. Once it is full, it slides on at a constant acceleration.
     """
-    checks: list[Check] = []
     mass, filled, end = 1.25 * _GRIP / _GRAVITY, 0.55, 0.65
-    for element in _ELEMENTS:
-        vertical: Any = _axes(element)[-1]
-        jug = RigidBody(mass, free=("x", vertical), filling=Ramp((0.05, filled), (0.0, 1.0)))
-        down = tuple(-_GRAVITY * component for component in _up(element))
-        history = _gripped(element, jug, gravity=down, time=TimeStepping(5e-4, end=end))
-        time, used = history["time"].values, history["friction_utilisation"].values
-        slides = float(time[np.argmax(used.min(axis=1) > 1.0 - 1e-6)])
-        weight = mass * _GRAVITY * (slides - 0.05) / (filled - 0.05)
-        late = time > filled + 0.02
-        falls = -float(np.polyfit(time[late], history["rigid_body_velocity"].values[late, 0, -1], 1)[0])
-        aside = float(np.abs(history["rigid_body_displacement"].values[:, 0, 0]).max())
-        held = history.isel(time=int(np.searchsorted(time, 0.3)))
-        checks += [
-            relative(f"{element}: normal force of a finger [N]", _FORCE, _normal(history), 1e-4),
-            relative(f"{element}: weight at which it slides / (2 mu N)", 1.0, weight / _GRIP, 0.005),
-            relative(f"{element}: acceleration when full [m/s2]", _GRAVITY - _GRIP / mass, falls, 2e-3),
-            relative(f"{element}: utilisation at 0.3 s", 0.5 * 1.25, float(held["friction_utilisation"][0]), 0.01),
-            absolute(f"{element}: motion along the squeeze / squeeze", 0.0, aside / _SQUEEZE, 1e-9),
-        ]
-    return tuple(checks)
+    vertical: Any = _axes(element)[-1]
+    jug = RigidBody(mass, free=("x", vertical), filling=Ramp((0.05, filled), (0.0, 1.0)))
+    down = tuple(-_GRAVITY * component for component in _up(element))
+    history = _gripped(element, jug, gravity=down, time=TimeStepping(5e-4, end=end))
+    time, used = history["time"].values, history["friction_utilisation"].values
+    slides = float(time[np.argmax(used.min(axis=1) > 1.0 - 1e-6)])
+    weight = mass * _GRAVITY * (slides - 0.05) / (filled - 0.05)
+    late = time > filled + 0.02
+    falls = -float(np.polyfit(time[late], history["rigid_body_velocity"].values[late, 0, -1], 1)[0])
+    aside = float(np.abs(history["rigid_body_displacement"].values[:, 0, 0]).max())
+    held = history.isel(time=int(np.searchsorted(time, 0.3)))
+    return (
+        relative("normal force of a finger [N]", _FORCE, _normal(history), 1e-4),
+        relative("weight at which it slides / (2 mu N)", 1.0, weight / _GRIP, 0.005),
+        relative("acceleration when full [m/s2]", _GRAVITY - _GRIP / mass, falls, 2e-3),
+        relative("utilisation at 0.3 s", 0.5 * 1.25, float(held["friction_utilisation"][0]), 0.01),
+        absolute("motion along the squeeze / squeeze", 0.0, aside / _SQUEEZE, 1e-9),
+    )
 
 
 def _normal(history: xr.Dataset) -> float:
@@ -176,44 +170,42 @@ def _normal(history: xr.Dataset) -> float:
     return float(history["counterface_force"].values[-1, 1, 0])
 
 
-def _sprung() -> tuple[Check, ...]:
+def _sprung(element: str) -> tuple[Check, ...]:
     """Pull a block on a spring against the friction of two fingers, and let it go: it loses 2 F/k every half cycle.
 
     The friction springs stretch by F/k_t = 1e-3 F/k at each turn, and 500 steps a cycle at alpha = -0.01 take less than
     1e-3 of the amplitude, up to seven times F/k: 0.5 %. Turning takes the friction springs some time: 1 % of a cycle.
     When the block stops, they throw it back by up to 1e-2 F/k: 2 %.
     """
-    checks: list[Check] = []
     stiffness = _TANGENTIAL / 1e3
     mass = stiffness / (2 * np.pi / 0.1) ** 2
     drop = _GRIP / stiffness
     pull = 7.3 * _GRIP
-    for element in _ELEMENTS:
-        vertical: Any = _axes(element)[-1]
-        ramp = Ramp((0.0, 0.1, 0.3, 0.4, 0.4002), (0.0, 0.0, 1.0, 1.0, 0.0))
-        block = RigidBody(
-            mass,
-            free=(vertical,),
-            springs=Springs(**{vertical: stiffness}),
-            loads=(BodyLoad(**{vertical: pull}, ramp=ramp),),
-        )
-        history = _gripped(element, block, time=TimeStepping(2e-4, -0.01, end=0.8))
-        time, moved = history["time"].values, history["rigid_body_displacement"].values[:, 0, -1]
-        rate = history["rigid_body_velocity"].values[:, 0, -1]
-        turns = np.flatnonzero((np.diff(np.sign(rate)) != 0) & (time[:-1] > 0.41))[:3]
-        peaks = np.abs([float(moved[np.searchsorted(time, 0.4)]), *moved[turns]])
-        lost = -np.diff(peaks) / drop
-        checks += [
-            relative(f"{element}: lost in half cycle {number} / (F / k)", 2.0, one, 0.005)
-            for number, one in enumerate(lost, start=1)
-        ]
-        crossing = [float(np.interp(0.0, *_across(rate, time, turn))) for turn in turns]
-        left = abs(float(moved[-1])) / drop
-        checks += [
-            relative(f"{element}: time of a cycle [s]", 0.1, crossing[2] - crossing[0], 0.01),
-            absolute(f"{element}: rest, error / (F / k)", 0.0, left - abs(peaks[-1] / drop - 2.0), 0.02),
-        ]
-        checks.append(_stick(element, stiffness))
+    checks: list[Check] = []
+    vertical: Any = _axes(element)[-1]
+    ramp = Ramp((0.0, 0.1, 0.3, 0.4, 0.4002), (0.0, 0.0, 1.0, 1.0, 0.0))
+    block = RigidBody(
+        mass,
+        free=(vertical,),
+        springs=Springs(**{vertical: stiffness}),
+        loads=(BodyLoad(**{vertical: pull}, ramp=ramp),),
+    )
+    history = _gripped(element, block, time=TimeStepping(2e-4, -0.01, end=0.8))
+    time, moved = history["time"].values, history["rigid_body_displacement"].values[:, 0, -1]
+    rate = history["rigid_body_velocity"].values[:, 0, -1]
+    turns = np.flatnonzero((np.diff(np.sign(rate)) != 0) & (time[:-1] > 0.41))[:3]
+    peaks = np.abs([float(moved[np.searchsorted(time, 0.4)]), *moved[turns]])
+    lost = -np.diff(peaks) / drop
+    checks += [
+        relative(f"lost in half cycle {number} / (F / k)", 2.0, one, 0.005) for number, one in enumerate(lost, start=1)
+    ]
+    crossing = [float(np.interp(0.0, *_across(rate, time, turn))) for turn in turns]
+    left = abs(float(moved[-1])) / drop
+    checks += [
+        relative("time of a cycle [s]", 0.1, crossing[2] - crossing[0], 0.01),
+        absolute("rest, error / (F / k)", 0.0, left - abs(peaks[-1] / drop - 2.0), 0.02),
+    ]
+    checks.append(_stick(element, stiffness))
     return tuple(checks)
 
 
@@ -244,39 +236,36 @@ def _stick(element: str, stiffness: float) -> Check:
     above = moved - rest
     up = np.flatnonzero((above[:-1] < 0.0) & (above[1:] >= 0.0))
     crossings = time[up] - above[up] * (time[up + 1] - time[up]) / (above[up + 1] - above[up])
-    return relative(f"{element}: period in stick [s]", 0.02, float(np.diff(crossings).mean()), 2e-3)
+    return relative("period in stick [s]", 0.02, float(np.diff(crossings).mean()), 2e-3)
 
 
-def _fall() -> tuple[Check, ...]:
+def _fall(element: str) -> tuple[Check, ...]:
     """Let a body fall through a damper: v = (m g / c) (1 - exp(-c t / m)).
 
     The trapezoidal rule at 200 steps a time constant errs by 1/(12 200^2) = 2e-6; 1e-5.
     """
     mass, coefficient = 0.3, 6.0
     constant = mass / coefficient
-    checks: list[Check] = []
-    for element in _ELEMENTS:
-        vertical: Any = _axes(element)[-1]
-        grid = np.linspace(0.0, _SIZE, 2)
-        model = Model(
-            **_pad(element, _MODULUS, *(grid,) * len(_axes(element))),
-            bodies={"body": RigidBody(mass, free=(vertical,), dampers=Dampers(**{vertical: coefficient}))},
-            gravity=tuple(-_GRAVITY * component for component in _up(element)),
-            time=TimeStepping(constant / 200, 0.0, end=20 * constant),
-        )
-        history = solve_problem(model)
-        rate = -history["rigid_body_velocity"].values[:, 0, -1]
-        terminal = mass * _GRAVITY / coefficient
-        exact = terminal * (1.0 - np.exp(-history["time"].values / constant))
-        error = float(np.abs(rate - exact).max() / terminal)
-        checks += [
-            relative(f"{element}: terminal velocity [m/s]", terminal, float(rate[-1]), 1e-8),
-            absolute(f"{element}: velocity, largest error / terminal", 0.0, error, 1e-5),
-        ]
-    return tuple(checks)
+    vertical: Any = _axes(element)[-1]
+    grid = np.linspace(0.0, _SIZE, 2)
+    model = Model(
+        **_pad(element, _MODULUS, *(grid,) * len(_axes(element))),
+        bodies={"body": RigidBody(mass, free=(vertical,), dampers=Dampers(**{vertical: coefficient}))},
+        gravity=tuple(-_GRAVITY * component for component in _up(element)),
+        time=TimeStepping(constant / 200, 0.0, end=20 * constant),
+    )
+    history = solve_problem(model)
+    rate = -history["rigid_body_velocity"].values[:, 0, -1]
+    terminal = mass * _GRAVITY / coefficient
+    exact = terminal * (1.0 - np.exp(-history["time"].values / constant))
+    error = float(np.abs(rate - exact).max() / terminal)
+    return (
+        relative("terminal velocity [m/s]", terminal, float(rate[-1]), 1e-8),
+        absolute("velocity, largest error / terminal", 0.0, error, 1e-5),
+    )
 
 
-def _turn() -> tuple[Check, ...]:
+def _turn(element: str) -> tuple[Check, ...]:
     """Turn a body on a torsion spring, and a plate on the springs of a stiff pad.
 
     The pad gives way by its penalty alone, so that its stiffness against a turn is the sum of k_n A x^2 over the nodes.
@@ -284,23 +273,20 @@ def _turn() -> tuple[Check, ...]:
     of the pad's own stiffness.
     """
     checks: list[Check] = []
-    for element in _ELEMENTS:
-        about: Any = "rz" if element == "Q4" else "ry"
-        count = 1 if element == "Q4" else 3
-        centre = (0.0,) * len(_axes(element))
-        body = RigidBody(1.0, free=(about,), centre=centre, inertia=(2e-5,) * count)
-        grid = np.linspace(-_SIZE / 2, _SIZE / 2, 5)
-        pad = _pad(element, 1e14 * 2e-3, *(grid,) * (len(centre) - 1), np.linspace(-2e-3, 0.0, 2))
-        sprung = replace(body, springs=Springs(**{about: 5.0}), initial_velocity=BodyVelocity(**{about: 10.0}))
-        period = 2 * np.pi * np.sqrt(2e-5 / 5.0)
-        alone = solve_problem(
-            Model(**pad, bodies={"plate": sprung}, time=TimeStepping(period / 500, 0.0, end=4 * period))
-        )
-        angle = _rotation(alone, about)
-        exact = 10.0 * period / (2 * np.pi) * np.sin(2 * np.pi * alone["time"].values / period)
-        error = float(np.abs(angle - exact).max() / exact.max())
-        checks.append(absolute(f"{element}: on a spring, largest error / amplitude", 0.0, error, 1e-3))
-        checks += _rocking(element, body, pad)
+    about: Any = "rz" if element == "Q4" else "ry"
+    count = 1 if element == "Q4" else 3
+    centre = (0.0,) * len(_axes(element))
+    body = RigidBody(1.0, free=(about,), centre=centre, inertia=(2e-5,) * count)
+    grid = np.linspace(-_SIZE / 2, _SIZE / 2, 5)
+    pad = _pad(element, 1e14 * 2e-3, *(grid,) * (len(centre) - 1), np.linspace(-2e-3, 0.0, 2))
+    sprung = replace(body, springs=Springs(**{about: 5.0}), initial_velocity=BodyVelocity(**{about: 10.0}))
+    period = 2 * np.pi * np.sqrt(2e-5 / 5.0)
+    alone = solve_problem(Model(**pad, bodies={"plate": sprung}, time=TimeStepping(period / 500, 0.0, end=4 * period)))
+    angle = _rotation(alone, about)
+    exact = 10.0 * period / (2 * np.pi) * np.sin(2 * np.pi * alone["time"].values / period)
+    error = float(np.abs(angle - exact).max() / exact.max())
+    checks.append(absolute("on a spring, largest error / amplitude", 0.0, error, 1e-3))
+    checks += _rocking(element, body, pad)
     return tuple(checks)
 
 
@@ -332,10 +318,10 @@ def _rocking(element: str, body: RigidBody, pad: Mapping[str, Any]) -> tuple[Che
     up = np.flatnonzero((angle[:-1] < 0.0) & (angle[1:] >= 0.0))
     crossings = time[up] - angle[up] * step / (angle[up + 1] - angle[up])
     return (
-        relative(f"{element}: on a pad, rotation [rad]", moment / stiffness, _rotation(still, about)[-1], 1e-4),
-        relative(f"{element}: on a pad, period [s]", period, float(np.diff(crossings).mean()), 1e-3),
+        relative("on a pad, rotation [rad]", moment / stiffness, _rotation(still, about)[-1], 1e-4),
+        relative("on a pad, period [s]", period, float(np.diff(crossings).mean()), 1e-3),
         relative(
-            f"{element}: on a pad, moment of contact [N m]",
+            "on a pad, moment of contact [N m]",
             -moment,
             float(still["rigid_body_moment"].sel(rotation_axis=about[1]).values[-1, 0]),
             1e-8,
@@ -344,11 +330,18 @@ def _rocking(element: str, body: RigidBody, pad: Mapping[str, Any]) -> tuple[Che
 
 
 PROBLEMS = (
-    Problem("free-block", "Block that slides to rest on a pad", "Coulomb's and Newton's laws", False, _slide),
     Problem(
-        "filled-jug", "Jug between two fingers, filled until it slides", "Coulomb's and Newton's laws", False, _jug
+        "free-block", "Block that slides to rest on a pad", "Coulomb's and Newton's laws", False, _slide, _ELEMENTS
     ),
-    Problem("held-block", "Block on a spring between two fingers", "Coulomb oscillator", slow=False, compute=_sprung),
-    Problem("damped-fall", "Body that falls through a damper", "Newton's law", slow=False, compute=_fall),
-    Problem("turning-body", "Body on a torsion spring and on a pad", "Euler's law", slow=False, compute=_turn),
+    Problem(
+        "filled-jug",
+        "Jug between two fingers, filled until it slides",
+        "Coulomb's and Newton's laws",
+        False,
+        _jug,
+        _ELEMENTS,
+    ),
+    Problem("held-block", "Block on a spring between two fingers", "Coulomb oscillator", False, _sprung, _ELEMENTS),
+    Problem("damped-fall", "Body that falls through a damper", "Newton's law", False, _fall, _ELEMENTS),
+    Problem("turning-body", "Body on a torsion spring and on a pad", "Euler's law", False, _turn, _ELEMENTS),
 )

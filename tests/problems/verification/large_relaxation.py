@@ -155,8 +155,8 @@ def _nearly_incompressible(ratio: float) -> tuple[FiniteMaterial, ...]:
     )
 
 
-_IN_PLANE = tuple(body for body in BODIES if body.formulation == "plane_stress")
-_IN_SPACE = tuple(body for body in BODIES if body.formulation == "solid" and body.integration != "full")
+_PLANE_STRESS = tuple(body for body in BODIES if body.formulation == "plane_stress")
+_3D = tuple(body for body in BODIES if body.formulation == "solid" and body.integration != "full")
 
 
 def _pulled(body: Body, law: FiniteMaterial, stretch: float, ramp: Ramp, step: float = _STEP) -> xr.Dataset:
@@ -185,7 +185,7 @@ def _tension() -> tuple[Check, ...]:
     checks = []
     for law in _nearly_incompressible(0.49995):
         errors = []
-        for body in _IN_PLANE:
+        for body in _PLANE_STRESS:
             history = _pulled(body, relaxing(law), 1.5, _AT_ONCE)
             elastic = float(_nominal(law, np.array([1.5]))[0]) * LENGTH**2
             expected = elastic * ramp_response(_TERMS, _STEP, history["time"].values)
@@ -246,12 +246,12 @@ def _order() -> tuple[Check, ...]:
     """
     checks = []
     for law, softer in zip(_nearly_incompressible(0.49995), _nearly_incompressible(0.499), strict=True):
-        name, errors = type(law).__name__, [_swung(_IN_PLANE[0], law, step) for step in (0.05, 0.025)]
-        in_space = max(_swung(body, softer, 0.025) for body in _IN_SPACE)
+        name, errors = type(law).__name__, [_swung(_PLANE_STRESS[0], law, step) for step in (0.05, 0.025)]
+        in_3d = max(_swung(body, softer, 0.025) for body in _3D)
         checks += [
             absolute(f"{name}: plane stress, force, largest error / largest", 0.0, errors[1], 2e-3),
             absolute(f"{name}: plane stress, order in the step", 2.0, float(np.log2(errors[0] / errors[1])), 0.1),
-            absolute(f"{name}: in 3D, force, largest error / largest", 0.0, in_space, 5e-3),
+            absolute(f"{name}: in 3D, force, largest error / largest", 0.0, in_3d, 5e-3),
         ]
     return tuple(checks)
 
@@ -342,7 +342,7 @@ def _objectivity() -> tuple[Check, ...]:
 
 def _balance() -> tuple[Check, ...]:
     """Strain a block and let go: the energy of its springs in the end is that of the relaxed law, the rest is lost."""
-    body, law = _IN_SPACE[0], CASES[2].law
+    body, law = _3D[0], CASES[2].law
     history = _pulled(body, relaxing(law, (PronyTerm(0.6, 0.05),)), 1.5, Ramp((0.0, 0.2), (0.0, 1.0)))
     elastic = _pulled(body, relaxed_law(law, 0.6), 1.5, Ramp((0.0, 0.2), (0.0, 1.0)))
     stored, lost = history["strain_energy"].values, history["viscous_dissipation"].values

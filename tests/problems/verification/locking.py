@@ -179,16 +179,16 @@ def _checks(dim: int) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-def _in_the_plane() -> tuple[Check, ...]:
+def _2d() -> tuple[Check, ...]:
     return _checks(2)
 
 
-def _in_space() -> tuple[Check, ...]:
+def _3d() -> tuple[Check, ...]:
     return _checks(3)
 
 
 _SOURCE = "Lame 1852; Babuska & Suri 1992"
 PROBLEMS = (
-    Problem("element-errors-2d", "Errors of a pressed ring over unknowns", _SOURCE, False, _in_the_plane),
-    Problem("element-errors-3d", "The same for a slice in 3D", _SOURCE, slow=True, compute=_in_space),
+    Problem("element-errors-2d", "Errors of a pressed ring over unknowns", _SOURCE, False, _2d),
+    Problem("element-errors-3d", "The same for a slice in 3D", _SOURCE, slow=True, compute=_3d),
 )

@@ -10,11 +10,12 @@ from fingerslip.detect.classifiers import (
     CLASSIFIERS,
     SVM_GRID,
     Candidate,
-    columns_of,
     fit,
     probabilities,
     union_of_sets,
 )
+from fingerslip.detect.optional import optional
+from fingerslip.detect.samples import columns_of
 from fingerslip.errors import InputError
 
 DRAW = np.random.default_rng(0)
@@ -89,3 +90,12 @@ def test_columns_of_sets() -> None:
         columns_of(names, ("polar",))
     two = [Candidate(name, sets, "", lambda seed: seed) for name, sets in (("a", ("x", "y")), ("b", ("y", "z")))]
     assert union_of_sets(two) == ("x", "y", "z")
+
+
+def test_a_module_that_is_there_is_loaded() -> None:
+    assert optional("sklearn.svm").LinearSVC
+
+
+def test_a_module_that_is_missing_names_the_command_that_installs_it() -> None:
+    with pytest.raises(InputError, match=r'detect: no_such_module is missing .*pip install "fingerslip\[detect\]"'):
+        optional("no_such_module")

@@ -8,7 +8,7 @@ import pytest
 
 from fingerslip.detect import inquiry
 from fingerslip.detect.evaluation.crossval import Parts
-from fingerslip.detect.evaluation.robustness import Assumption, Sensitivity
+from fingerslip.detect.evaluation.inquiries import Assumption, Sensitivity
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.session import Choices
@@ -64,8 +64,8 @@ def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(
 def test_a_label_that_never_comes_leaves_nothing(
     trials_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def told(*_given: object, stored_parts: Parts, **_more: object) -> Iterator[Sensitivity]:
-        stored_parts.keep("assumption", 1, {"median onsets": np.zeros(2)})
+    def told(*_given: object, store: Parts, **_more: object) -> Iterator[Sensitivity]:
+        store.write("assumption", 1, {"median onsets": np.zeros(2)})
         raise InputError("trial slide-0000", "has no gross slip", "needs both onsets here")
 
     monkeypatch.setattr(inquiry, "sensitivity_of", told)

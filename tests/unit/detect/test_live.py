@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.detect.evaluation.robustness import disturb
+from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, run_live, run_on_markers, run_on_tracks
 from fingerslip.detect.training import Detector, detect, train
 from fingerslip.detect.trial_set import TrialSet

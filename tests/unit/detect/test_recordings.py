@@ -1,20 +1,30 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fingerslip.detect.labels import LabelSettings, Onsets
-from fingerslip.detect.recordings import read_any_tracks, read_conditions, recorded_trials
+from fingerslip.detect.recordings import (
+    read_any_tracks,
+    read_conditions,
+    read_recording,
+    readers,
+    recorded_trials,
+    with_external,
+)
+from fingerslip.detect.session import collect_trials
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
-from fingerslip.detect.trial_set import write_trials
+from fingerslip.detect.trial_set import open_trials, write_trials
 from fingerslip.errors import InputError
 from fingerslip.vision.tables import write_tracks_csv
-from fingerslip.vision.tracks import write_tracks
+from fingerslip.vision.tracks import make_tracks, write_tracks
+from fingerslip.vision.video import write_video
 
 TRIAL = synthetic_trial("a", SyntheticSlide(travel=2e-3))
-REST = LabelSettings(rest_frames=20)
+SETTINGS = LabelSettings(rest_frames=20)
 
 
 @pytest.fixture
@@ -28,7 +38,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_recordings_become_a_data_set(folder: Path) -> None:
     own = {"second": Onsets(1.0, None)}
-    made = recorded_trials(folder, folder / "conditions.csv", onsets=own, settings=REST)
+    made = recorded_trials(folder, folder / "conditions.csv", onsets=own, settings=SETTINGS)
     trials = write_trials(made, folder / "set", "Recordings")
     assert trials.names == ("first", "second")
     assert trials.conditions["first"] == {
@@ -46,7 +56,7 @@ def test_recordings_become_a_data_set(folder: Path) -> None:
 def test_another_reader_takes_other_files(folder: Path) -> None:
     (folder / "film.mkv").write_bytes(b"")
     (folder / "films.csv").write_text("file\nfilm.mkv\n")
-    (found,) = recorded_trials(folder, folder / "films.csv", settings=REST, read=lambda path: TRIAL.tracks)  # noqa: ARG005
+    (found,) = recorded_trials(folder, folder / "films.csv", settings=SETTINGS, read=lambda path: TRIAL.tracks)  # noqa: ARG005
     assert found.name == "film"
     assert read_any_tracks(folder / "first.nc").equals(TRIAL.tracks)
 
@@ -79,3 +89,115 @@ def test_missing_recordings_and_labels_are_named(folder: Path) -> None:
     inside = TRIAL.tracks.isel(marker=TRIAL.tracks["kind"].values == "internal")
     with pytest.raises(InputError, match="trial first: has nothing to label it by"):
         list(recorded_trials(folder, folder / "conditions.csv", read=lambda path: inside))  # noqa: ARG005
+
+
+REST, RATE = 10, 30.0
+INNER = [(40.0, 30.0), (80.0, 30.0), (120.0, 30.0), (60.0, 60.0), (100.0, 60.0), (80.0, 90.0)]
+OUTER = [(80.0, 60.0), (50.0, 30.0), (110.0, 30.0), (50.0, 90.0), (110.0, 90.0)]
+
+
+def film(path: Path, places: list[tuple[float, float]], moves: dict[int, int], frames: int = 40) -> None:
+    """Write a video of dark markers; those in `moves` go along x from a frame on, a pixel a frame."""
+    rows, columns = np.mgrid[:120, :160]
+    noise, made = np.random.default_rng(0), []
+    for number in range(frames):
+        frame = noise.normal(180.0, 2.0, rows.shape)
+        for marker, (x, y) in enumerate(places):
+            gone = max(number - moves.get(marker, frames), 0)
+            frame[np.hypot(columns - x - gone, rows - y) < 5] = 40
+        made.append(frame.astype(np.uint8))
+    write_video(path, iter(made), RATE)
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of two trials by two cameras: outer markers move from frame 14 on, the central one from 24 on."""
+    folder = tmp_path_factory.mktemp("recordings")
+    for name in ("one", "two"):
+        film(folder / f"{name}.mkv", INNER, dict.fromkeys(range(6), REST))
+        film(folder / f"{name}-outside.mkv", OUTER, {0: 24, 1: 14, 2: 14, 3: 14, 4: 14})
+    table = "file,external,indentation [mm]\none.mkv,one-outside.mkv,3\ntwo.mkv,two-outside.mkv,4\n"
+    (folder / "conditions.csv").write_text(table)
+    return folder
+
+
+@pytest.fixture
+def collect(recordings: Path, tmp_path: Path) -> Callable[..., str]:
+    """Return a function that makes a data set of some of the recordings."""
+
+    def made(**more) -> str:
+        options = {"labels": None, "title": "Recorded", "rest_frames": REST, "markers": (6, 5), "layout": "free"}
+        return collect_trials(recordings, recordings / "conditions.csv", tmp_path / "trials", **{**options, **more})
+
+    return made
+
+
+def test_videos_of_both_cameras_become_a_data_set(collect: Callable[..., str], tmp_path: Path) -> None:
+    assert collect() == f"{tmp_path / 'trials'}: 2 trials"
+    trials = open_trials(tmp_path / "trials")
+    found = trials.trial("one")
+    assert found.tracks["kind"].values.tolist() == ["internal"] * 6 + ["external"] * 5
+    # More than 2 px beside the central marker, and more than 1 px of it.
+    label = found.labels["external_markers"]
+    assert label.incipient == pytest.approx(16.5 / RATE, abs=0.6 / RATE)
+    assert label.gross == pytest.approx(25.5 / RATE, abs=0.6 / RATE)
+    assert found.conditions == {"indentation": pytest.approx(3e-3)}
+    assert found.provenance == {"recording": "one.mkv", "external_recording": "one-outside.mkv"}
+    moved = found.tracks["position"].values[:, :6]
+    assert moved[-1] - moved[0] == pytest.approx(np.tile([29.0, 0.0], (6, 1)), abs=0.3)
+
+
+def test_a_users_own_labels_stand_beside_them(collect: Callable[..., str], tmp_path: Path) -> None:
+    (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\none,0.5,0.9\ntwo,0.6,\n")
+    collect(labels=tmp_path / "mine.csv")
+    trials = open_trials(tmp_path / "trials")
+    assert trials.onsets("user") == {"one": Onsets(0.5, 0.9), "two": Onsets(0.6, None)}
+    assert set(trials.labels("two")) == {"user", "external_markers"}
+
+
+def test_what_is_wrong_with_a_video_is_said_and_kept(recordings: Path, tmp_path: Path) -> None:
+    film(recordings / "early.mkv", INNER, dict.fromkeys(range(6), 3))
+    (tmp_path / "table.csv").write_text("file\nearly.mkv\n")
+    (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nearly,0.5,0.9\n")
+    said = collect_trials(
+        recordings,
+        tmp_path / "table.csv",
+        tmp_path / "trials",
+        labels=tmp_path / "mine.csv",
+        title="",
+        rest_frames=REST,
+        markers=(6, None),
+        layout="free",
+    )
+    assert "early: " in said
+    assert "the sensor moved by" in said
+    assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
+
+
+def test_files_of_tracks_are_read_as_they_are(tmp_path: Path) -> None:
+    tracks = make_tracks(np.zeros((3, 2, 2)), np.arange(3) / RATE, units="px")
+    write_tracks(tracks, tmp_path / "tracks.nc")
+    assert read_recording(tmp_path / "tracks.nc", n_markers=81).equals(tracks)
+
+
+def test_another_number_of_markers_is_an_error(collect: Callable[..., str], tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"one\.mkv: .*needs 40"):
+        collect(markers=(40, 5))
+    assert not (tmp_path / "trials").exists()
+
+
+def test_recordings_of_two_cameras_have_to_fit(recordings: Path, tmp_path: Path) -> None:
+    inner = make_tracks(np.zeros((31, 2, 2)), np.arange(31) / RATE, units="px")
+    with pytest.raises(InputError, match=r"external: lasts 0\.5 s beside 1 s, needs two recordings that begin and end"):
+        with_external(inner, inner.isel(time=slice(0, 16)))
+    metres = make_tracks(np.zeros((31, 2, 2)), np.arange(31) / RATE, units="m")
+    with pytest.raises(InputError, match="external: is in m, needs the unit of the inner camera"):
+        with_external(inner, metres)
+    (tmp_path / "table.csv").write_text("file,external\none.mkv,none.mkv\n")
+    inside, outside = readers(6, 5, REST, "free")
+    with pytest.raises(InputError, match=r"names none\.mkv, needs files that are in"):
+        next(
+            recorded_trials(
+                recordings, tmp_path / "table.csv", settings=LabelSettings(), read=inside, read_external=outside
+            )
+        )

@@ -2,19 +2,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerslip.detect.evaluation.inquiries import CurvePoint
-from fingerslip.detect.evaluation.robustness import Robustness
+from fingerslip.detect.evaluation.inquiries import Robustness
 from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.live import Finding
+from fingerslip.detect.live import Finding, findings_table
 from fingerslip.detect.tables import (
     accuracy_table,
     calibration_table,
     confusion_table,
     curve_table,
-    estimate_text,
     event_table,
-    findings_table,
     frame_table,
     importance_table,
     left_out_table,
@@ -24,12 +21,6 @@ from fingerslip.detect.tables import (
 from fingerslip.tables.table import Missing, to_csv, to_markdown
 
 SCORES = frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))
-
-
-def test_estimates_in_words() -> None:
-    assert estimate_text(Estimate(0.5)) == "0.500"
-    assert estimate_text(Estimate(0.5, 0.25, 0.75), 2) == "0.50 [0.25, 0.75]"
-    assert estimate_text(Estimate(None)) is Missing.NOT_DEFINED
 
 
 def test_accuracy_shows_what_leaks() -> None:
@@ -44,7 +35,7 @@ def test_every_class_has_a_row() -> None:
         ("a", "incipient"),
         ("a", "gross"),
     ]
-    assert confusion_table({"a": SCORES.matrix}).rows[0] == ("a", "no_slip", 24, 6, 0)
+    assert confusion_table({"a": SCORES}).rows[0] == ("a", "no_slip", 24, 6, 0)
 
 
 def test_events_have_a_column_for_each_classifier() -> None:
@@ -63,10 +54,9 @@ def test_events_have_a_column_for_each_classifier() -> None:
 def test_the_other_tables_have_what_they_are_given() -> None:
     reliability = reliability_of(np.array([[1.0, 0.0, 0.0]]), np.array([0], dtype=np.int8))
     assert calibration_table({"a": reliability}).rows == (("a", 0.0, 0.0),)
-    assert curve_table([CurvePoint(4, Estimate(0.5, 0.4, 0.6), Estimate(0.4))]).rows == (
-        (4, "0.500 [0.400, 0.600]", "0.400"),
-    )
-    assert importance_table({0: Estimate(0.1, 0.0, 0.2)}).rows == ((0, "0.100 [0.000, 0.200]"),)
+    assert curve_table({4: SCORES}).rows == ((4, "0.900 [0.900, 0.900]", "0.899 [0.899, 0.899]"),)
+    drops = {0: Estimate(0.1, 0.0, 0.2), 1: Estimate(None)}
+    assert importance_table(drops).rows == ((0, "0.100 [0.000, 0.200]"), (1, Missing.NOT_DEFINED))
     assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
     assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
     found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")

@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from fingerslip.detect.labels import Onsets
+from fingerslip.detect.motion import motion_of
 from fingerslip.detect.samples import Samples
 from fingerslip.detect.training import (
     calibration_count,
@@ -63,8 +66,12 @@ def test_the_largest_score_before_slip() -> None:
 
 def test_scores_of_frames_start_anew(samples: Samples, trials: TrialSet) -> None:
     made = forward_filter(samples, trials.onsets(), 5)
-    chances = np.tile([0.8, 0.1, 0.1], (5, 1))
-    assert np.array_equal(frame_scores(made, np.arange(5.0), chances), frame_scores(made, np.arange(5.0) + 7, chances))
+    chances, motion = (
+        np.tile([0.8, 0.1, 0.1], (5, 1)),
+        motion_of(trials.tracks(trials.names[0]), MOTION).at(slice(0, 5)),
+    )
+    later = dataclasses.replace(motion, time=motion.time + 7)
+    assert frame_scores(made, motion, chances) == pytest.approx(frame_scores(made, later, chances), abs=1e-12)
 
 
 def test_unknown_classifiers_and_other_markers_are_refused(trials: TrialSet) -> None:

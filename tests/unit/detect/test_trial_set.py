@@ -1,13 +1,17 @@
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
-from fingerslip.detect.labels import Onsets
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
-from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_trials
+from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_parquet, write_trials
+from fingerslip.detect.trials import Trial, check_conditions, layout_digest, layout_text, read_trial, write_trial
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.storage.files import read_json, write_json
@@ -89,3 +93,81 @@ def test_a_label_that_never_comes_is_named() -> None:
     check_labels({"a": Onsets(1.0, None)}, ["a"], ("incipient",))
     with pytest.raises(InputError, match="labels: have no trial b"):
         check_labels({"a": Onsets(1.0, 2.0)}, ["a", "b"])
+
+
+TRIAL = synthetic_trial("one", SyntheticSlide(travel=2e-3))
+
+
+def test_a_trial_is_read_back_as_it_was_written(tmp_path: Path) -> None:
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_trial(TRIAL, folder)
+    found = read_trial(folder)
+    assert found.tracks.equals(TRIAL.tracks)
+    assert (found.name, found.labels, found.conditions) == ("one", TRIAL.labels, TRIAL.conditions)
+    assert found.provenance["source"] == "analytic example, no sensor"
+    (folder / "labels.csv").unlink()
+    with pytest.raises(ResultError, match="labels"):
+        read_trial(folder)
+
+
+@pytest.mark.parametrize("name", ["", "../up", "a/b", ".hidden", "a" * 101])
+def test_a_name_has_to_be_that_of_a_folder(name: str) -> None:
+    with pytest.raises(InputError, match="trial: is named"):
+        Trial(name, TRIAL.tracks, {})
+
+
+@pytest.mark.parametrize("wrong", [{"speed": "fast"}, {"speed": True}, {"mine": [1]}, {"mine": float("nan")}])
+def test_conditions_are_plain_values(wrong: dict[str, object]) -> None:
+    with pytest.raises(InputError, match=r"trial x: .*: got"):
+        check_conditions(wrong, "trial x")
+
+
+def test_conditions_of_a_users_own_are_kept() -> None:
+    check_conditions({"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}, "trial x")
+
+
+def test_layouts_are_told_apart() -> None:
+    tracks = TRIAL.tracks
+    assert layout_text(tracks) == "81 internal and 19 external markers in px"
+    assert layout_digest(tracks) == layout_digest(tracks.isel(time=slice(0, 3)))
+    fewer = tracks.isel(marker=slice(1, None))
+    others = tracks.assign_coords(ring=tracks["ring"] + 1)
+    assert len({layout_digest(one) for one in (tracks, fewer, others)}) == 3
+
+
+def test_onsets_are_those_of_its_sources() -> None:
+    assert set(TRIAL.labels) == {"external_markers", "contact"}
+    assert all(isinstance(one, Onsets) for one in TRIAL.labels.values())
+
+
+def test_the_table_has_a_row_for_each_frame(trials: TrialSet, tmp_path: Path) -> None:
+    write_parquet(trials, tmp_path / "all.parquet")
+    table = pd.read_parquet(tmp_path / "all.parquet")
+    assert table["trial"].nunique() == 24
+    one, tracks = table[table["trial"] == "slide-0004"], trials.tracks("slide-0004")
+    assert np.array_equal(one["time_s"], tracks["time"].values)
+    assert np.array_equal(one["external_0_x"], tracks["position"].values[:, 0, 0])
+    found = [CLASSES[number] for number in classes_at(trials.onsets()["slide-0004"], tracks["time"].values)]
+    assert one["class"].tolist() == found
+    assert set(one["condition_task"]) == {"slide"}
+    assert one["condition_friction_coefficient"].iloc[0] == trials.conditions["slide-0004"]["friction_coefficient"]
+
+
+def test_what_was_not_seen_is_empty(tmp_path: Path) -> None:
+    trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
+    trial.tracks["position"].values[3, 2] = np.nan
+    trial.tracks["quality"].values[3, 2] = 0.0
+    made = write_trials([trial], tmp_path / "set", "One")
+    write_parquet(made, tmp_path / "a.parquet")
+    assert pd.read_parquet(tmp_path / "a.parquet")["external_2_x"].isna().to_numpy().nonzero()[0].tolist() == [3]
+
+
+def test_conditions_of_two_kinds_leave_no_file(tmp_path: Path) -> None:
+    trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
+    made = [
+        dataclasses.replace(trial, name=name, conditions={"wet": value}) for name, value in (("a", True), ("b", "very"))
+    ]
+    with pytest.raises(InputError, match="condition wet: mixes text and numbers"):
+        write_parquet(write_trials(made, tmp_path / "set", "Two"), tmp_path / "a.parquet")
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]

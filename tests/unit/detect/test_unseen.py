@@ -28,7 +28,7 @@ def others(tmp_path_factory: pytest.TempPathFactory) -> TrialSet:
 
 def test_onsets_are_read_with_and_without_smoothing(made: Detector, others: TrialSet) -> None:
     found = on_unseen(made, others, others.onsets())
-    assert list(found.found) == list(found.scores) == ["detector", "single frames"]
+    assert list(found.onsets) == list(found.scores) == ["detector", "single frames"]
     assert found.matrices.shape == (3, 3, 3)
     assert found.matrices.sum() == sum(others.tracks(name).sizes["time"] for name in others.names)
     assert found.scores["detector"].missed == 0

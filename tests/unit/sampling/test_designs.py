@@ -5,7 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.sampling.designs import METHODS, block_size, design_size, draw_shares
+from fingerslip.errors import InputError
+from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
+from fingerslip.sampling.designs import (
+    METHODS,
+    block_size,
+    design_size,
+    draw_shares,
+    encode,
+    inputs_of,
+    output_names,
+    output_of,
+    required_output,
+)
+from fingerslip.slip.events import Events, SlipEvents
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -35,3 +48,51 @@ def test_walks_of_morris_move_every_value_once_by_two_levels() -> None:
     assert (np.count_nonzero(moves, axis=2) == 1).all()
     assert np.abs(moves).max(axis=2) == pytest.approx(np.full((40, 4), 2.0 / 3.0))
     assert np.unique(walks.round(9)) == pytest.approx([0.0, 1 / 3, 2 / 3, 1.0])
+
+
+def run(**swept: object) -> RunResult:
+    return RunResult("run", {path.replace("_", "."): value for path, value in swept.items()}, Events())
+
+
+def test_quantities_numbers_and_words_become_columns() -> None:
+    runs = [
+        run(a_depth="1 mm", b=1, word="x", same="3 mm", **{SAMPLE: 1}),
+        run(a_depth="3 mm", b=2, word="y", same="3 mm", **{REPEAT: 2}),
+    ]
+    inputs = inputs_of(runs)
+    assert [(one.path, one.unit, one.choices) for one in inputs] == [
+        ("a.depth", "m", ()),
+        ("b", "", ()),
+        ("word", "", ("x", "y")),
+    ]
+    assert encode(inputs, {"a.depth": "2 mm", "b": 1.5, "word": "y"}) == pytest.approx(np.array([0.5, 0.5, 0.0, 1.0]))
+    with pytest.raises(InputError, match=r"a\.depth: got '2 s', needs 0\.001 to 0\.003 m"):
+        inputs[0].columns("2 s")
+    assert [inputs[2].at(share) for share in (0.2, 0.7, 1.0)] == ["x", "y", "y"]
+    assert inputs[0].columns(inputs[0].at(0.25)) == pytest.approx((0.25,))
+
+
+def test_runs_that_do_not_differ_are_refused() -> None:
+    with pytest.raises(InputError, match="has runs that do not differ"):
+        inputs_of([run(a=1)])
+
+
+TRAVEL = Quantity("travel", "m", 2.0)
+RUN = RunResult(
+    "run", {}, Events(SlipEvents(1.0, overall=1.5)), numbers={"contact_area_max_m2": 3.0}, derived={"travel": TRAVEL}
+)
+
+
+def test_events_measures_and_derived_quantities_have_names() -> None:
+    assert output_of(RUN, "latency") == Quantity("latency (accumulated slip)", "s", 0.5)
+    assert output_of(RUN, "overall_slip_acceleration") == Quantity("overall slip (acceleration peaks)", "s", None)
+    assert output_of(RUN, "contact_area_max") == Quantity("largest contact area", "m^2", 3.0)
+    assert output_of(RUN, "penetration_max").value is None
+    assert output_of(RUN, "travel") is TRAVEL
+    assert all(output_of(RUN, name) is not None for name in output_names(RUN))
+
+
+def test_other_names_are_refused() -> None:
+    assert output_of(RUN, "latency_x") is None
+    with pytest.raises(InputError, match="of: 'latency_x' is not known, needs one of incipient_slip"):
+        required_output(RUN, "latency_x")

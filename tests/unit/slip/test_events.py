@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import doctest
 import json
 from collections.abc import Iterable
 from dataclasses import replace
@@ -18,14 +20,21 @@ from fingerslip.slip import (
     Events,
     EventSettings,
     SlipEvents,
+    acceleration_events,
+    acceleration_peaks,
     displacement_events,
     events_from_mapping,
     events_mapping,
     find_events,
+    find_slip,
+    measures,
+    read_measures,
     slip_events,
 )
-from fingerslip.slip.windows import READINGS
+from fingerslip.slip import windows as names
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, READING_HEADINGS, READINGS, TIMES, defines_time, event_label
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
+from unit.whole_result import MADE
 
 QUIET = Process(jump=False, nodes=401)
 HISTORY = make(Process(nodes=41, noise=1.0))
@@ -264,3 +273,41 @@ def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_no
     later = displacement_events(history.assign(contact_state=state), EventSettings())
     second = 1.3 + 0.41 / 20 + 50e-6 / SPEED
     assert later.incipient == pytest.approx(second, abs=5e-3)
+
+
+def test_events_and_peaks_are_those_of_their_own_searches() -> None:
+    found = find_slip(MADE)
+    assert found.events == find_events(MADE)
+    assert found.events.acceleration == acceleration_events(MADE)
+    assert found.peaks == acceleration_peaks(MADE)
+
+
+def test_only_a_history_has_events() -> None:
+    with pytest.raises(InputError, match="needs a history"):
+        find_slip({})  # type: ignore[arg-type]
+
+
+def test_measures_take_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, expected = find_slip(MADE), read_measures(MADE)
+    monkeypatch.setattr(measures, "find_slip", None)
+    assert read_measures(MADE, found=found) == expected
+
+
+def test_names_are_the_fields_of_the_data() -> None:
+    assert list(EVENTS) == [field.name for field in dataclasses.fields(SlipEvents) if field.name != "recorded"]
+    assert list(READINGS) == [field.name for field in dataclasses.fields(Events)]
+    assert (*EVENTS, "latency") == TIMES
+    assert set(MAIN_EVENTS) < set(EVENTS)
+    assert list(READING_HEADINGS) == list(READINGS)
+
+
+def test_labels_are_words() -> None:
+    assert [event_label(time) for time in TIMES] == [
+        "incipient slip", "48 % slip", "three-quarter slip", "overall slip", "latency",
+    ]  # fmt: skip
+    assert doctest.testmod(names).failed == 0
+
+
+def test_no_peak_belongs_to_48_percent_slip() -> None:
+    undefined = [(reading, time) for reading in READINGS for time in TIMES if not defines_time(reading, time)]
+    assert undefined == [("acceleration", "noticed")]

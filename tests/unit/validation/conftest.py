@@ -22,7 +22,7 @@ def run(swept: dict[str, object], uncertainty: Mapping[str, float] | None = None
     return measure(RunResult("run", swept, find_events(history), uncertainty=uncertainty or {}), history)
 
 
-def in_space(*incipient: float) -> Measures:
+def in_3d(*incipient: float) -> Measures:
     """Return a run of the fingertip in 3D whose first reference node leaves the line at these times."""
     readings = dict(zip(NODE_TOLERANCES, (SlipEvents(time, None, None, 1.24) for time in incipient), strict=True))
     measures = run({})
@@ -48,7 +48,7 @@ def evidence() -> Evidence:
             "wang2014_formulation": tuple(
                 run({"fingertip.formulation": "plane_strain", VARIANT: variant}) for variant in VARIANTS
             ),
-            "wang2014_3d": (in_space(0.68, 0.79, 0.90),),
+            "wang2014_3d": (in_3d(0.68, 0.79, 0.90),),
             "wang2014_section": tuple(
                 run({"fingertip.section": "transverse", VARIANT: variant}) for variant in VARIANTS
             ),
@@ -59,6 +59,6 @@ def evidence() -> Evidence:
             ),
         },
         (other, same),
-        (in_space(0.70, 0.81, 0.92),),
+        (in_3d(0.70, 0.81, 0.92),),
         (other,),
     )

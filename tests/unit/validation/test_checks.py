@@ -11,9 +11,10 @@ import pytest
 from fingerslip.published import published_set
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, Peak, PeakTable, SlipEvents
-from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, determination
+from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, determination, outcome_of
 from fingerslip.validation.evidence import FINGERPRINT, FRICTION, VARIANT, VARIANTS, Evidence
 from fingerslip.validation.measures import Densities, Measures
+from fingerslip.validation.rows import Verdict, statement_row
 
 PLACES = [(kind, area) for kind in ("FA-I", "SA-I", "FA-II", "SA-II") for area in ("A", "B")]
 DENSITIES = Densities(
@@ -122,30 +123,31 @@ FAILING = {
 }
 
 
+STATEMENTS = {value.id: value for value in published_set("wang2014-qualitative").values}
+
+
+def verdict(name: str, evidence: Evidence) -> Verdict:
+    return statement_row(STATEMENTS[name], outcome_of(name, evidence), None).verdict
+
+
 def test_every_published_statement_has_a_check_and_every_check_a_statement() -> None:
-    assert {value.id for value in published_set("wang2014-qualitative").values} == set(CHECKS) == set(FAILING)
-
-
-@pytest.mark.parametrize("name", CHECKS)
-def test_check_holds_for_what_the_paper_describes(name: str) -> None:
-    finding = CHECKS[name](as_published())
-    assert finding.holds is True
-    assert finding.number is not None
+    assert set(STATEMENTS) == set(CHECKS) == set(FAILING)
 
 
 @pytest.mark.parametrize("name", FAILING)
-def test_check_fails_for_the_opposite(name: str) -> None:
-    assert CHECKS[name](FAILING[name]).holds is False
+def test_check_holds_for_what_the_paper_describes_and_fails_for_the_opposite(name: str) -> None:
+    assert verdict(name, as_published()) == "holds"
+    assert verdict(name, FAILING[name]) == "fails"
 
 
 def test_density_may_be_larger_at_either_edge_but_at_the_same_one_for_all_types() -> None:
     swapped = {(kind, "A" if area == "B" else "B"): value for (kind, area), value in DENSITIES.mean_after.items()}
-    assert CHECKS["density-larger-in-b"](with_densities(mean_after=swapped)).holds is True
+    assert verdict("density-larger-in-b", with_densities(mean_after=swapped)) == "holds"
 
 
 @pytest.mark.parametrize("name", ["flattened-without-middle-peaks", "scaled-middle-peaks-merge"])
 def test_absent_peaks_prove_nothing_where_the_original_has_none_either(name: str) -> None:
-    assert CHECKS[name](with_peaks("table2", 0, {1.53: 0.054, 1.71: 0.637})).holds is False
+    assert verdict(name, with_peaks("table2", 0, {1.53: 0.054, 1.71: 0.637})) == "fails"
 
 
 @pytest.mark.parametrize(
@@ -168,18 +170,21 @@ def test_absent_peaks_prove_nothing_where_the_original_has_none_either(name: str
     ],
 )
 def test_check_tells_nothing_where_an_event_did_not_happen(name: str, evidence: Evidence) -> None:
-    finding = CHECKS[name](evidence)
-    assert (finding.number, finding.holds) == (None, None)
+    assert outcome_of(name, evidence) is None
+    assert verdict(name, evidence) == "not found"
 
 
 def test_numbers_are_those_of_the_evidence() -> None:
-    evidence = as_published()
-    assert CHECKS["overall-order"](evidence).number == pytest.approx(0.01)
-    assert CHECKS["latency-grows-with-friction"](evidence).number == pytest.approx(0.18 / 0.05)
-    assert CHECKS["latency-flattens-with-friction"](evidence).number == pytest.approx(0.01 / 0.065)
-    assert CHECKS["surface-receptors-feel-more"](evidence).number == pytest.approx(2.0)
-    assert CHECKS["density-larger-in-b"](evidence).number == pytest.approx(2.0)
-    assert CHECKS["fingerprint-leaves-overall"](evidence).number == 3.0
+    wanted = {
+        "overall-order": 0.01,
+        "latency-grows-with-friction": 0.18 / 0.05,
+        "latency-flattens-with-friction": 0.01 / 0.065,
+        "surface-receptors-feel-more": 2.0,
+        "density-larger-in-b": 2.0,
+        "fingerprint-leaves-overall": 3.0,
+    }
+    assert {name: outcome_of(name, as_published()) for name in wanted} == pytest.approx(wanted)
+    assert outcome_of("flattened-without-middle-peaks", as_published()) == (1, 0)
 
 
 def test_determination_is_that_of_a_line() -> None:
@@ -190,4 +195,4 @@ def test_determination_is_that_of_a_line() -> None:
 
 def test_phalanx_checks_need_the_phalanges_only() -> None:
     alone = Evidence({"wang2014_table2": as_published().measured["wang2014_table2"]})
-    assert all(check(alone).holds for check in PHALANX_CHECKS.values())
+    assert {verdict(name, alone) for name in PHALANX_CHECKS} == {"holds"}

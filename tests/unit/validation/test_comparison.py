@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 import pytest
 
 from fingerslip.errors import DamagedError, InputError
 from fingerslip.published import published_set
+from fingerslip.validation import STUDIES, rows_markdown, validate
 from fingerslip.validation import comparison as module
-from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown
+from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown, rows_of
+from fingerslip.validation.evidence import FRICTION, REFINED, Evidence
 from fingerslip.validation.rows import GeometryRow, Row, Stored, number_row
+from places import ROOT
 
 GEOMETRY = GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50)
 
@@ -85,3 +91,153 @@ def test_a_damaged_file_is_told_before_studies_are_looked_for(tmp_path: Path) ->
     (tmp_path / "geometry.json").write_text("{")
     with pytest.raises(DamagedError, match=r"geometry\.json"):
         compare(tmp_path, tmp_path)
+
+
+def test_every_published_value_of_the_section_has_a_row(evidence: Evidence) -> None:
+    rows = [row for row in rows_of(evidence) if row.basis != "large strain"]
+    statements = [row for row in rows if row.statement]
+    assert len(statements) == len(published_set("wang2014-qualitative").values)
+    # Nine times and the three-quarter range in two readings, three travels, six heights, two other models, the solid.
+    assert len(rows) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
+
+
+def test_only_overall_slip_of_the_original_row_is_calibrated(evidence: Evidence) -> None:
+    calibrated = [row.quantity for row in rows_of(evidence) if row.basis == "calibrated"]
+    assert len(calibrated) == 2
+    assert all("overall slip, original (accumulated slip)" in name for name in [calibrated[0]])
+    assert calibrated[1].startswith("travel of the plate at overall slip")
+    assert [row.basis for row in rows_of(evidence)[:2]] == ["calibrated"] * 2
+
+
+def test_what_the_paper_reads_from_peaks_is_not_compared_with_shares_of_area(evidence: Evidence) -> None:
+    rows = {row.quantity: row for row in rows_of(evidence)}
+    for variant in ("original", "flattened", "scaled"):
+        for name in ("incipient slip", "latency"):
+            row = rows[f"{name}, {variant} (accumulated slip)"]
+            assert row.verdict == "not comparable"
+            assert row.ours is not None
+            assert rows[f"{name}, {variant} (acceleration peaks)"].verdict != "not comparable"
+        assert rows[f"overall slip, {variant} (accumulated slip)"].verdict != "not comparable"
+    latencies = [
+        row for row in rows_of(evidence) if row.statement.startswith("Latency") and row.basis != "large strain"
+    ]
+    assert {row.verdict for row in latencies} == {"not comparable"}
+    assert len(latencies) == 3
+
+
+def test_reference_nodes_have_the_tolerance_and_the_refinements_in_their_uncertainty(evidence: Evidence) -> None:
+    row = next(row for row in rows_of(evidence) if row.quantity.startswith("incipient slip, fingertip in 3D (eight"))
+    assert row.ours == pytest.approx(0.79)
+    # 0.11 s from 50 to 100 um, 0.02 s from the refinement.
+    assert row.uncertainty == pytest.approx(np.hypot(0.11, 0.02))
+    assert row.verdict == "agrees"
+    alone = dataclasses.replace(evidence, refined_solid=())
+    row = next(row for row in rows_of(alone) if row.quantity.startswith("incipient slip, fingertip in 3D (eight"))
+    assert row.uncertainty == pytest.approx(0.11)
+
+
+def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
+    rows = {row.quantity: row for row in rows_of(evidence)}
+    overall = rows["overall slip, flattened (accumulated slip)"]
+    assert overall.ours == pytest.approx(1.712, abs=3e-3)
+    assert overall.uncertainty == 0.01
+    assert overall.verdict == "agrees"
+    assert rows["overall slip, scaled (accumulated slip)"].verdict == "misses"
+    assert rows["height of the overall slip peak, original"].verdict == "not judged"
+    assert rows["overall slip, scaled, plane strain (accumulated slip)"].uncertainty is None
+    assert rows["height of the overall slip peak, original"].uncertainty == 2.0
+    travel = rows["travel of the plate at overall slip / (friction x depth), scaled (accumulated slip)"]
+    assert travel.uncertainty == pytest.approx(0.01 * 3.0 / (0.6 * 1.5))
+
+
+def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> None:
+    rows = [row for row in rows_of(evidence) if row.basis == "predicted"]
+    spreads = {row.statement: row.uncertainty for row in rows if row.statement}
+    named = {value.id: value.statement for value in published_set("wang2014-qualitative").values}
+    assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
+    assert spreads[named["linear-in-friction"]] is None
+
+
+def test_missing_study_is_an_error_before_anything_runs(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"wang2014_table2.yaml: is not there"):
+        validate(tmp_path, tmp_path / "results")
+    assert not (tmp_path / "results").exists()
+
+
+def test_reference_table_and_numbers_are_the_same_rows() -> None:
+    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
+    rows = [Row(**{**entry, "published": as_published(entry["published"])}) for entry in stored]
+    page = (ROOT / "results" / "reference" / "validation.md").read_text(encoding="utf-8")
+    assert rows_markdown(rows) == page
+
+
+def test_documentation_counts_the_verdicts() -> None:
+    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
+    counts = Counter((entry["verdict"], entry["basis"]) for entry in stored)
+    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    (header,) = (line for line in page.splitlines() if line.startswith("| verdict |"))
+    bases = [cell.strip() for cell in header.split("|")[2:-1]]
+    for verdict in {verdict for verdict, _ in counts}:
+        numbers = " | ".join(str(counts[verdict, basis]) for basis in bases)
+        assert f"\n| {verdict} | {numbers} |\n" in page
+    assert {basis for _, basis in counts} == set(bases)
+
+
+def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalanges(evidence: Evidence) -> None:
+    rows = [row for row in rows_of(evidence) if row.basis == "large strain"]
+    assert [row.published for row in rows if not row.statement] == [
+        value.value for value in published_set("wang2014-table2").values
+    ]
+    scaled = next(row for row in rows if row.quantity == "overall slip, scaled, large strain (accumulated slip)")
+    assert scaled.ours == pytest.approx(1.97, abs=5e-3)
+    assert (scaled.uncertainty, scaled.verdict) == (0.01, "misses")
+    order = next(row for row in rows if row.statement.startswith("Overall slip comes first with the original"))
+    assert order.ours == pytest.approx(0.01, abs=1e-3)
+    # The refinement has the same time of all three phalanges.
+    assert order.uncertainty == pytest.approx(0.01, abs=1e-3)
+    assert order.verdict == "holds"
+    assert {row.verdict for row in rows if row.statement.startswith("Latency")} == {"not comparable"}
+    assert len([row for row in rows if row.statement]) == 6
+
+
+def as_published(value: float | list[float] | None) -> float | tuple[float, float] | None:
+    return (value[0], value[1]) if isinstance(value, list) else value
+
+
+def test_reference_statements_are_those_that_ship() -> None:
+    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
+    own = [entry for entry in stored if entry["basis"] != "large strain"]
+    named = [(entry["statement"], entry["quantity"]) for entry in own if entry["statement"]]
+    shipped = (*published_set("wang2014-qualitative").values, *published_set("bulens2023-mechanics").values)
+    assert named == [(value.statement, value.check) for value in shipped]
+
+
+def test_spread_is_the_range_over_the_refinements(evidence: Evidence) -> None:
+    spread = evidence.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall)
+    assert spread == pytest.approx(0.01, abs=1e-3)
+
+
+def test_runs_at_large_strain_take_the_place_of_those_of_table_2(evidence: Evidence) -> None:
+    finite = evidence.at_large_strain()
+    overall = [one.run.events.slip.overall for one in finite.phalanges("wang2014_table2")]
+    assert overall == pytest.approx([1.91, 1.92, 1.97], abs=5e-3)
+    assert finite.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall) is not None
+
+
+def test_spread_is_not_known_without_refinements_or_where_one_lacks_the_number(evidence: Evidence) -> None:
+    assert Evidence(evidence.measured).spread_of(lambda _: 1.0) is None
+    first = evidence.measured["wang2014_table2"]
+    assert evidence.spread_of(lambda one: 1.0 if one.measured["wang2014_table2"] is first else None) is None
+
+
+def test_refined_studies_are_among_the_shipped_ones() -> None:
+    assert set(REFINED) <= set(STUDIES)
+
+
+def test_run_that_is_not_there_is_named(evidence: Evidence) -> None:
+    with pytest.raises(InputError, match=r"wang2014_friction: has 0 runs with contact.friction_coefficient = 0.5"):
+        evidence.one("wang2014_friction", {FRICTION: 0.5})
+
+
+def test_shipped_studies_are_all_there() -> None:
+    assert all((ROOT / "studies" / f"{name}.yaml").is_file() for name in STUDIES)

@@ -61,7 +61,7 @@ def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     monkeypatch.setattr("fingerslip.detect.motion.MotionSettings", lambda: MotionSettings(20, 5))
 
     def found(begun):
-        begun.parts.keep("forest", 1, {"rows": np.arange(3)})
+        begun.parts.write("forest", 1, {"rows": np.arange(3)})
         return Detection(right(), right())
 
     monkeypatch.setattr(detection, "detection_of", found)

@@ -14,7 +14,7 @@ from fingerslip.validation.measures import (
     densities,
     largest_accelerations,
     measure,
-    measure_in_space,
+    measure_3d,
     rms_after,
     travel_over_friction_depth,
 )
@@ -30,7 +30,7 @@ def prepared(process: synthetic.Process | None = None) -> tuple[xr.Dataset, Slid
     return history, window
 
 
-def reversed_in_space(history: xr.Dataset) -> xr.Dataset:
+def reversed_slip(history: xr.Dataset) -> xr.Dataset:
     """Let slip begin in the centre: the nodes in contact swap their motion from the edge inwards."""
     inside = np.abs(history["contact_position"].values[:, 0]) <= synthetic.HALF_WIDTH + 1e-9
     count = int(inside.sum())
@@ -49,7 +49,7 @@ def test_centre_leaves_after_the_edges_by_the_travel_of_slip() -> None:
 
 def test_slip_from_the_centre_gives_the_other_sign() -> None:
     history, window = prepared(synthetic.Process(jump=False))
-    later = centre_after_edge(reversed_in_space(history), window, SETTINGS)
+    later = centre_after_edge(reversed_slip(history), window, SETTINGS)
     assert later is not None
     assert later < -0.2
 
@@ -98,7 +98,7 @@ def test_travel_is_positive_whichever_way_the_plate_slides() -> None:
     assert travel_over_friction_depth(back, window, 1.71) == pytest.approx(0.71 * 3.0 / (0.6 * 1.5))
 
 
-def test_run_in_space_is_read_at_the_eight_reference_nodes() -> None:
+def test_run_in_3d_is_read_at_the_eight_reference_nodes() -> None:
     history, _ = prepared(synthetic.Process(jump=False))
     names = [f"skin-{line}{number}" for line in "hv" for number in range(1, 8)]
     # Sites of the synthetic history from the 6th of FA-I on; the reference nodes 2 to 5 of both lines follow the plate
@@ -110,7 +110,7 @@ def test_run_in_space_is_read_at_the_eight_reference_nodes() -> None:
         until = 1.2 + 0.05 * number if name in REFERENCE_NODES else 1.0
         displacement[:, 5 + number, 0] = np.minimum(plate, 3e-3 * (until - 1.0))
     named = history.assign_coords(site=sites).assign(displacement=(history["displacement"].dims, displacement))
-    found = measure_in_space(RunResult("run", {}, find_events(history)), named)
+    found = measure_3d(RunResult("run", {}, find_events(history)), named)
     first, last = 1.2 + 0.05, 1.2 + 0.05 * 11
     assert found.run.events.displacement.incipient == pytest.approx(first + 50e-6 / 3e-3, abs=1e-3)
     assert found.run.events.displacement.overall == pytest.approx(last + 50e-6 / 3e-3, abs=1e-3)

@@ -2,20 +2,45 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fingerslip.errors import DamagedError, ResultError
 from fingerslip.published import PublishedValue
-from fingerslip.validation import Row, rows_mapping, rows_markdown, rows_table
-from fingerslip.validation.rows import difference_from, number_row, statement_row
+from fingerslip.results import StudyResult
+from fingerslip.storage.files import write_json
+from fingerslip.study.definition.spec import read_study
+from fingerslip.tables.table import texts, to_markdown
+from fingerslip.validation import Row, rows_markdown, rows_table
+from fingerslip.validation import rows as module
+from fingerslip.validation.measures import SOLID_READINGS
+from fingerslip.validation.rows import (
+    GEOMETRY,
+    GeometryRow,
+    RowFile,
+    allowed_geometry,
+    difference_from,
+    geometry_rows,
+    geometry_table,
+    number_row,
+    rows_mapping,
+    statement_row,
+    stored_rows,
+)
+from places import ROOT
+from unit.sampled import study_of
 
 TIME = PublishedValue("overall", "overall", "published", "paper, Table 1", "s", 1.72)
 RANGE = PublishedValue("middle", "three_quarter", "published", "paper, text", "s", 1.64, (1.63, 1.65))
 STATEMENT = PublishedValue(
-    "order", "overall", "qualitative", "paper, text", "s", statement="A first.", check="B less A"
+    "order", "overall", "qualitative", "paper, text", "s", statement="A first.", check="B less A; holds above 0.02"
 )
 
 
@@ -43,7 +68,7 @@ def test_number_agrees_within_resolution_or_uncertainty(
 def test_number_of_another_quantity_is_shown_and_not_compared() -> None:
     row = number_row("q", TIME, 1.72, None, resolution=0.01, comparable=False)
     assert (row.verdict, row.ours, row.difference) == ("not comparable", 1.72, pytest.approx(0.0))
-    assert statement_row(STATEMENT, 0.02, None, True, comparable=False).verdict == "not comparable"
+    assert statement_row(STATEMENT, 0.03, None, comparable=False).verdict == "not comparable"
 
 
 def test_number_without_resolution_is_not_judged() -> None:
@@ -70,18 +95,39 @@ def test_statement_is_no_number() -> None:
         number_row("q", STATEMENT, 1.0, None, resolution=0.01)
 
 
-@pytest.mark.parametrize(("holds", "expected"), [(True, "holds"), (False, "fails"), (None, "not found")])
-def test_statement_has_its_number_and_its_words(holds: bool | None, expected: str) -> None:
-    row = statement_row(STATEMENT, 0.025, 0.007, holds)
-    assert (row.quantity, row.statement, row.ours, row.uncertainty) == ("B less A", "A first.", 0.025, 0.007)
+@pytest.mark.parametrize(
+    ("rule", "ours", "expected"),
+    [
+        ("above 1.5", 1.5, "fails"),
+        ("from 2", 2.0, "holds"),
+        ("below 0.5", 0.5, "fails"),
+        ("up to 0.1", 0.1, "holds"),
+        ("at 3", 3.0, "holds"),
+        ("at 3", 2.0, "fails"),
+        ("when only the first has any", (2, 0), "holds"),
+        ("when only the first has any", (2, 1), "fails"),
+        ("when only the first has any", (0, 0), "fails"),
+        ("above 1", None, "not found"),
+    ],
+)
+def test_statement_holds_by_its_own_rule(rule: str, ours: float | tuple[int, int] | None, expected: str) -> None:
+    value = dataclasses.replace(STATEMENT, check=f"B less A; holds {rule}")
+    row = statement_row(value, ours, 0.007)
+    number = ours[0] - ours[1] if isinstance(ours, tuple) else ours
+    assert (row.quantity, row.statement, row.ours, row.uncertainty) == (value.check, "A first.", number, 0.007)
     assert (row.verdict, row.published, row.difference) == (expected, None, None)
 
 
+def test_statement_without_a_rule_is_no_statement() -> None:
+    with pytest.raises(ValueError, match="order: no rule"):
+        statement_row(dataclasses.replace(STATEMENT, check="B less A"), 1.0, None)
+
+
 def test_table_and_json_have_the_same_rows() -> None:
-    rows = (number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01), statement_row(STATEMENT, None, None, None))
+    rows = (number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01), statement_row(STATEMENT, None, None))
     table = rows_table(rows)
     assert table.rows[0][:5] == ("overall slip", "paper, Table 1", "1.72", 1.84, pytest.approx(0.12))
-    assert table.rows[1][0] == "A first. (B less A)"
+    assert table.rows[1][0] == "A first. (B less A; holds above 0.02)"
     plain = json.loads(json.dumps(rows_mapping(rows)))
     assert [entry["verdict"] for entry in plain] == ["misses", "not found"]
     assert plain[1]["ours"] is None
@@ -98,3 +144,164 @@ def test_markdown_says_how_it_was_made_and_keeps_misses() -> None:
     text = rows_markdown([number_row("overall slip", RANGE, 1.84, None, resolution=0.01)])
     assert "fingerslip validate --markdown" in text
     assert "| overall slip | paper, text | 1.63 to 1.65 | 1.840 | 0.190 | n/s | s | misses | predicted |" in text
+
+
+@dataclass(frozen=True)
+class One:
+    """A row."""
+
+    name: str
+    span: tuple[float, float]
+
+
+FILE = RowFile("ones.json", "ones", "fingerslip validate --ones", "an hour", ("wang2014_friction",), One)
+ROWS = (One("a", (1.0, 2.0)),)
+
+
+def test_computed_rows_are_stored_and_read_back(tmp_path: Path) -> None:
+    made = stored_rows(FILE, ROOT / "studies", tmp_path, lambda: ROWS)
+    assert (made.rows, made.origin, made.computed) == (ROWS, "", True)
+    again = stored_rows(FILE, ROOT / "studies", tmp_path)
+    assert (again.rows, again.computed) == (ROWS, False)
+    assert again.origin.startswith(f"Ones are stored in {tmp_path / 'ones.json'} by fingerslip")
+    assert "the studies are the same" in again.origin
+
+
+def test_rows_say_that_studies_have_changed(tmp_path: Path) -> None:
+    stored_rows(FILE, ROOT / "studies", tmp_path, lambda: ROWS)
+    (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
+    assert "the studies have changed since" in stored_rows(FILE, tmp_path, tmp_path).origin
+
+
+def test_rows_say_that_runs_are_read_in_another_way(tmp_path: Path) -> None:
+    read = dataclasses.replace(FILE, reading={"tolerance [m]": 50e-6})
+    stored_rows(read, ROOT / "studies", tmp_path, lambda: ROWS)
+    assert "the studies are the same" in stored_rows(read, ROOT / "studies", tmp_path).origin
+    for reading in ({"tolerance [m]": 20e-6}, {}):
+        other = dataclasses.replace(FILE, reading=reading)
+        assert "how their runs are read has changed since" in stored_rows(other, ROOT / "studies", tmp_path).origin
+    (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
+    assert "the studies have changed since" in stored_rows(read, tmp_path, tmp_path).origin
+
+
+def test_own_rows_come_before_those_that_ship(tmp_path: Path) -> None:
+    (tmp_path / "reference").mkdir()
+    stored_rows(FILE, ROOT / "studies", tmp_path / "reference", lambda: ROWS)
+    assert str(tmp_path / "reference") in stored_rows(FILE, ROOT / "studies", tmp_path).origin
+    stored_rows(FILE, ROOT / "studies", tmp_path, lambda: ROWS)
+    assert str(tmp_path / "ones.json") in stored_rows(FILE, ROOT / "studies", tmp_path).origin
+
+
+def test_nothing_stored_says_what_to_do(tmp_path: Path) -> None:
+    found = stored_rows(FILE, tmp_path, tmp_path)
+    assert found.rows == ()
+    assert found.origin == "No ones are stored; fingerslip validate --ones computes them, which takes an hour."
+
+
+@pytest.mark.parametrize("text", ["{broken", "{}"])
+def test_damaged_files_say_what_makes_them_again(tmp_path: Path, text: str) -> None:
+    (tmp_path / "ones.json").write_text(text)
+    with pytest.raises(DamagedError, match="run fingerslip validate --ones"):
+        stored_rows(FILE, tmp_path, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"rows": [{"name": "alone"}], "made": {"version": "0", "inputs": {}}},
+        {"rows": [], "made": "fingerslip validate --ones"},
+        {"made": {"version": "0", "inputs": {}}},
+    ],
+)
+def test_rows_of_another_version_are_refused(tmp_path: Path, content: dict[str, object]) -> None:
+    write_json(tmp_path / "ones.json", content)
+    with pytest.raises(ResultError, match=r"ones.json: is of another version \(.*\); run fingerslip validate --ones"):
+        stored_rows(FILE, tmp_path, tmp_path)
+
+
+GEOMETRY_ROWS = (
+    GeometryRow("overall slip", "Table 2", 1.71, (1.5, 1.55, 1.6, 1.7, 1.8), "within, at 97 %", 50, 50),
+    GeometryRow("incipient slip", "Table 2", (1.63, 1.65), None, "", 0, 50),
+)
+
+
+def section(folder: Path) -> StudyResult:
+    return dataclasses.replace(study_of(), folder=folder / "wang2014_geometry")
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[list[Path]]:
+    """Replace the runs of both studies by the samples of the section."""
+    asked: list[list[Path]] = []
+
+    def fake(paths: list[Path], **_: Any) -> tuple[StudyResult, ...]:
+        asked.append(paths)
+        return (section(tmp_path),)
+
+    monkeypatch.setattr(module, "run_studies", fake)
+    return asked
+
+
+def test_rows_name_model_and_reading(tmp_path: Path) -> None:
+    rows = geometry_rows(section(tmp_path))
+    assert [row.quantity for row in rows] == [
+        f"{time}, original, section (accumulated slip)" for time in ("incipient slip", "overall slip", "latency")
+    ]
+    overall = rows[1]
+    assert overall.published == 1.71
+    assert overall.interval is not None
+    assert list(overall.interval) == sorted(overall.interval)
+    assert (overall.found, overall.samples) == (12, 12)
+
+
+def test_runs_in_3d_are_read_at_the_reference_nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[Path] = []
+
+    def fake(folder: Path, run: Any) -> Any:
+        read.append(folder)
+        return type("Measured", (), {"run": run})
+
+    monkeypatch.setattr(module, "solid_measures", fake)
+    study = dataclasses.replace(study_of(compare="wang2014-solid"), folder=tmp_path / "wang2014_geometry_3d")
+    rows = geometry_rows(study)
+    assert read == [study.folder / run.name for run in study.runs]
+    assert rows[0].quantity == f"incipient slip, in 3D ({SOLID_READINGS['slip']})"
+
+
+@pytest.mark.usefixtures("ran")
+def test_computed_intervals_are_stored_and_read_back(tmp_path: Path, ran: list[list[Path]]) -> None:
+    made = allowed_geometry(ROOT / "studies", tmp_path, compute=True)
+    assert [path.stem for path in ran[0]] == list(GEOMETRY)
+    again = allowed_geometry(ROOT / "studies", tmp_path)
+    assert (made.rows, made.computed) == (again.rows, True)
+    assert (len(ran), again.computed) == (1, False)
+
+
+def test_table_has_a_row_for_each_published_time() -> None:
+    table = geometry_table(GEOMETRY_ROWS, "Stored.")
+    assert texts(table) == [
+        ["overall slip", "Table 2", "1.71", "1.500", "1.550", "1.600", "1.700", "1.800", "within, at 97 %", "50 of 50"],
+        ["incipient slip", "Table 2", "1.63 to 1.65", *["none"] * 5, "n/a", "0 of 50"],
+    ]
+    assert "below '5 %'" in table.note
+    assert table.note.endswith("Stored.")
+    assert json.loads(json.dumps(rows_mapping(GEOMETRY_ROWS)))[1]["published"] == [1.63, 1.65]
+
+
+@pytest.mark.parametrize("name", GEOMETRY)
+def test_every_range_of_the_shipped_studies_has_its_reason(name: str) -> None:
+    path = ROOT / "studies" / f"{name}.yaml"
+    sample = read_study(path).sample
+    assert sample is not None
+    lines = path.read_text(encoding="utf-8").splitlines()
+    numbers = [lines.index(next(line for line in lines if line.strip().startswith(f"{one}:"))) for one in sample.ranges]
+    without = [lines[number] for number in numbers if not lines[number - 1].strip().startswith("#")]
+    assert [line.split(":")[0].strip() for line in without] in ([], ["fingertip.ridges.limiting_height"])
+    assert sample.count >= len(sample.ranges) + 15
+
+
+def test_reference_tables_and_intervals_are_the_same() -> None:
+    rows = allowed_geometry(ROOT / "studies", ROOT / "results").rows
+    assert rows
+    page = (ROOT / "results" / "reference" / "geometry.md").read_text(encoding="utf-8")
+    assert to_markdown(geometry_table(rows)) in page

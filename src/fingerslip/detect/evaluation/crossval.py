@@ -1,13 +1,12 @@
-"""Folds of trials, and their finished parts on disk."""
+"""Classifiers on trials that they have not seen: folds, what they say of frames and events, kept when it is done."""
 
 from __future__ import annotations
 
+import math
 import shutil
-import time
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial as partial_of
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,83 +15,81 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.alarms import Smoother, Thresholds, false_alarm_threshold, onsets_from
-from fingerslip.detect.classifiers import Candidate, columns_of, probabilities, union_of_sets
-from fingerslip.detect.evaluation.scores import confusion_by_trial
+from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
+from fingerslip.detect.evaluation.scores import (
+    FrameScores,
+    Reliability,
+    confusion_by_trial,
+    frame_scores_of,
+    reliability_of,
+)
 from fingerslip.detect.features import FeatureSettings, feature_names, features_of
 from fingerslip.detect.labels import CLASSES, Onsets
 from fingerslip.detect.motion import MotionSettings, motion_of
 from fingerslip.detect.optional import optional
-from fingerslip.detect.samples import Samples, held_out, sample_split
-from fingerslip.detect.training import (
-    calibration_count,
-    fit_detector,
-    forward_filter,
-    frame_scores,
-    largest_before,
-)
+from fingerslip.detect.samples import Samples, Sampling, columns_of, held_out, sample_split, samples_of
+from fingerslip.detect.training import calibration_count, fit_detector, forward_filter, frame_scores, largest_before
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_folder, clean_stale, digest, new_file, writing
 from fingerslip.version import __version__
 
 __all__ = [
+    "Evaluation",
     "Fold",
     "FoldFrames",
-    "FrameResult",
     "Parts",
-    "events_by_trial",
-    "fitted_fold",
+    "begin_evaluation",
+    "events_of_folds",
+    "fit_fold",
     "frames_by_sample",
-    "frames_by_trial",
-    "joined_folds",
+    "matrices_of",
     "parts_beside",
     "rows_to_learn",
 ]
 
+Floats = NDArray[np.float64]
+Arrays = Mapping[str, NDArray[Any]]
+Groups = Sequence[Sequence[str]]
 
-Arrays = dict[str, NDArray[Any]]
-
-_FORMAT = 1
+_FORMAT = 2
 _CHECKSUM = "checksum"
-# Arrays alone are written, so that reading them runs nothing.
-_save: Callable[..., None] = partial_of(np.savez, allow_pickle=False)
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Where finished parts are kept: a file for each, named by what it was computed from."""
+    """Where finished parts are stored: a file of arrays for each, named by what it was computed from."""
 
-    folder: Path | None = None  # the folder, made with the first part
+    folder: Path | None = None  # made with the first part
     inputs: str = ""  # hash of the data and of the options that all parts share
 
-    def kept(self, name: str, inputs: Any) -> Arrays | None:
-        """Return a part that is there, undamaged and of the same inputs; else None.
-
-        Parameters
-        ----------
-        name : str
-            What the part is, in letters that a file name may have.
-        inputs : plain data
-            What it is computed from, beside what all parts share.
-        """
-        return None if self.folder is None else _load_part(self._file(self.folder, name, inputs))
-
-    def keep(self, name: str, inputs: Any, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Write a part, whole or not at all; raise ResultError where it cannot be written."""
+    def read(self, name: str, inputs: Any) -> Arrays | None:
+        """Return a part that is there, undamaged and of the same inputs (plain data); else None."""
         if self.folder is None:
-            return
-        with writing(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
-        with new_file(self._file(self.folder, name, inputs)) as partial:
-            _save(partial, **{_CHECKSUM: np.array(_checksum(arrays))}, **arrays)
+            return None
+        try:
+            # numpy itself leaves a file open that is no whole archive; arrays alone are read, so that nothing runs.
+            with self._file(self.folder, name, inputs).open("rb") as file, np.load(file, allow_pickle=False) as stored:
+                arrays = {key: stored[key] for key in stored.files}
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+            return None
+        checksum = arrays.pop(_CHECKSUM, None)
+        return arrays if checksum is not None and str(checksum) == _checksum(arrays) else None
 
-    def part(self, name: str, inputs: Any, make: Callable[[], Mapping[str, NDArray[Any]]]) -> Arrays:
-        """Return a part: the one that is kept, or else a new one, which is then kept."""
-        arrays = self.kept(name, inputs)
-        if arrays is None:
-            arrays = dict(make())
-            self.keep(name, inputs, arrays)
+    def write(self, name: str, inputs: Any, arrays: Arrays) -> Arrays:
+        """Write a part, whole or not at all, and return it; raise ResultError where it cannot be written."""
+        if self.folder is not None:
+            with writing(self.folder):
+                self.folder.mkdir(parents=True, exist_ok=True)
+            stored: dict[str, Any] = {_CHECKSUM: np.array(_checksum(arrays)), **arrays}
+            with new_file(self._file(self.folder, name, inputs)) as partial:
+                np.savez(partial, **stored)
         return arrays
+
+    def part(self, name: str, inputs: Any, make: Callable[[], Arrays]) -> Arrays:
+        """Return a part: the stored one, or else a new one, which is then stored."""
+        arrays = self.read(name, inputs)
+        return self.write(name, inputs, make()) if arrays is None else arrays
 
     def remove(self) -> None:
         """Remove all parts: the whole is there."""
@@ -101,7 +98,8 @@ class Parts:
 
     def _file(self, folder: Path, name: str, inputs: Any) -> Path:
         versions = (_FORMAT, __version__, str(optional("sklearn").__version__))
-        return folder / f"{name}-{digest(versions, self.inputs, name, inputs)[:20]}.npz"
+        # A colon is in no name that every file system takes.
+        return folder / f"{name.replace(':', '.')}-{digest(versions, self.inputs, name, inputs)[:20]}.npz"
 
 
 def parts_beside(output: Path | None, *inputs: Any) -> Parts:
@@ -114,67 +112,9 @@ def parts_beside(output: Path | None, *inputs: Any) -> Parts:
     return Parts(folder, digest(*inputs))
 
 
-def _load_part(path: Path) -> Arrays | None:
-    """Read a part; one that is damaged counts as none, and is computed again."""
-    try:
-        # numpy itself leaves a file open that is no whole archive.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-            arrays: Arrays = {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
-        return None
-    checksum = arrays.pop(_CHECKSUM, None)
-    return arrays if checksum is not None and str(checksum) == _checksum(arrays) else None
-
-
-def _checksum(arrays: Mapping[str, NDArray[Any]]) -> str:
+def _checksum(arrays: Arrays) -> str:
     described = [[name, str(array.dtype), list(array.shape)] for name, array in sorted(arrays.items())]
     return digest(described, *(array for _, array in sorted(arrays.items())))
-
-
-Floats = NDArray[np.float64]
-
-
-@dataclass
-class Fold:
-    """One classifier that learned from some trials."""
-
-    candidate: Candidate  # what it is
-    estimator: object  # the fitted pipeline
-    smoother: Smoother  # from its probabilities to scores
-    tested: tuple[str, ...]  # trials that it is tested on, and those that set its threshold
-    kept: tuple[str, ...]  # trials that it is tested on, and those that set its threshold
-
-
-@dataclass(frozen=True)
-class FrameResult:
-    """What a classifier said of frames of trials that it had not seen."""
-
-    matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion matrix of each trial
-    chances: Floats  # (n_samples, 3), probability of each class
-    classes: NDArray[np.int8]  # (n_samples,), true classes
-    folds: tuple[Fold, ...] = field(repr=False)
-    seconds: float = 0.0  # processor time of fitting and of classifying the samples [s]
-
-
-def frames_by_trial(
-    samples: Samples,
-    onsets: Mapping[str, Onsets],
-    candidate: Candidate,
-    tests: Sequence[Sequence[str]],
-    *,
-    window: int,
-    share: float = 0.05,
-    seed: int = 0,
-    workers: int = 1,
-) -> FrameResult:
-    """Fit a classifier for each fold and return what it says of the samples of the trials left out."""
-    start = time.process_time()
-    results = [
-        fitted_fold(samples, onsets, candidate, test, window=window, share=share, seed=seed, workers=workers)
-        for test in tests
-    ]
-    result = joined_folds(samples, [part for _, part in results], tuple(fold for fold, _ in results))
-    return replace(result, seconds=time.process_time() - start)
 
 
 @dataclass(frozen=True)
@@ -185,7 +125,19 @@ class FoldFrames:
     chances: Floats  # (n_tested, 3), probability of each class
 
 
-def fitted_fold(
+@dataclass(frozen=True)
+class Fold:
+    """One classifier that learned from some trials."""
+
+    candidate: Candidate
+    estimator: object  # the fitted pipeline
+    smoother: Smoother
+    tested: tuple[str, ...]  # trials that it is tested on
+    calibration: tuple[str, ...]  # trials that set its threshold
+    frames: FoldFrames
+
+
+def fit_fold(
     samples: Samples,
     onsets: Mapping[str, Onsets],
     candidate: Candidate,
@@ -195,34 +147,24 @@ def fitted_fold(
     share: float = 0.05,
     seed: int = 0,
     workers: int = 1,
-) -> tuple[Fold, FoldFrames]:
-    """Fit a classifier for one fold; for the parameters see :func:`frames_by_trial`."""
-    learned, calibration_trials = rows_to_learn(samples, test, share, seed)
+) -> Fold:
+    """Fit a classifier to the trials that are not tested, and classify the samples of those that are."""
+    learned, calibration = rows_to_learn(samples, test, share, seed)
     with threadpool_limits(workers):
         estimator = fit_detector(candidate, samples, learned, seed, workers)
-        rows = np.flatnonzero(np.isin(np.array(samples.trials)[samples.trial], list(test)))
-        values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
-        part = FoldFrames(rows, probabilities(estimator, values))
-    return Fold(
-        candidate, estimator, forward_filter(samples, onsets, window, learned), tuple(test), calibration_trials
-    ), part
-
-
-def joined_folds(samples: Samples, pieces: Sequence[FoldFrames], folds: tuple[Fold, ...] = ()) -> FrameResult:
-    """Return what a classifier said in all folds together."""
-    rows, chances = (np.concatenate([getattr(part, name) for part in pieces]) for name in ("rows", "chances"))
-    classes = samples.classes[rows]
-    matrices = confusion_by_trial(classes, chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
-    return FrameResult(matrices, chances, classes, folds)
+        rows = samples.rows(test)
+        frames = FoldFrames(rows, probabilities(estimator, samples.features(rows, candidate.sets)))
+    smoother = forward_filter(samples, onsets, window, learned)
+    return Fold(candidate, estimator, smoother, tuple(test), calibration, frames)
 
 
 def rows_to_learn(
     samples: Samples, test: Sequence[str], share: float = 0.05, seed: int = 0
 ) -> tuple[NDArray[np.intp], tuple[str, ...]]:
     """Return the rows that a fold learns from, and the trials that set its threshold."""
-    names, rest = np.array(samples.trials), [name for name in samples.trials if name not in set(test)]
+    rest = [name for name in samples.trials if name not in set(test)]
     calibration = held_out(rest, calibration_count(len(rest), share), seed + 1)
-    rows = np.flatnonzero(~np.isin(names[samples.trial], [*test, *calibration]))
+    rows = samples.rows([name for name in rest if name not in set(calibration)])
     if not rows.size:
         raise InputError("folds", "leave no trial to learn from", "needs some", "take more trials or other folds")
     missing = [name for number, name in enumerate(CLASSES) if number not in samples.classes[rows]]
@@ -232,70 +174,155 @@ def rows_to_learn(
     return rows, calibration
 
 
+def matrices_of(samples: Samples, frames: Sequence[FoldFrames]) -> NDArray[np.intp]:
+    """Return the confusion matrices (n_trials, 3, 3) of the trials of some folds."""
+    rows, chances = (np.concatenate([getattr(fold, name) for fold in frames]) for name in ("rows", "chances"))
+    return confusion_by_trial(samples.classes[rows], chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
+
+
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
     """Return the confusion matrices of trials when samples are split 90 to 10 whatever their trial, as published."""
     tested = sample_split(len(samples.classes), seed)
     with threadpool_limits(workers):
         estimator = fit_detector(candidate, samples, np.flatnonzero(~tested), seed, workers)
-        values = samples.values[np.ix_(np.flatnonzero(tested), columns_of(samples.names, candidate.sets))]
-        classes = probabilities(estimator, values).argmax(axis=1).astype(np.int8)
-    return confusion_by_trial(samples.classes[tested], classes, samples.trial[tested])
+        rows = np.flatnonzero(tested)
+        chances = probabilities(estimator, samples.features(rows, candidate.sets))
+    return matrices_of(samples, [FoldFrames(rows, chances)])
 
 
-def events_by_trial(
+def events_of_folds(
     trials: TrialSet,
     onsets: Mapping[str, Onsets],
-    results: Sequence[FrameResult],
+    folds: Sequence[Fold],
     motion: MotionSettings,
     *,
     share: float = 0.05,
     workers: int = 1,
 ) -> list[dict[str, Onsets]]:
-    """Return the onsets that each classifier finds in the trials that it was not fitted to.
+    """Return the onsets that each fold finds in the trials that it is tested on.
 
-    Every trial is read once. The threshold of each fold is set by its kept trials; without them it is where slip is as
-    likely as not.
+    Every trial is read once. The threshold of each fold is set by its calibration trials; without them it is where slip
+    is as likely as not.
     """
-    folds = [fold for result in results for fold in result.folds]
     settings = FeatureSettings(union_of_sets([fold.candidate for fold in folds]), motion)
     maxima: list[list[float]] = [[] for _ in folds]
     scores: list[dict[str, tuple[Floats, Floats]]] = [{} for _ in folds]
-    used = {name for fold in folds for name in (*fold.tested, *fold.kept)}
+    used = {name for fold in folds for name in (*fold.tested, *fold.calibration)}
     with threadpool_limits(workers):
         for name in (name for name in trials.names if name in used):
-            maxima_by_trial = _scores(trials, name, folds, settings)
-            for number, (when, entry) in maxima_by_trial.items():
-                if name in folds[number].tested:
-                    scores[number][name] = when, entry
+            moved = motion_of(trials.tracks(name), motion)
+            values, names = features_of(moved, settings), feature_names(moved, settings)
+            for number, fold in enumerate(folds):
+                if name not in (*fold.tested, *fold.calibration):
+                    continue
+                chances = probabilities(fold.estimator, values[:, columns_of(names, fold.candidate.sets)])
+                trial_scores = frame_scores(fold.smoother, moved, chances)
+                if name in fold.tested:
+                    scores[number][name] = moved.time, trial_scores
                 else:
-                    maxima[number].append(largest_before(when, entry, onsets[name]))
-    limits = [Thresholds(false_alarm_threshold(entry, share)) if entry else Thresholds() for entry in maxima]
-    events = [
-        {name: onsets_from(*entry, limit) for name, entry in score.items()}
-        for score, limit in zip(scores, limits, strict=True)
-    ]
-    return _by_result(results, events)
-
-
-def _scores(
-    trials: TrialSet, name: str, folds: Sequence[Fold], settings: FeatureSettings
-) -> dict[int, tuple[Floats, Floats]]:
-    """Return times and scores of a trial for every fold that needs it, by the number of the fold."""
-    moved = motion_of(trials.tracks(name), settings.motion)
-    values, names = features_of(moved, settings), feature_names(moved, settings)
-    scores = {}
-    for number, fold in enumerate(folds):
-        if name in fold.tested or name in fold.kept:
-            chances = probabilities(fold.estimator, values[:, columns_of(names, fold.candidate.sets)])
-            chances[~moved.usable] = np.nan
-            scores[number] = moved.time, frame_scores(fold.smoother, moved.time, chances)
-    return scores
-
-
-def _by_result(results: Sequence[FrameResult], events: list[dict[str, Onsets]]) -> list[dict[str, Onsets]]:
-    ends = np.cumsum([len(result.folds) for result in results])
-    starts = [end - len(result.folds) for end, result in zip(ends, results, strict=True)]
+                    maxima[number].append(largest_before(moved.time, trial_scores, onsets[name]))
+    limits = [Thresholds(false_alarm_threshold(largest, share)) if largest else Thresholds() for largest in maxima]
     return [
-        {name: onsets for event in events[first:last] for name, onsets in event.items()}
-        for first, last in zip(starts, ends, strict=True)
+        {name: onsets_from(*trial_scores, limit) for name, trial_scores in fold_scores.items()}
+        for fold_scores, limit in zip(scores, limits, strict=True)
     ]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What classifiers are evaluated on; every part of it is stored when it is done."""
+
+    trials: TrialSet
+    onsets: Mapping[str, Onsets]  # labels of its trials
+    samples: Samples  # sampled frames with the features of all candidates
+    motion: MotionSettings
+    seed: int = 0
+    workers: int = 1
+    parts: Parts = field(default_factory=Parts)
+
+    def check(self, groups: Groups) -> None:
+        """Check that every fold has something of each class to learn from, before anything is fitted."""
+        for test in groups:
+            rows_to_learn(self.samples, test, seed=self.seed)
+
+    def scores(self, frames: Sequence[FoldFrames]) -> FrameScores:
+        """Return the scores of frames of some folds."""
+        return frame_scores_of(matrices_of(self.samples, frames), seed=self.seed)
+
+    def reliability(self, frames: Sequence[FoldFrames]) -> Reliability:
+        """Return how well calibrated the probabilities of some folds are."""
+        rows, chances = (np.concatenate([getattr(fold, name) for fold in frames]) for name in ("rows", "chances"))
+        return reliability_of(chances, self.samples.classes[rows])
+
+    def by_sample(self, candidate: Candidate) -> NDArray[np.intp]:
+        """Return the confusion matrices of trials when frames are split 90 to 10 whatever their trial."""
+        split = {"seed": self.seed, "workers": self.workers}
+        return self.parts.part(
+            f"{candidate.name}-by-sample",
+            describe(candidate, self.seed),
+            lambda: {"matrices": frames_by_sample(self.samples, candidate, **split)},
+        )["matrices"]
+
+    def by_group(self, candidate: Candidate, groups: Groups) -> list[FoldFrames]:
+        """Return what a classifier says of the trials of each group after it has learned from those of the others."""
+
+        def part(test: Sequence[str]) -> Arrays:
+            name, inputs = f"{candidate.name}-frames", self._inputs(candidate, test)
+            return self.parts.part(name, inputs, lambda: vars(self._fit(candidate, test).frames))
+
+        return [FoldFrames(**part(test)) for test in groups]
+
+    def by_fold(
+        self, candidates: Sequence[Candidate], tests: Groups
+    ) -> tuple[dict[str, list[FoldFrames]], dict[str, dict[str, Onsets]]]:
+        """Return frames and events of classifiers on trials that they have not seen, both by name of the classifier.
+
+        All classifiers of a fold are fitted before the next fold, so that its trials are read once for all of them.
+        """
+        frames: dict[str, list[FoldFrames]] = {candidate.name: [] for candidate in candidates}
+        events: dict[str, dict[str, Onsets]] = {candidate.name: {} for candidate in candidates}
+        for test in tests:
+            for name, arrays in self._fold_parts(candidates, test).items():
+                frames[name].append(FoldFrames(arrays["rows"], arrays["chances"]))
+                for trial, times in zip(test, arrays["onsets"].tolist(), strict=True):
+                    events[name][trial] = Onsets(*(None if math.isnan(time) else time for time in times))
+        return frames, {name: {trial: onsets[trial] for trial in self.trials.names} for name, onsets in events.items()}
+
+    def _fold_parts(self, candidates: Sequence[Candidate], test: Sequence[str]) -> dict[str, Arrays]:
+        """Return rows, chances and onsets (n_tested, 2) of a fold by classifier; what is stored is not fitted again."""
+        keys = {entry.name: (f"{entry.name}-fold", self._inputs(entry, test)) for entry in candidates}
+        stored = {name: arrays for name, key in keys.items() if (arrays := self.parts.read(*key)) is not None}
+        folds = [self._fit(candidate, test) for candidate in candidates if candidate.name not in stored]
+        if folds:
+            events = events_of_folds(self.trials, self.onsets, folds, self.motion, workers=self.workers)
+            for fold, onsets in zip(folds, events, strict=True):
+                times = np.array([[onsets[trial].incipient, onsets[trial].gross] for trial in test], dtype=np.float64)
+                name, arrays = fold.candidate.name, {**vars(fold.frames), "onsets": times}
+                stored[name] = self.parts.write(*keys[name], arrays)
+        return stored
+
+    def _fit(self, candidate: Candidate, test: Sequence[str]) -> Fold:
+        options = {"window": self.motion.window, "seed": self.seed, "workers": self.workers}
+        return fit_fold(self.samples, self.onsets, candidate, test, **options)
+
+    def _inputs(self, candidate: Candidate, test: Sequence[str]) -> list[Any]:
+        """Return what a part is computed from, beside what all share: the classifier and the trials left out."""
+        return [*describe(candidate, self.seed), list(test)]
+
+
+def begin_evaluation(
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    candidates: Sequence[Candidate],
+    motion: MotionSettings,
+    sampling: Sampling,
+    *,
+    seed: int = 0,
+    workers: int = 1,
+    output: Path | None = None,
+) -> Evaluation:
+    """Sample the frames of a data set for an evaluation."""
+    labels = {name: [onset.incipient, onset.gross] for name, onset in onsets.items()}
+    store = parts_beside(output, trials.digest, labels, [asdict(motion), asdict(sampling)], seed)
+    samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)
+    return Evaluation(trials, onsets, samples, motion, seed, workers, store)

@@ -1,37 +1,54 @@
-"""What a classifier needs and uses: its learning curve, and how much it relies on each ring of markers."""
+"""What classifiers need, use and bear: learning curve, importance of rings, disturbed tracks, and what is assumed."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import itertools
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.classifiers import Candidate, columns_of, probabilities
-from fingerslip.detect.evaluation.scores import (
-    Estimate,
-    bootstrap_estimate,
-    confusion_by_trial,
-    frame_scores_of,
-    precision_recall_f1,
+from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
+from fingerslip.detect.evaluation.crossval import FoldFrames, Parts, fit_fold, matrices_of
+from fingerslip.detect.evaluation.scores import Estimate, FrameScores, frame_scores_of, ratio_estimate
+from fingerslip.detect.features import FeatureSettings, features_of, ring_of_features
+from fingerslip.detect.labels import LabelSettings, Onsets, classes_at, labels_from_external_markers
+from fingerslip.detect.motion import MotionSettings, motion_of
+from fingerslip.detect.samples import (
+    Samples,
+    Sampling,
+    columns_of,
+    grouped_folds,
+    held_out,
+    joined_samples,
+    left_out,
+    trial_samples,
 )
-from fingerslip.detect.features import ring_of_features
-from fingerslip.detect.samples import Samples, held_out
-from fingerslip.detect.training import fit_detector
+from fingerslip.detect.training import Detector, fit_detector
+from fingerslip.detect.trial_set import TrialSet, check_labels
+from fingerslip.detect.trials import condition_text
 from fingerslip.errors import InputError
 
-__all__ = ["CurvePoint", "importance_by_ring", "learning_curve"]
+if TYPE_CHECKING:
+    import xarray as xr
 
-
-@dataclass(frozen=True)
-class CurvePoint:
-    """A point of a learning curve."""
-
-    trials: int  # trials that were learned from
-    # share of right frames, and mean F1 of the classes, on the test trials, with intervals over these
-    accuracy: Estimate
-    f1: Estimate  # share of right frames, and mean F1 of the classes, on the test trials, with intervals over these
+__all__ = [
+    "DISTURBANCES",
+    "Assumption",
+    "Robustness",
+    "Sensitivity",
+    "disturb",
+    "each_alone",
+    "importance_by_ring",
+    "learning_curve",
+    "likely_assumptions",
+    "robustness_of",
+    "sensitivity_of",
+]
 
 
 def learning_curve(
@@ -42,23 +59,23 @@ def learning_curve(
     *,
     seed: int = 0,
     workers: int = 1,
-) -> list[CurvePoint]:
-    """Return how well a classifier does on test trials after it learned from more and more others."""
+) -> dict[int, FrameScores]:
+    """Return how well a classifier does on test trials after it learned from more and more others, by their number."""
     rest = [name for name in samples.trials if name not in set(tests)]
-    order = held_out(rest, len(rest), seed)
-    points = []
+    order, rows = held_out(rest, len(rest), seed), samples.rows(tests)
+    scores = {}
     for size in sizes:
         if not 1 <= size <= len(rest):
             raise InputError("sizes", f"got {size}", f"needs 1 to {len(rest)}, the trials that are no test trials")
-        estimator = fit_detector(candidate, samples, _rows(samples, order[:size]), seed, workers)
-        matrices = _matrices(samples, candidate, estimator, _rows(samples, tests))
-        points.append(CurvePoint(size, frame_scores_of(matrices, seed=seed).accuracy, _mean_f1(matrices, seed)))
-    return points
+        estimator = fit_detector(candidate, samples, samples.rows(order[:size]), seed, workers)
+        chances = probabilities(estimator, samples.features(rows, candidate.sets))
+        scores[size] = frame_scores_of(matrices_of(samples, [FoldFrames(rows, chances)]), seed=seed)
+    return scores
 
 
 def importance_by_ring(
     samples: Samples, candidate: Candidate, tests: Sequence[str], *, draws: int = 5, seed: int = 0, workers: int = 1
-) -> Mapping[int, Estimate]:
+) -> dict[int, Estimate]:
     """Return by how much accuracy falls when all features of a ring are shuffled among the test samples.
 
     Permutation importance (Breiman 2001), for a ring at a time: its markers say nearly the same, and one of them alone
@@ -69,49 +86,268 @@ def importance_by_ring(
     if not any(ring is not None for ring in rings):
         raise InputError(f"classifier {candidate.name}", "sees no single markers", "needs features of rings")
     rest = [name for name in samples.trials if name not in set(tests)]
-    estimator = fit_detector(candidate, samples, _rows(samples, rest), seed, workers)
-    rows = _rows(samples, tests)
-    values, classes, draw = samples.values[np.ix_(rows, columns)], samples.classes[rows], np.random.default_rng(seed)
+    estimator = fit_detector(candidate, samples, samples.rows(rest), seed, workers)
+    rows, draw = samples.rows(tests), np.random.default_rng(seed)
+    values, classes = samples.features(rows, candidate.sets), samples.classes[rows]
     _, trial = np.unique(samples.trial[rows], return_inverse=True)
-    frames, whole = np.bincount(trial), _right(estimator, values, classes, trial)
+
+    def right(values: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return how many samples of each trial are right."""
+        return np.bincount(trial, weights=probabilities(estimator, values).argmax(axis=1) == classes).astype(float)
+
+    frames, whole = np.bincount(trial).astype(float), right(values)
     importance = {}
-    for ring in sorted({entry for entry in rings if entry is not None}):
-        element = np.array([entry == ring for entry in rings])
-        left = np.zeros(len(frames))
+    for ring in sorted({ring for ring in rings if ring is not None}):
+        inside, remaining = np.array([other == ring for other in rings]), np.zeros(len(frames))
         for _ in range(draws):
             mixed = values.copy()
-            mixed[:, element] = values[draw.permutation(len(values))][:, element]
-            left += _right(estimator, mixed, classes, trial) / draws
-        importance[ring] = _share(whole - left, frames, seed)
+            mixed[:, inside] = values[draw.permutation(len(values))][:, inside]
+            remaining += right(mixed) / draws
+        importance[ring] = ratio_estimate(whole - remaining, frames, seed)
     return importance
 
 
-def _share(part: NDArray[np.float64], frames: NDArray[np.intp], seed: int) -> Estimate:
-    """Return a sum over trials as a share of their frames, with its interval."""
-    return bootstrap_estimate(lambda drawn: float(part[drawn].sum() / frames[drawn].sum()), len(frames), seed=seed)
+def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
+    """Return tracks with a disturbance; those of external markers too."""
+    if disturbance not in DISTURBANCES:
+        raise InputError("disturbance", f"got {disturbance!r}", f"needs one of {', '.join(DISTURBANCES)}")
+    return DISTURBANCES[disturbance](tracks, amount, np.random.default_rng(seed))
 
 
-def _mean_f1(matrices: NDArray[np.intp], seed: int) -> Estimate:
-    def value(drawn: NDArray[np.intp]) -> float:
-        return float(np.nanmean(precision_recall_f1(matrices[drawn].sum(axis=0))[2]))
-
-    return bootstrap_estimate(value, len(matrices), seed=seed)
-
-
-def _rows(samples: Samples, names: Sequence[str]) -> NDArray[np.intp]:
-    return np.flatnonzero(np.isin(np.array(samples.trials)[samples.trial], list(names)))
-
-
-def _matrices(samples: Samples, candidate: Candidate, estimator: object, rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return a confusion matrix for each trial of some samples."""
-    values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
-    classes = probabilities(estimator, values).argmax(axis=1)
-    return confusion_by_trial(samples.classes[rows], classes, samples.trial[rows])
+def _lose(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
+    if not 0.0 <= amount < 1.0:
+        raise InputError("lost", f"got {amount}", "needs a share from 0 up to, not including, 1")
+    gone = draw.random(tracks["quality"].shape) < amount
+    position, quality = tracks["position"], tracks["quality"]
+    return tracks.assign(
+        position=position.copy(data=np.where(gone[:, :, None], np.nan, position.values)),
+        quality=quality.copy(data=np.where(gone, 0.0, quality.values)),
+    )
 
 
-def _right(
-    estimator: object, values: NDArray[np.float32], classes: NDArray[np.int8], trial: NDArray[np.intp]
-) -> NDArray[np.float64]:
-    """Return how many samples of each trial are right."""
-    right = probabilities(estimator, values).argmax(axis=1) == classes
-    return np.bincount(trial, weights=right).astype(float)
+def _add_noise(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
+    if not amount >= 0.0:
+        raise InputError("noise", f"got {amount}", "needs a standard deviation >= 0")
+    position = tracks["position"]
+    return tracks.assign(position=position.copy(data=position.values + amount * draw.standard_normal(position.shape)))
+
+
+def _slow(tracks: xr.Dataset, amount: float, _draw: np.random.Generator) -> xr.Dataset:
+    if amount < 1 or amount != int(amount):
+        raise InputError("slower", f"got {amount}", "needs a whole number >= 1")
+    return tracks.isel(time=slice(0, None, int(amount)))
+
+
+#: What may be done to tracks.
+DISTURBANCES: Mapping[str, Callable[[xr.Dataset, float, np.random.Generator], xr.Dataset]] = MappingProxyType(
+    {"lost": _lose, "noise": _add_noise, "slower": _slow}
+)
+
+
+class Robustness(NamedTuple):
+    """How many frames are right under a disturbance."""
+
+    disturbance: str  # its name in :data:`DISTURBANCES`
+    amount: float
+    accuracy: Estimate  # share of the frames that could be classified and are right, with its interval over trials
+    unusable: float  # share of the frames with too few markers
+
+
+def robustness_of(
+    detector: Detector,
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    names: Sequence[str],
+    levels: Sequence[tuple[str, float]],
+    *,
+    seed: int = 0,
+) -> list[Robustness]:
+    """Return how many frames of test trials a detector gets right at each level of disturbance.
+
+    With every so manieth frame, the frames at rest and those of a velocity are fewer too, so that they last as long.
+    """
+    results = []
+    for disturbance, amount in levels:
+        motion, counts = detector.features.motion, []
+        if disturbance == "slower" and amount >= 1:
+            rest_frames, window = max(1, int(motion.rest_frames / amount)), max(2, round(motion.window / amount))
+            motion = replace(motion, rest_frames=rest_frames, window=window)
+        for name in names:
+            tracks = disturb(trials.tracks(name), disturbance, amount, seed=seed + zlib.crc32(name.encode()))
+            moved = motion_of(tracks, motion)
+            classes = probabilities(detector.estimator, features_of(moved, detector.features)).argmax(axis=1)
+            right = (classes == classes_at(onsets[name], moved.time))[moved.usable].sum()
+            counts.append((right, moved.usable.sum(), len(moved.time)))
+        rights, usable, frames = np.array(counts, dtype=float).reshape(-1, 3).T
+        unusable = float(1.0 - usable.sum() / max(frames.sum(), 1.0))
+        results.append(Robustness(disturbance, amount, ratio_estimate(rights, usable, seed), unusable))
+    return results
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """Values that a paper does not print, as they may be."""
+
+    quantity: str  # what is assumed, in words
+    value: str
+    labels: LabelSettings | str = field(default_factory=LabelSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    noise: float = 0.0  # standard deviation of noise that is added to all positions, in the unit of the tracks
+    trials: tuple[str, ...] = ()  # names of the trials that it is about, as others are not like them
+
+    @property
+    def inputs(self) -> dict[str, object]:
+        """Its values without its words."""
+        return {name: value for name, value in asdict(self).items() if name not in ("quantity", "value")}
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What accuracies come to with an assumption."""
+
+    assumption: Assumption
+    matrices: Mapping[str, NDArray[np.intp]]  # (n_trials, 3, 3), by classifier
+    incipient: float  # median onset of the labels [s]
+    gross: float  # median onset of the labels [s]
+
+    @property
+    def accuracies(self) -> dict[str, Estimate]:
+        """Share of right frames of each classifier."""
+        return {name: frame_scores_of(matrix).accuracy for name, matrix in self.matrices.items()}
+
+    def of_condition(self, trials: TrialSet, condition: str) -> dict[str, dict[str, Estimate]]:
+        """Return each classifier's accuracies on the trials of each value of a condition, or quarter of its range."""
+        rows = {value: np.isin(trials.names, names) for value, names in left_out(trials.conditions, condition).items()}
+        return {
+            value: {name: frame_scores_of(matrix[inside]).accuracy for name, matrix in self.matrices.items()}
+            for value, inside in rows.items()
+        }
+
+
+def likely_assumptions(
+    metres_per_pixel: float,
+    others: Sequence[float] = (0.045e-3, 0.09e-3),
+    motion: MotionSettings | None = None,
+    stored: Sequence[str] = (),
+) -> tuple[Assumption, ...]:
+    """Return what may be assumed of the trials of Cordova Bulens et al. 2023: first as they are, then one change each.
+
+    A pixel of another size [m] makes the printed thresholds, 2 and 1 px, other lengths; that is all it does here. The
+    noise stays as it is in metres.
+    """
+    motion = motion or MotionSettings()
+    default = LabelSettings(rest_frames=motion.rest_frames)
+
+    def labels(incipient: float = 1.0, gross: float = 1.0) -> LabelSettings:
+        return replace(default, incipient=incipient * default.incipient, gross=gross * default.gross)
+
+    windows = (max(2, motion.window // 3), 3 * motion.window)
+    sizes = [(f"{1e3 * size:.3g} mm", size / metres_per_pixel) for size in others]
+    first, second = default.incipient, default.gross
+    changes: list[tuple[str, str, LabelSettings | str, MotionSettings]] = [
+        ("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", default, motion),
+        *(("size of a pixel", words, labels(share, share), motion) for words, share in sizes),
+        *(
+            ("threshold of incipient slip", f"{first * share:g} px", labels(incipient=share), motion)
+            for share in (0.5, 2.0)
+        ),
+        *(("threshold of gross slip", f"{second * share:g} px", labels(gross=share), motion) for share in (0.5, 2.0)),
+        *(("labels", name.replace("_", " "), name, motion) for name in stored),
+        *(("frames in a speed", f"{frames}", default, replace(motion, window=frames)) for frames in windows),
+    ]
+    noisy = Assumption("noise of positions", "0.1 px more", default, motion, 0.1)
+    return (*(Assumption(*change) for change in changes), noisy)
+
+
+def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) -> tuple[Assumption, ...]:
+    """Return an assumption for each combination of the values of conditions: trials of these alone are there.
+
+    Where a condition is a value of the sensor that a paper does not print, such as the stiffness of its skin, each is
+    another sensor: to learn from all of them together would ask something else.
+    """
+    groups = [left_out(trials.conditions, condition) for condition in conditions]
+    assumptions = []
+    for values in itertools.product(*groups) if groups else ():
+        inside = set(trials.names).intersection(*(group[value] for group, value in zip(groups, values, strict=True)))
+        names = tuple(name for name in trials.names if name in inside)
+        words = ", ".join(condition_text(key, value) for key, value in zip(conditions, values, strict=True))
+        assumptions += [replace(base, quantity="trials alone of", value=words, trials=names)] if names else []
+    return tuple(assumptions)
+
+
+# Beside the matrices of classifiers, which have names of one word.
+_MEDIANS = "median onsets"
+
+
+def sensitivity_of(
+    trials: TrialSet,
+    assumptions: Sequence[Assumption],
+    candidates: Sequence[Candidate],
+    *,
+    sampling: Sampling | None = None,
+    folds: int = 5,
+    seed: int = 0,
+    workers: int = 1,
+    store: Parts | None = None,
+) -> Iterator[Sensitivity]:
+    """Yield what classifiers come to with each assumption, on trials that they have not seen."""
+    chosen, store = sampling or Sampling(least=0.0), store or Parts()
+    shared = [[describe(candidate, seed) for candidate in candidates], asdict(chosen), folds, seed]
+    for (motion, _), group in itertools.groupby(assumptions, lambda entry: (entry.motion, entry.noise)):
+        stored = {id(entry): (entry, store.read("assumption", [shared, entry.inputs])) for entry in group}
+        missing = [entry for entry, arrays in stored.values() if arrays is None]
+        settings = FeatureSettings(union_of_sets(candidates), motion)
+        labelled = iter(_label(trials, missing, settings, chosen, seed) if missing else [])
+        for assumption, arrays in stored.values():
+            if arrays is None:
+                results = _matrices(candidates, *next(labelled), motion.window, (folds, seed, workers))
+                store.write("assumption", [shared, assumption.inputs], results)
+            else:
+                results = dict(arrays)
+            medians = results.pop(_MEDIANS)
+            yield Sensitivity(assumption, results, *map(float, medians))
+
+
+def _matrices(
+    candidates: Sequence[Candidate],
+    samples: Samples,
+    onsets: Mapping[str, Onsets],
+    window: int,
+    numbers: tuple[int, int, int],
+) -> dict[str, NDArray[Any]]:
+    """Return the confusion matrices of each classifier, and the median onsets; numbers are folds, seed and workers."""
+    folds, seed, workers = numbers
+    tests = grouped_folds(samples.trials, folds, seed)
+    frames = {
+        candidate.name: [
+            fit_fold(samples, onsets, candidate, test, window=window, seed=seed, workers=workers).frames
+            for test in tests
+        ]
+        for candidate in candidates
+    }
+    medians = np.median([(onset.incipient, onset.gross) for onset in onsets.values()], axis=0)
+    return {_MEDIANS: medians, **{name: matrices_of(samples, pieces) for name, pieces in frames.items()}}
+
+
+def _label(
+    trials: TrialSet, assumptions: Sequence[Assumption], settings: FeatureSettings, sampling: Sampling, seed: int
+) -> list[tuple[Samples, dict[str, Onsets]]]:
+    """Return samples and labels with each of some assumptions, which read motion in one way; trials are read once."""
+    samples: list[list[Samples]] = [[] for _ in assumptions]
+    labels: list[dict[str, Onsets]] = [{} for _ in assumptions]
+    for name in trials.names:
+        tracks, noise = trials.tracks(name), assumptions[0].noise
+        if noise:
+            tracks = disturb(tracks, "noise", noise, seed + zlib.crc32(name.encode()))
+        motion, stored = motion_of(tracks, settings.motion), trials.labels(name)
+        for number, assumption in enumerate(assumptions):
+            source = assumption.labels
+            if assumption.trials and name not in assumption.trials:
+                continue
+            if isinstance(source, str) and source not in stored:
+                raise InputError(f"{trials.folder}: {name}", f"has no labels {source!r}", f"has {', '.join(stored)}")
+            onsets = stored[source] if isinstance(source, str) else labels_from_external_markers(tracks, source)
+            check_labels({name: onsets}, [name])
+            labels[number][name] = onsets
+            samples[number].append(trial_samples(name, motion, onsets, settings, sampling))
+    return [(joined_samples(entry), label) for entry, label in zip(samples, labels, strict=True)]

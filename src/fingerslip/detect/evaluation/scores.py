@@ -20,163 +20,150 @@ __all__ = [
     "EventScores",
     "FrameScores",
     "Reliability",
-    "bootstrap_estimate",
+    "bootstrap_estimates",
     "check_submission",
     "confusion_by_trial",
     "event_scores_of",
     "frame_scores_of",
     "precision_recall_f1",
+    "ratio_estimate",
     "reliability_of",
     "rest_ends",
     "score_submission",
 ]
+
+Floats = NDArray[np.float64]
+_COUNT = len(CLASSES)
 
 
 @dataclass(frozen=True)
 class Estimate:
     """A number and the middle 95 % of what it is for resampled trials."""
 
-    value: float | None  # the number
-    low: float | None = None  # ends of the interval
-    high: float | None = None  # ends of the interval
+    value: float | None
+    low: float | None = None
+    high: float | None = None
 
 
-def bootstrap_estimate(
-    statistic: Callable[[NDArray[np.intp]], float], trials: int, *, draws: int = 1000, seed: int = 0
-) -> Estimate:
-    """Return a statistic of trials with its interval (percentile bootstrap, Efron & Tibshirani 1993)."""
-    if trials == 0:
-        return Estimate(None)
-    value = statistic(np.arange(trials))
-    if not np.isfinite(value):
-        return Estimate(None)
-    if trials < 2:
-        return Estimate(float(value))
-    draw = np.random.default_rng(seed)
-    values = np.array([statistic(draw.integers(trials, size=trials)) for _ in range(draws)])
-    values = values[np.isfinite(values)]
-    if len(values) < draws / 2:
-        return Estimate(float(value))
-    low, high = np.quantile(values, (0.025, 0.975))
-    return Estimate(float(value), float(low), float(high))
+def bootstrap_estimates(
+    statistics: Callable[[NDArray[np.intp]], Floats], trials: int, *, draws: int = 1000, seed: int = 0
+) -> tuple[Estimate, ...]:
+    """Return statistics of trials with their intervals (percentile bootstrap, Efron & Tibshirani 1993).
+
+    `statistics` gets numbers of trials, (n_draws, n_trials), and returns (n_draws, n_statistics), NaN where there is
+    none. An interval needs half of the draws.
+    """
+    values = np.atleast_2d(statistics(np.arange(trials)[None]))[0]
+    drawn = np.full((1, len(values)), np.nan)
+    if trials > 1:
+        drawn = statistics(np.random.default_rng(seed).integers(trials, size=(draws, trials)))
+    estimates = []
+    for value, column in zip(values, drawn.T, strict=True):
+        finite = column[np.isfinite(column)]
+        ends = np.quantile(finite, (0.025, 0.975)).tolist() if len(finite) >= draws / 2 else ()
+        estimates.append(Estimate(float(value), *ends) if np.isfinite(value) else Estimate(None))
+    return tuple(estimates)
 
 
-_COUNT = len(CLASSES)
+def ratio_estimate(part: Floats, whole: Floats, seed: int = 0) -> Estimate:
+    """Return the sum of `part` over that of `whole`, (n_trials,) both, with its interval."""
+
+    def ratios(drawn: NDArray[np.intp]) -> Floats:
+        return _ratio(part[drawn].sum(axis=1), whole[drawn].sum(axis=1))[:, None]
+
+    return bootstrap_estimates(ratios, len(part), seed=seed)[0]
+
+
+def _ratio(part: NDArray[np.number], whole: NDArray[np.number]) -> Floats:
+    ratio: Floats = np.divide(part, whole, out=np.full(np.shape(part), np.nan), where=whole > 0)
+    return ratio
 
 
 @dataclass(frozen=True)
 class FrameScores:
-    """How well frames are classified."""
+    """How well frames are classified: the confusion matrix, and scores of each class."""
 
-    matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and found class (columns)
-    accuracy: Estimate  # share of the frames that are right
-    precision: tuple[Estimate, ...]  # for each class
-    recall: tuple[Estimate, ...]  # for each class
-    f1: tuple[Estimate, ...]  # for each class
+    matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and predicted class (columns)
+    accuracy: Estimate
+    f1_mean: Estimate
+    precision: tuple[Estimate, ...]
+    recall: tuple[Estimate, ...]
+    f1: tuple[Estimate, ...]
 
 
 def confusion_by_trial(
     true: NDArray[np.int8], predicted: NDArray[np.int8], trial: NDArray[np.intp]
 ) -> NDArray[np.intp]:
-    """Return a confusion matrix for each trial, shape (n_trials, 3, 3), rows the true class.
-
-    Arrays: true, found (n_samples,); trial (n_samples,).
-    """
+    """Return a confusion matrix for each trial, (n_trials, 3, 3), rows the true class; arguments are (n_samples,)."""
     _, number = np.unique(trial, return_inverse=True)
     trials = int(number.max()) + 1 if number.size else 0
     index = (number * _COUNT + true) * _COUNT + predicted
-    counts = np.bincount(index, minlength=trials * _COUNT**2)
-    return counts.reshape(trials, _COUNT, _COUNT)
+    return np.bincount(index, minlength=trials * _COUNT**2).reshape(trials, _COUNT, _COUNT)
 
 
-def precision_recall_f1(matrix: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return precision, recall and F1 of each class, shape (3, n_classes); NaN where not defined.
+def precision_recall_f1(matrix: NDArray[np.intp]) -> Floats:
+    """Return precision, recall and F1 of each class, (3, ..., n_classes), of matrices (..., 3, 3); NaN if undefined.
 
     Examples
     --------
     >>> precision_recall_f1(np.array([[8, 2, 0], [0, 10, 0], [0, 0, 10]])).round(3).tolist()
     [[1.0, 0.833, 1.0], [0.8, 1.0, 1.0], [0.889, 0.909, 1.0]]
     """
-    right = np.diagonal(matrix).astype(float)
-    columns, rows = matrix.sum(axis=0), matrix.sum(axis=1)
-    ratios = ((right, columns), (right, rows), (2.0 * right, columns + rows))
-    return np.array([_ratio(part, whole) for part, whole in ratios])
-
-
-def _ratio(part: NDArray[np.float64], whole: NDArray[np.intp]) -> NDArray[np.float64]:
-    ratio: NDArray[np.float64] = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
-    return ratio
+    right = np.diagonal(matrix, axis1=-2, axis2=-1).astype(float)
+    columns, rows = matrix.sum(axis=-2), matrix.sum(axis=-1)
+    return np.array([_ratio(right, columns), _ratio(right, rows), _ratio(2.0 * right, columns + rows)])
 
 
 def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores:
-    """Return the scores of confusion matrices, with intervals from trials that are drawn anew.
+    """Return the scores of confusion matrices (n_trials, 3, 3), with intervals from trials that are drawn anew."""
 
-    Arrays: matrices (n_trials, 3, 3).
-    """
+    def scores(drawn: NDArray[np.intp]) -> Floats:
+        total = matrices[drawn].sum(axis=1)
+        of_classes = precision_recall_f1(total)
+        accuracy = _ratio(np.trace(total, axis1=1, axis2=2), total.sum(axis=(1, 2)))
+        f1_mean = _ratio(np.nansum(of_classes[2], axis=1), np.isfinite(of_classes[2]).sum(axis=1))
+        return np.column_stack([accuracy, f1_mean, *of_classes])
 
-    def estimate(score: int, number: int) -> Estimate:
-        def value(drawn: NDArray[np.intp]) -> float:
-            return float(precision_recall_f1(matrices[drawn].sum(axis=0))[score, number])
-
-        return bootstrap_estimate(value, len(matrices), seed=seed)
-
-    precision, recall, f1 = (tuple(estimate(score, number) for number in range(_COUNT)) for score in range(3))
-    accuracy = bootstrap_estimate(lambda drawn: _accuracy(matrices[drawn].sum(axis=0)), len(matrices), seed=seed)
-    return FrameScores(matrices.sum(axis=0), accuracy, precision, recall, f1)
-
-
-def _accuracy(matrix: NDArray[np.intp]) -> float:
-    return float(np.trace(matrix) / matrix.sum())
-
-
-Floats = NDArray[np.float64]
+    accuracy, f1_mean, *classes = bootstrap_estimates(scores, len(matrices), seed=seed)
+    of_classes = (tuple(classes[first : first + _COUNT]) for first in range(0, 3 * _COUNT, _COUNT))
+    return FrameScores(matrices.sum(axis=0), accuracy, f1_mean, *of_classes)
 
 
 @dataclass(frozen=True)
 class Reliability:
     """How often frames slip that are said to slip with some probability."""
 
-    said: Floats  # (n_bins,), mean probability of slip in each bin, and the share of its frames that do slip
-    seen: Floats  # (n_bins,), mean probability of slip in each bin, and the share of its frames that do slip
-    count: NDArray[np.intp]  # (n_bins,), frames in each bin
-    error: float  # expected calibration error: mean of the difference, weighted by frames (Guo et al
-    brier: float  # brier score over all classes (Brier 1950): 0 is perfect, 2 the worst
+    error: float  # expected calibration error: mean difference, weighted by frames (Guo et al. 2017)
+    brier: float  # Brier score over all classes (Brier 1950): 0 is perfect, 2 the worst
 
 
 def reliability_of(chances: Floats, classes: NDArray[np.int8], bins: int = 10) -> Reliability:
-    """Return the reliability of probabilities of slip, incipient or gross.
-
-    Arrays: chances (n_samples, 3); classes (n_samples,).
-    """
+    """Return the reliability of probabilities (n_samples, 3) of classes (n_samples,)."""
     slip, slips = 1.0 - chances[:, 0], classes > 0
-    bin_number = np.clip((slip * bins).astype(np.intp), 0, bins - 1)
-    count = np.bincount(bin_number, minlength=bins)
-    sums = [np.bincount(bin_number, weights=weights, minlength=bins) for weights in (slip, slips.astype(float))]
-    said, seen = (np.divide(weights, count, out=np.full(bins, np.nan), where=count > 0) for weights in sums)
-    gap = np.abs(np.nan_to_num(said - seen))
+    number = np.clip((slip * bins).astype(np.intp), 0, bins - 1)
+    excess = np.bincount(number, weights=slip - slips, minlength=bins)
     truth = classes[:, None] == np.arange(chances.shape[1])
-    brier = float(((chances - truth) ** 2).sum(axis=1).mean())
-    return Reliability(said, seen, count, float((gap * count).sum() / max(count.sum(), 1)), brier)
+    brier = ((chances - truth) ** 2).sum(axis=1).mean()
+    return Reliability(float(np.abs(excess).sum() / max(len(classes), 1)), float(brier))
 
 
 @dataclass(frozen=True)
 class EventScores:
-    """How well events are found."""
+    """How well events are found; errors are the time found less the label [s]."""
 
     trials: int  # trials with incipient slip
-    missed: int  # trials in which no slip was found
+    missed: int  # of them, those in which no slip was found
     before_gross: Estimate  # share of the trials with gross slip in which slip was found before it
-    error: Estimate  # mean of the time found less the label, and of its size [s]
-    absolute_error: Estimate  # mean of the time found less the label, and of its size [s]
-    error_spread: float | None  # standard deviation of the error [s]
+    error: Estimate
+    absolute_error: Estimate
+    error_spread: float | None  # standard deviation [s]
     delay_frames: float | None  # median error in frames
     early: Estimate  # share of the trials in which slip was found before its label
-    # share of all trials in which slip was found while the sensor was at rest, or where there is none
-    at_rest: Estimate
+    at_rest: Estimate  # share of all trials in which slip was found at rest, or where there is none
     lead: Estimate  # mean time from the slip found to the label of gross slip [s]
     lead_spread: float | None  # its standard deviation [s]
     bound: float | None  # lead that a new trial has with 95 % [s]
-    gross_error: Estimate  # mean of the time of gross slip found less its label [s]
+    gross_error: Estimate
     gross_found: Estimate  # share of the trials with gross slip in which gross slip was found at all
 
 
@@ -189,66 +176,45 @@ def event_scores_of(
     share: float = 0.05,
     seed: int = 0,
 ) -> EventScores:
-    """Return the scores of the onsets found in trials.
+    """Return the scores of the onsets found in trials; `rest_end` and `frame` are in seconds."""
 
-    Units: rest_end [s]; frame [s].
-    """
-    names = list(predicted)
-    slips = [name for name in names if labels[name].incipient is not None]
-    error = _times([(predicted[name].first, labels[name].incipient) for name in slips])
-    lead = _times([(labels[name].gross, predicted[name].first) for name in names if labels[name].gross is not None])
-    gross = _times([(predicted[name].gross, labels[name].gross) for name in names if labels[name].gross is not None])
-    alarms = np.array([_is_false(predicted[name], labels[name], rest_end[name]) for name in names], dtype=float)
-    early = np.where(np.isnan(error), 0.0, error < 0.0)
-    before = np.where(np.isnan(lead), 0.0, lead > 0.0)
-    leads = [None if np.isnan(lead_time) else float(lead_time) for lead_time in lead]
+    def differences(first: Callable[[str], float | None], second: Callable[[str], float | None]) -> Floats:
+        pairs = np.array([(first(name), second(name)) for name in predicted], dtype=np.float64).reshape(-1, 2)
+        return pairs[:, 0] - pairs[:, 1]
+
+    def is_false(name: str) -> bool:
+        first = predicted[name].first
+        return first is not None and (labels[name].first is None or first <= rest_end[name])
+
+    def mean(values: Floats) -> Estimate:
+        return ratio_estimate(np.nan_to_num(values), np.isfinite(values).astype(float), seed)
+
+    slips, gross_slips = (
+        np.array([getattr(labels[name], event) is not None for name in predicted], dtype=bool)
+        for event in ("incipient", "gross")
+    )
+    error = differences(lambda name: predicted[name].first, lambda name: labels[name].incipient)[slips]
+    lead = differences(lambda name: labels[name].gross, lambda name: predicted[name].first)[gross_slips]
+    gross = differences(lambda name: predicted[name].gross, lambda name: labels[name].gross)[gross_slips]
+    found, leads = error[np.isfinite(error)], lead[np.isfinite(lead)]
     return EventScores(
-        trials=len(slips),
-        missed=int(np.isnan(error).sum()),
-        before_gross=_mean(before, seed),
-        error=_mean(error, seed),
-        absolute_error=_mean(np.abs(error), seed),
-        error_spread=_spread(error),
-        delay_frames=_middle(error / frame),
-        early=_mean(early, seed),
-        at_rest=_mean(alarms, seed),
-        lead=_mean(lead, seed),
-        lead_spread=_spread(lead),
-        bound=lead_bound(leads, share) if len(leads) >= least_trials(share) else None,
-        gross_error=_mean(gross, seed),
-        gross_found=_mean((~np.isnan(gross)).astype(float), seed),
+        trials=len(error),
+        missed=len(error) - len(found),
+        before_gross=mean((lead > 0.0).astype(float)),
+        error=mean(error),
+        absolute_error=mean(np.abs(error)),
+        error_spread=float(found.std(ddof=1)) if len(found) > 1 else None,
+        delay_frames=float(np.median(found / frame)) if len(found) and np.isfinite(frame) else None,
+        early=mean((error < 0.0).astype(float)),
+        at_rest=mean(np.array([is_false(name) for name in predicted], dtype=float)),
+        lead=mean(lead),
+        lead_spread=float(leads.std(ddof=1)) if len(leads) > 1 else None,
+        bound=lead_bound(np.where(np.isnan(lead), -np.inf, lead).tolist(), share)
+        if len(lead) >= least_trials(share)
+        else None,
+        gross_error=mean(gross),
+        gross_found=mean(np.isfinite(gross).astype(float)),
     )
-
-
-def _times(pairs: list[tuple[float | None, float | None]]) -> Floats:
-    """Return differences of times; NaN where one of them is missing."""
-    return np.array(
-        [np.nan if onset is None or other is None else onset - other for onset, other in pairs], dtype=float
-    )
-
-
-def _is_false(predicted: Onsets, label: Onsets, rest_end: float) -> bool:
-    return predicted.first is not None and (label.first is None or predicted.first <= rest_end)
-
-
-def _mean(values: Floats, seed: int) -> Estimate:
-    """Return the mean of what is there, with its interval over all trials."""
-    return bootstrap_estimate(lambda drawn: _known_mean(values[drawn]), len(values), seed=seed)
-
-
-def _known_mean(values: Floats) -> float:
-    finite = values[~np.isnan(values)]
-    return float(finite.mean()) if finite.size else float("nan")
-
-
-def _spread(values: Floats) -> float | None:
-    finite = values[~np.isnan(values)]
-    return float(finite.std(ddof=1)) if finite.size > 1 else None
-
-
-def _middle(values: Floats) -> float | None:
-    finite = values[~np.isnan(values)]
-    return float(np.median(finite)) if finite.size else None
 
 
 def score_submission(

@@ -1,40 +1,51 @@
+"""Folds of trials, and an evaluation that goes on where it was interrupted."""
+
 from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fingerslip.detect.classifiers import CLASSIFIERS
-from fingerslip.detect.evaluation.crossval import events_by_trial, frames_by_sample, frames_by_trial
+from fingerslip.detect.evaluation import crossval
+from fingerslip.detect.evaluation.crossval import (
+    Evaluation,
+    Parts,
+    begin_evaluation,
+    events_of_folds,
+    fit_fold,
+    frames_by_sample,
+    matrices_of,
+    parts_beside,
+)
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples, grouped_folds
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
-from unit.detect.conftest import MOTION
+from unit.detect.conftest import MOTION, SAMPLING
+
+CANDIDATES = [CLASSIFIERS[name] for name in ("time_threshold", "displacement_threshold")]
+Begin = Callable[..., Evaluation]
+ARRAYS = {"rows": np.arange(5), "chances": np.linspace(0.0, 1.0, 6).reshape(2, 3)}
 
 
-def test_no_trial_is_on_both_sides(samples: Samples, trials: TrialSet) -> None:
-    tests = grouped_folds(trials.names, 3, 0)
-    found = frames_by_trial(samples, trials.onsets(), CLASSIFIERS["time_threshold"], tests, window=5, share=0.25)
-    assert len(found.folds) == 3
-    for fold in found.folds:
-        assert len(fold.kept) == 3
-        assert not set(fold.kept) & set(fold.tested)
-    assert found.matrices.sum() == len(samples.classes) == len(found.classes)
-    assert len(found.matrices) == 24
-
-
-def test_events_of_every_trial_are_found_by_a_classifier_that_has_not_seen_it(
-    samples: Samples, trials: TrialSet
-) -> None:
-    tests = grouped_folds(trials.names, 3, 0)
-    names = ("logistic", "displacement_threshold")
-    results = [
-        frames_by_trial(samples, trials.onsets(), CLASSIFIERS[one], tests, window=5, share=0.25) for one in names
-    ]
-    events = events_by_trial(trials, trials.onsets(), results, MOTION, share=0.25)
-    assert [set(one) for one in events] == [set(trials.names)] * 2
-    # The kept trials allow a quarter of the trials an alarm before slip; twelve of 24 would be far beyond that.
-    labels = {name: one.first or 0.0 for name, one in trials.onsets().items()}
-    early = sum(one.first is not None and one.first < labels[name] for name, one in events[0].items())
+def test_no_trial_is_on_both_sides_and_events_are_found_in_all(samples: Samples, trials: TrialSet) -> None:
+    onsets, tests = trials.onsets(), grouped_folds(trials.names, 3, 0)
+    folds = [fit_fold(samples, onsets, CLASSIFIERS["logistic"], test, window=5, share=0.25) for test in tests]
+    for fold in folds:
+        assert len(fold.calibration) == 3
+        assert not set(fold.calibration) & set(fold.tested)
+    matrices = matrices_of(samples, [fold.frames for fold in folds])
+    assert len(matrices) == 24
+    assert matrices.sum() == len(samples.classes)
+    events = [pair for event in events_of_folds(trials, onsets, folds, MOTION, share=0.25) for pair in event.items()]
+    assert {name for name, _ in events} == set(trials.names)
+    # The calibration trials allow a quarter of the trials an alarm before slip; twelve of 24 would be far beyond that.
+    early = sum(event.first is not None and event.first < (onsets[name].first or 0.0) for name, event in events)
     assert early < 12
 
 
@@ -45,29 +56,126 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
     trial = np.repeat(np.arange(20), 60)
     key = draw.normal(size=(20, 3, 4))
     values = (key[trial, classes] + 0.05 * draw.normal(size=(1200, 4))).astype(np.float32)
-    names = tuple(f"{one}/x/{number}" for one in ("displacement", "speed") for number in (0, 1))
+    names = tuple(f"{name}/x/{number}" for name in ("displacement", "speed") for number in (0, 1))
     trials = tuple(f"t{number}" for number in range(20))
-    made = Samples(values, classes, trial, 0.0 * trial, names, trials, np.zeros(2, dtype=np.intp), np.zeros(20))
-    from fingerslip.detect.labels import Onsets
-
-    tests = grouped_folds(trials, 5, 0)
-    grouped = frames_by_trial(made, dict.fromkeys(trials, Onsets(1.0, 2.0)), CLASSIFIERS["forest"], tests, window=5)
-    mixed = frames_by_sample(made, CLASSIFIERS["forest"])
-    accuracy = [np.trace(one.sum(axis=0)) / one.sum() for one in (grouped.matrices, mixed)]
+    samples = Samples(values, classes, trial, 0.0 * trial, names, trials, np.zeros(2, dtype=np.intp), np.zeros(20))
+    onsets, forest = dict.fromkeys(trials, Onsets(1.0, 2.0)), CLASSIFIERS["forest"]
+    folds = [fit_fold(samples, onsets, forest, test, window=5) for test in grouped_folds(trials, 5, 0)]
+    grouped, mixed = matrices_of(samples, [fold.frames for fold in folds]), frames_by_sample(samples, forest)
+    accuracy = [np.trace(matrices.sum(axis=0)) / matrices.sum() for matrices in (grouped, mixed)]
     assert accuracy[0] < 0.5
     assert accuracy[1] > 0.95
 
 
-def test_a_fold_without_trials_to_learn_from_is_refused(samples: Samples, trials: TrialSet) -> None:
+def test_folds_that_leave_nothing_to_learn_from_are_refused(begin: Begin, trials: TrialSet) -> None:
+    run = begin()
     with pytest.raises(InputError, match="folds: leave no trial to learn from"):
-        frames_by_trial(samples, trials.onsets(), CLASSIFIERS["forest"], [trials.names], window=5)
-
-
-def test_a_class_that_is_missing_in_a_fold_is_named(samples: Samples, trials: TrialSet) -> None:
-    import dataclasses
-
-    few = dataclasses.replace(
-        samples, classes=np.where(samples.trial > 0, np.minimum(samples.classes, 1), samples.classes)
-    )
+        run.check([trials.names])
+    classes = np.where(run.samples.trial > 0, np.minimum(run.samples.classes, 1), run.samples.classes)
+    few = dataclasses.replace(run.samples, classes=classes)
     with pytest.raises(InputError, match="leaves out trial slide-0000: has no frame of gross to learn from"):
-        frames_by_trial(few, trials.onsets(), CLASSIFIERS["forest"], [trials.names[:1]], window=5)
+        dataclasses.replace(run, samples=few).check([trials.names[:1]])
+
+
+@pytest.fixture
+def begin(trials: TrialSet, samples: Samples) -> Begin:
+    """Return a function that begins an evaluation, with parts beside an output."""
+    onsets = trials.onsets()
+    return lambda output=None: Evaluation(trials, onsets, samples, MOTION, parts=parts_beside(output, "data"))
+
+
+@pytest.fixture
+def fits(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return a list that gets the name of the classifier of every fit; the third fit is interrupted."""
+    names: list[str] = []
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        names.append(arguments[2].name)
+        if len(names) == 3:
+            raise KeyboardInterrupt
+        return fit_fold(*arguments, **options)
+
+    monkeypatch.setattr(crossval, "fit_fold", counted)
+    return names
+
+
+def test_an_interrupted_evaluation_goes_on(trials: TrialSet, begin: Begin, tmp_path: Path, fits: list[str]) -> None:
+    tests = grouped_folds(trials.names, 3, 0)
+    with pytest.raises(KeyboardInterrupt):
+        begin(tmp_path / "tables").by_fold(CANDIDATES, tests)
+    assert len(list((tmp_path / "tables.unfinished").iterdir())) == 2  # both classifiers of the first fold
+    run = begin(tmp_path / "tables")
+    frames, events = run.by_fold(CANDIDATES, tests)
+    assert len(fits) == 3 + 4  # the first fold is not fitted again
+    whole_frames, whole_events = begin().by_fold(CANDIDATES, tests)
+    assert events == whole_events
+    assert all(list(onsets) == list(trials.names) for onsets in events.values())
+    for name, pieces in whole_frames.items():
+        assert np.array_equal(matrices_of(run.samples, frames[name]), matrices_of(run.samples, pieces))
+        assert 0.0 <= run.reliability(pieces).error < 1.0
+    groups = run.by_group(CANDIDATES[0], tests[:1])
+    count = len(fits)
+    assert np.array_equal(run.by_group(CANDIDATES[0], tests[:1])[0].chances, groups[0].chances)
+    first, second = (begin(tmp_path / "tables").by_sample(CANDIDATES[0]) for _ in range(2))
+    assert np.array_equal(first, second)
+    assert len(fits) == count
+
+
+@pytest.mark.slow
+def test_other_labels_are_not_taken_for_the_same(trials: TrialSet, tmp_path: Path) -> None:
+    later = {name: Onsets(one.incipient, (one.gross or 0.0) + 0.05) for name, one in trials.onsets().items()}
+    output = tmp_path / "tables"
+    first, second, third = (
+        begin_evaluation(trials, onsets, CANDIDATES[:1], MOTION, SAMPLING, output=output).parts.inputs
+        for onsets in (trials.onsets(), trials.onsets(), later)
+    )
+    assert first == second != third
+
+
+@pytest.mark.parametrize("folder", ["tables", None])
+def test_a_part_is_made_once_where_there_is_a_folder(
+    folder: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    calls = []
+    store = parts_beside(tmp_path / folder if folder else None, "data")
+    for _ in range(2):
+        arrays = store.part("forest:mean", [1, "a"], lambda: calls.append(1) or ARRAYS)  # type: ignore[func-returns-value]
+        assert arrays.keys() == ARRAYS.keys()
+        assert all(np.array_equal(arrays[name], ARRAYS[name]) for name in ARRAYS)
+    assert len(calls) == (1 if folder else 2)
+    assert store.folder == (tmp_path / "tables.unfinished" if folder else None)
+    store.remove()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("data", "name", "inputs"), [("other", "forest", [1]), ("data", "logistic", [1]), ("data", "forest", [2])]
+)
+def test_other_inputs_are_another_part(tmp_path: Path, data: str, name: str, inputs: list[int]) -> None:
+    parts_beside(tmp_path / "tables", "data").write("forest", [1], ARRAYS)
+    assert parts_beside(tmp_path / "tables", "data").read("forest", [1]) is not None
+    assert parts_beside(tmp_path / "tables", data).read(name, inputs) is None
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed", "foreign", "empty", "what would run"])
+def test_a_damaged_part_is_made_again(tmp_path: Path, damage: str) -> None:
+    store = Parts(tmp_path, "data")
+    store.write("forest", [1], ARRAYS)
+    (path,) = tmp_path.iterdir()
+    content = path.read_bytes()
+    if damage == "cut":
+        path.write_bytes(content[: len(content) // 2])
+    elif damage == "changed":
+        np.savez(path, checksum=np.array("0"), **ARRAYS)
+    elif damage == "what would run":
+        np.savez(path, checksum=np.array("0"), rows=np.array([print], dtype=object))
+    else:
+        path.write_bytes(b"" if damage == "empty" else b"no arrays")
+    assert store.read("forest", [1]) is None
+
+
+def test_a_file_is_no_folder_for_what_is_to_be_written(tmp_path: Path) -> None:
+    (tmp_path / "tables").write_text("mine")
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        parts_beside(tmp_path / "tables")
