@@ -17,8 +17,9 @@ from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, mate
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource, marks
-from fingerslip.model.model import Component, Kinematics, SupportMotion
-from fingerslip.model.programme import Phase
+from fingerslip.model.model import AnyTraction, Component, Kinematics, SupportMotion
+from fingerslip.model.programme import Phase, ProgrammeEntry
+from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.parameters import (
     PositiveLength,
     SignedAcceleration,
@@ -39,30 +40,21 @@ from fingerslip.study.definition.derived import check_expression, check_names
 from fingerslip.study.definition.file import line_numbers, read_with_base
 from fingerslip.study.definition.sampled import RepeatSettings, SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
-    BodySettings,
     CameraKind,
     CameraSettings,
     ContactSettings,
     DynamicsSettings,
     MeshSettings,
-    ProgrammeEntry,
     RecordSettings,
     RefinementSettings,
     TimeSettings,
-    TractionSettings,
     TrialSettings,
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 
 __all__ = [
     "NOT_OF_A_RUN",
-    "ContactSettings",
-    "DynamicsSettings",
-    "ProgrammeEntry",
-    "RecordSettings",
-    "RefinementSettings",
     "Study",
-    "TimeSettings",
     "given_in",
     "given_paths",
     "known_paths",
@@ -226,9 +218,9 @@ class Study(SpecimenChoice):
         Contact with one counterface, by default a plate.
     contacts : tuple of ContactSettings
         Contacts with several counterfaces, instead of `contact`.
-    bodies : mapping of str to BodySettings
+    bodies : mapping of str to RigidBody
         Rigid bodies by name, which carry the counterfaces of the contacts that name them in `rigid_body`.
-    programme : tuple of ProgrammeEntry
+    programme : tuple of Press, Hold, Slide or Lift
         Motion of the counterfaces that have none of their own and are on no rigid body.
     damping : RayleighDamping
         Material damping.
@@ -286,7 +278,7 @@ class Study(SpecimenChoice):
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
-    bodies: Mapping[str, BodySettings] = pydantic.Field(default_factory=dict)
+    bodies: Mapping[str, RigidBody] = pydantic.Field(default_factory=dict)
     programme: tuple[ProgrammeEntry, ...] = ()
     damping: RayleighDamping = RayleighDamping()
     integration: Integration = "selective"
@@ -296,7 +288,7 @@ class Study(SpecimenChoice):
     materials: Mapping[str, MaterialEntry] = pydantic.Field(default_factory=dict)
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
     support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
-    tractions: Mapping[str, TractionSettings] = pydantic.Field(default_factory=dict)
+    tractions: Mapping[str, AnyTraction] = pydantic.Field(default_factory=dict)
     gravity: tuple[SignedAcceleration, ...] | None = None
     initial_velocity: tuple[SignedSpeed, ...] | None = None
     formulation: Formulation | None = None

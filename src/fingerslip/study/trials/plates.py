@@ -16,13 +16,13 @@ __all__ = ["load_rate", "plate_of", "programme_of"]
 def plate_of(study: Study) -> RigidBody | None:
     """Return the rigid body that the plate of a study is; None where its contact has none."""
     name = study.all_contacts[0].rigid_body
-    return None if name is None else study.bodies[name].body
+    return None if name is None else study.bodies[name]
 
 
 def programme_of(study: Study) -> tuple[Phase, ...]:
     """Return how the plate of a study moves in the directions in which it is not free."""
     plate = plate_of(study)
-    return tuple(entry.phase for entry in study.programme) if plate is None else plate.programme
+    return study.programme if plate is None else plate.programme
 
 
 def load_rate(plate: RigidBody) -> float:

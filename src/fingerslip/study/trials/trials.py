@@ -28,7 +28,6 @@ from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.definition.sweep import Run
-from fingerslip.study.running.build import contact_of
 from fingerslip.study.trials.bodies import turned_whole
 from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
 from fingerslip.study.trials.plates import load_rate, plate_of, programme_of
@@ -131,7 +130,7 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     """Simulate a trial and film it."""
     _check(plan, settings)
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
-    contact = contact_of(study.all_contacts[0], 3)
+    contact = study.all_contacts[0].contact(3)
     step, plate = study.time.stepping.step, plate_of(study)
     motion = march_static(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
     span = _filmed_span(plan, settings, motion)
@@ -263,7 +262,7 @@ def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[st
     """Return what a trial was done with, in SI units."""
     study = plan.run.study
     press, _, task = _phases(plan)
-    contact = contact_of(study.all_contacts[0], 3)
+    contact = study.all_contacts[0].contact(3)
     law = contact.friction
     x, y, _ = contact.counterface.unit_normal
     return {

@@ -12,7 +12,7 @@ from fingerslip.contact.counterfaces import BuiltInCounterface, Plane, Sphere
 from fingerslip.contact.friction import Anisotropic, BuiltInLaw, Conditions, Coulomb
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.study.definition.file import kinds_of
+from fingerslip.parameters import kinds_of
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import known_paths, parse_study, study_mapping
@@ -64,16 +64,16 @@ def everything() -> dict[str, Any]:
 
 
 def test_short_form_is_a_plate_with_coulomb_friction() -> None:
-    settings = ContactSettings(friction_coefficient=0.6, offset=-1e-3)
-    assert settings.law == Coulomb(0.6)
-    assert settings.rigid_counterface == Plane((0.0, 1.0), -1e-3)
+    contact = ContactSettings(friction_coefficient=0.6, offset=-1e-3).contact(2)
+    assert contact.friction == Coulomb(0.6)
+    assert contact.counterface == Plane((0.0, 1.0), -1e-3)
 
 
 def test_long_form_gives_any_law_and_body() -> None:
-    settings = parse_study(everything(), SOURCE).contacts
-    assert settings[1].law == Anisotropic(0.4, 0.6)
-    assert settings[1].rigid_counterface == Sphere(5e-3, (0.0, 0.0, 1.0))
-    assert settings[2].rigid_counterface == Plane((0.0, -1.0), 1e-3)
+    contacts = parse_study(everything(), SOURCE).contacts
+    assert contacts[1].friction == Anisotropic(0.4, 0.6)
+    assert contacts[1].counterface == Sphere(5e-3, (0.0, 0.0, 1.0))
+    assert contacts[2].counterface == Plane((0.0, -1.0), 1e-3)
 
 
 def test_written_study_reads_back_the_same() -> None:
@@ -223,7 +223,7 @@ def test_mistake_in_one_of_several_contacts_is_numbered() -> None:
 def test_values_in_every_choice_can_be_swept() -> None:
     swept = {"contacts.0.friction.static_kinetic.kinetic": [0.8, 0.5], "contacts.1.counterface.sphere.radius": ["4 mm"]}
     runs = expand(parse_study(everything() | {"sweep": swept}, SOURCE), SOURCE)
-    laws = [run.study.contacts[0].law for run in runs]
+    laws = [run.study.contacts[0].friction for run in runs]
     assert [law.coefficients(SLIDING) for law in laws] == pytest.approx([0.8, 0.5])
     assert {run.name for run in runs} == {"kinetic-0.8_radius-4mm", "kinetic-0.5_radius-4mm"}
 
@@ -231,7 +231,7 @@ def test_values_in_every_choice_can_be_swept() -> None:
 def test_whole_laws_can_be_swept() -> None:
     values = contact(friction=DROP) | {"sweep": {"contact.friction": [DROP, {"coulomb": {"coefficient": 0.8}}]}}
     runs = expand(parse_study(values, SOURCE), SOURCE)
-    assert [type(run.study.all_contacts[0].law).__name__ for run in runs] == ["StaticKinetic", "Coulomb"]
+    assert [type(run.study.all_contacts[0].friction).__name__ for run in runs] == ["StaticKinetic", "Coulomb"]
     assert "contact.drive" in known_paths(values)["contact"]
 
 

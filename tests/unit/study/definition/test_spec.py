@@ -64,7 +64,7 @@ def test_values_are_si() -> None:
     study = parse_study(finger(), SOURCE)
     assert study.time.step == 0.005
     assert study.record.snapshots_every == 0.05
-    assert [entry.phase for entry in study.programme] == [Press(1.5e-3, 1.5e-3), Slide(6e-3, 3e-3)]
+    assert study.programme == (Press(1.5e-3, 1.5e-3), Slide(6e-3, 3e-3))
 
 
 def test_written_study_reads_back_the_same() -> None:

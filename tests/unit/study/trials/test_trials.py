@@ -30,7 +30,7 @@ def test_there_are_the_320_trials_of_the_paper(study, runs):
     plans = trial_plans(runs, study.trials, study.sample.count)
     cells = {}
     for plan in plans:
-        depth = plan.run.study.programme[0].press.depth
+        depth = plan.run.study.programme[0].depth
         cells.setdefault((depth, round(np.degrees(plan.direction))), []).append(plan.repeat)
     assert len(plans) == 320
     assert sorted({depth for depth, _ in cells}) == pytest.approx([2e-3, 3e-3, 4e-3, 5e-3])
