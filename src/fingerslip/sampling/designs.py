@@ -22,7 +22,7 @@ from fingerslip.errors import InputError, shorten
 from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
 from fingerslip.slip import measures
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
-from fingerslip.units import si_quantity
+from fingerslip.units import quantity_of
 
 __all__ = [
     "LEVELS",
@@ -151,7 +151,7 @@ class Input:
             if value not in self.choices:
                 raise InputError(self.path, f"got {shorten(repr(value))}", f"needs one of {self._show()}")
             return tuple(float(value == choice) for choice in self.choices)
-        number = _number(value)
+        number = quantity_of(value)
         if number is None or number[1] != self.unit or not self.low <= number[0] <= self.high:
             allowed = f"needs {self._show()}, the range of the runs"
             raise InputError(self.path, f"got {shorten(repr(value))}", allowed, "predictions outside are guesses")
@@ -198,7 +198,7 @@ def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
 def _inputs(paths: Mapping[str, Any], values: Sequence[Mapping[str, Any]]) -> Iterator[Input]:
     for path in paths:
         column = [value.get(path) for value in values]
-        numbers = [_number(entry) for entry in column]
+        numbers = [quantity_of(entry) for entry in column]
         numbers_known = [number for number in numbers if number is not None]
         if len(numbers_known) == len(column) and len({unit for _, unit in numbers_known}) == 1:
             low, high = min(numbers_known)[0], max(numbers_known)[0]
@@ -208,12 +208,6 @@ def _inputs(paths: Mapping[str, Any], values: Sequence[Mapping[str, Any]]) -> It
             choices = tuple({repr(entry): entry for entry in column}.values())
             if len(choices) > 1:
                 yield Input(path, choices=choices)
-
-
-def _number(value: object) -> tuple[float, str] | None:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value), ""
-    return si_quantity(value) if isinstance(value, str) else None
 
 
 def output_of(run: RunResult, name: str) -> Quantity | None:

@@ -19,9 +19,9 @@ from fingerslip.study.convergence.storage import (
     read_convergences,
     write_convergences,
 )
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import ContactSettings, RefinementSettings
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.running.runner import StudyFailedError, compute_jobs, run_studies, write_up

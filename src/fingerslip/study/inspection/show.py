@@ -18,8 +18,7 @@ from fingerslip.report.tables.runs import measures_table, readings_table, time_c
 from fingerslip.results import HISTORY, RESULT, RUN, RunResult
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.specimens.choice import preset_names, presets_of
-from fingerslip.study.definition.spec import given_paths, read_study
-from fingerslip.study.definition.sweep import expand
+from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.opened import open_study
 from fingerslip.study.storage.reporting import read_results, read_stored_run, study_tables
 from fingerslip.study.storage.summary import read_manifest
@@ -99,13 +98,13 @@ def _preset_table(name: str, header: Mapping[str, str], values: Sequence[PresetV
 
 
 def _study_table(path: Path) -> Table:
-    study = read_study(path)
-    runs = [Specified(run.study, run.specimen) for run in expand(study, path)]
+    expansion = read_runs(path)
+    runs = [Specified(run.study, run.specimen) for run in expansion.runs]
     values = sorted(
-        value_rows(runs, given_paths(path)), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED)
+        value_rows(runs, expansion.given), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED)
     )
     rows = tuple((value.path, value.value, value.source, value.note) for value in values)
-    return Table(f"{path}: {study.title}", COLUMNS, rows, "The assumed values come first.")
+    return Table(f"{path}: {expansion.study.title}", COLUMNS, rows, "The assumed values come first.")
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:

@@ -21,8 +21,8 @@ from fingerslip.parameters import kinds_of
 from fingerslip.parameters.dotted import join_path
 from fingerslip.sites import Site
 from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.units import millimetres
 

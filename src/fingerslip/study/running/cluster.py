@@ -26,7 +26,7 @@ from typing import Any
 from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.results import stored_result
 from fingerslip.storage.files import new_folder, writing
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.jobs import Job, groups
 from fingerslip.study.running.progress import StudyProgress

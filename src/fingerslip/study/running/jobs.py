@@ -14,7 +14,7 @@ from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.errors import FingerslipError
 from fingerslip.model.model import Model
 from fingerslip.results import RefusedRun
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.cost import most_together
 
 if TYPE_CHECKING:

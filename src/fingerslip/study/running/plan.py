@@ -11,10 +11,10 @@ from fingerslip.errors import InputError, Mistakes
 from fingerslip.parameters.dotted import flatten
 from fingerslip.results import RefusedRun, RunResult, read_result
 from fingerslip.slip.events import Events
-from fingerslip.study.definition.derived import derive
+from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import line_numbers, read_with_base
-from fingerslip.study.definition.spec import Study, given_in, parse_study
-from fingerslip.study.definition.sweep import Run, expand_known
+from fingerslip.study.definition.runs import Run, expand_mapping
+from fingerslip.study.definition.spec import Study
 from fingerslip.study.storage.store import identity
 
 __all__ = ["Plan", "plan_mapping", "plan_studies", "plan_study"]
@@ -48,11 +48,10 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
 
 def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:
     """List the runs of a study that is given as plain data."""
-    study = parse_study(mapping, source)
-    expansion = expand_known(study, source)
-    _check_quantities(study, expansion.runs, source)
+    expansion = expand_mapping(mapping, source)
+    _check_quantities(expansion.study, expansion.runs, source)
     identities = {run.name: identity(run) for run in expansion.runs}
-    return Plan(source, study, folder, expansion.runs, identities, given_in(mapping), expansion.refused)
+    return Plan(source, expansion.study, folder, expansion.runs, identities, expansion.given, expansion.refused)
 
 
 def _check_quantities(study: Study, runs: Sequence[Run], source: Path) -> None:

@@ -10,7 +10,7 @@ from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.errors import InputError
 from fingerslip.fe.space import Space, build_space
 from fingerslip.results import RefusedRun
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.bases import choose_bases
 from fingerslip.study.running.build import build_mesh, build_model, locate_error, mesh_key
 from fingerslip.study.running.jobs import Job, Prepared

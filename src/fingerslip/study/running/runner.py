@@ -15,8 +15,8 @@ from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, remove_empty
 from fingerslip.study.convergence.storage import read_uncertainties
-from fingerslip.study.definition.derived import derived_of
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.expressions import derived_of
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.jobs import Computed, Job, Prepared
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.progress import SilentProgress, StudyProgress

@@ -17,8 +17,7 @@ from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
 from fingerslip.storage.files import digest, new_folder, write_bytes
 from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
-from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand
+from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.storage.store import read_run
 from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
 from fingerslip.study.storage.values import read_run_values, value_rows
@@ -190,4 +189,4 @@ def _mesh(study: StudyResult, name: str) -> Any:
     from fingerslip.study.running.build import build_mesh
 
     source = study.folder / name / RUN
-    return build_mesh(expand(read_study(source), source)[0])
+    return build_mesh(read_runs(source).runs[0])

@@ -19,7 +19,7 @@ from fingerslip.slip.front import edge_warning
 from fingerslip.slip.resolution import resolution_warnings
 from fingerslip.storage.files import digest, writing
 from fingerslip.study.definition.file import read_mapping, write_mapping
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.build import mesh_key
 from fingerslip.study.storage.provenance import versions
 

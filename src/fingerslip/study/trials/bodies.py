@@ -25,8 +25,8 @@ from fingerslip.model.model import Model
 from fingerslip.model.programme import Phase, Press
 from fingerslip.specimens.tactip.layout import MarkerPlaces
 from fingerslip.storage.files import digest
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.study.storage.bases import BasisFolder
 from fingerslip.study.trials.plates import programme_of

@@ -25,9 +25,9 @@ from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.trials.bodies import turned_whole
 from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
 from fingerslip.study.trials.plates import load_rate, plate_of, programme_of

@@ -10,8 +10,8 @@ import pytest
 
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.study.convergence.converge import Level, levels_of, run_at
+from fingerslip.study.definition.runs import Run, expand
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.storage.store import identity

@@ -10,7 +10,8 @@ import yaml
 
 from fingerslip.errors import InputError
 from fingerslip.study.definition.file import read_with_base
-from fingerslip.study.definition.spec import given_paths, read_study
+from fingerslip.study.definition.runs import read_runs
+from fingerslip.study.definition.spec import read_study
 from unit.study.block import block_values
 
 
@@ -33,7 +34,7 @@ def test_what_is_not_written_comes_from_the_base(tmp_path: Path) -> None:
     assert (study.title, study.time.step) == ("Faster", 1e-3)
     assert (study.all_contacts[0].boundary, study.all_contacts[0].friction_coefficient) == ("bottom", 0.3)
     assert study.programme == read_study(tmp_path / "block.yaml").programme
-    assert "formulation" in given_paths(path)
+    assert "formulation" in read_runs(path).given
 
 
 def test_sweeps_and_lists_replace_those_of_the_base(tmp_path: Path) -> None:

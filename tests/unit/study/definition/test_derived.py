@@ -10,7 +10,7 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.results import Quantity, RunResult
 from fingerslip.slip.events import Events, SlipEvents
-from fingerslip.study.definition.derived import check_expression, check_names, derive, derived_of
+from fingerslip.study.definition.expressions import check_expression, check_names, derive, derived_of
 from fingerslip.study.definition.spec import read_study
 from unit.study.block import block_values
 

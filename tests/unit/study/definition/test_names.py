@@ -9,9 +9,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fingerslip.study.definition.names import run_names
+from fingerslip.study.definition.runs import expand, run_names
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand
 from places import STUDIES
 
 PATHS = ["contact.friction_coefficient", "time.step", "fingertip.fingerprint.enabled"]

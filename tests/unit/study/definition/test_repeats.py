@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.definition.sampled import RepeatSettings, scatter_values, seed_of_repeat
+from fingerslip.study.definition.runs import expand, expand_mapping
+from fingerslip.study.definition.samples import RepeatSettings, scatter_values
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import expand, expand_samples
 from fingerslip.study.running.plan import plan_mapping
 from unit.study.block import FRICTIONS, block_values
 
@@ -37,7 +37,8 @@ def test_draws_have_the_standard_deviation_and_follow_from_the_seed() -> None:
     assert values.mean() == pytest.approx(1.5e-3, abs=2e-5)
     assert values.std() == pytest.approx(1e-4, rel=0.1)
     other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
-    assert seed_of_repeat(settings, 1) == seed_of_repeat(settings, 1) != seed_of_repeat(other, 1)
+    assert scatter_values(settings, 1, {"a": "1 mm"}) == scatter_values(settings, 1, {"a": "1 mm"})
+    assert scatter_values(settings, 1, {"a": "1 mm"}) != scatter_values(other, 1, {"a": "1 mm"})
 
 
 @pytest.mark.parametrize(
@@ -58,7 +59,7 @@ def test_wrong_scatter_is_refused(scatter: dict[str, object], said: str) -> None
 def test_impossible_draws_are_refused_alone() -> None:
     values = block_values() | {"repeats": {"count": 20, "scatter": {"contact.friction_coefficient": 0.2}}, "sweep": {}}
     values["contact"]["friction_coefficient"] = 0.1
-    expansion = expand_samples(parse_study(values, Path("x.yaml")), Path("x.yaml"))
+    expansion = expand_mapping(values, Path("x.yaml"))
     assert expansion.refused
     assert expansion.runs
     assert all(one.sampled["contact.friction_coefficient"] < 0.0 for one in expansion.refused)

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.definition.sampled import SampleSettings, drawn, sample_mistakes
-from fingerslip.study.definition.spec import given_paths, parse_study, read_study, study_mapping
+from fingerslip.study.definition.runs import read_runs
+from fingerslip.study.definition.samples import SampleSettings, drawn, sample_mistakes
+from fingerslip.study.definition.spec import parse_study, read_study, study_mapping
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")
@@ -173,7 +174,7 @@ def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path:
     assert parse_study(study_mapping(study), SOURCE) == study
     path = tmp_path / "x.yaml"
     path.write_text(str(values).replace("'", '"'))
-    assert given_paths(path)[-2:] == (HEIGHT, "fingertip.transverse.half_height")
+    assert read_runs(path).given[-2:] == (HEIGHT, "fingertip.transverse.half_height")
 
 
 def test_a_study_that_is_wrong_in_its_samples_has_no_further_mistakes_in_them() -> None:

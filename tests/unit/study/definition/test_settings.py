@@ -13,10 +13,10 @@ from fingerslip.contact.friction import Anisotropic, BuiltInLaw, Conditions, Cou
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.parameters import kinds_of
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import known_paths, parse_study, study_mapping
-from fingerslip.study.definition.sweep import expand
 from unit.scans import scan_values
 from unit.study.block import block_values
 

@@ -19,8 +19,8 @@ from fingerslip.materials.choice import material
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters.dotted import assign, walk
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import Study, parse_study, read_study, study_mapping
-from fingerslip.study.definition.sweep import expand
 from places import ROOT
 from unit.study.block import block_values
 

@@ -11,8 +11,8 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshFile
 from fingerslip.study.definition import sweep
+from fingerslip.study.definition.runs import expand, expand_mapping
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import expand, expand_samples
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")
@@ -166,7 +166,7 @@ def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay() -> N
         "fingertip.layers.skin_thickness": ["0.7 mm", "2 mm"],
         "fingertip.layers.epidermis_thickness": ["0.3 mm", "1.2 mm"],
     }
-    expansion = expand_samples(parse_study(sampled(ranges=ranges), SOURCE), SOURCE)
+    expansion = expand_mapping(sampled(ranges=ranges), SOURCE)
     assert len(expansion.runs) + len(expansion.refused) == 12
     assert expansion.refused
     for one in expansion.refused:

@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.swept import check_sweep, combinations, with_values
+from fingerslip.study.definition.sweep import check_sweep, combinations, with_values
 from unit.study.block import block_values
 
 SOURCE = Path("x.yaml")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.settings import TimeSettings
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import expand
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")

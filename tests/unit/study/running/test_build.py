@@ -21,8 +21,8 @@ from fingerslip.model.programme import Hold, Press, Ramp
 from fingerslip.model.rigid_bodies import RigidBody, Springs
 from fingerslip.model.timing import QuasiStatic
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+from fingerslip.study.definition.runs import Run, expand
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, mesh_key
 from places import ROOT
 from unit.fingers import coarse_solid

@@ -17,8 +17,8 @@ from fingerslip.report.page.page import Report, ReportSection, render_page
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
 from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.definition.file import write_mapping
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_model
 from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, Specified, read_run_values, value_rows
 from fingerslip.units import parse_quantity

@@ -9,8 +9,8 @@ import pytest
 
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand_samples
 from fingerslip.study.trials import bodies
 from fingerslip.study.trials.bodies import body_key, shared_body
 from places import ROOT
@@ -25,7 +25,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def runs(study):
-    return expand_samples(study, STUDY).runs
+    return expand(study, STUDY)
 
 
 def test_friction_tilt_and_depth_need_no_other_body(study, runs):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand_samples
 from fingerslip.study.trials.trials import simulated_trial, trial_plans
 from places import ROOT
 
@@ -23,7 +23,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def runs(study):
-    return expand_samples(study, STUDY).runs
+    return expand(study, STUDY)
 
 
 def test_there_are_the_320_trials_of_the_paper(study, runs):
@@ -72,7 +72,7 @@ def test_other_programmes_are_refused(study, runs):
 def test_a_plate_falls_along_the_plane_of_symmetry_alone():
     path = ROOT / "studies" / "bulens2023_pouring_3d.yaml"
     pours = read_study(path)
-    run = expand_samples(pours, path).runs[0]
+    run = expand(pours, path)[0]
     plate = dataclasses.replace(run.study.bodies["plate"], free=("x", "z"))
     wrong = dataclasses.replace(run, study=dataclasses.replace(run.study, bodies={"plate": plate}))
     (plan,) = trial_plans((wrong,), pours.trials, 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,34 +14,24 @@ from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import is_below
 from fingerslip.results import SAMPLE
 from fingerslip.sampling.designs import LEVELS, Method, design_size, draw_shares, needs_power_of_two
-from fingerslip.study.definition.swept import unknown_paths, with_values
-from fingerslip.units import si_quantity, split_quantity
+from fingerslip.study.definition.sweep import Check, unknown_paths
+from fingerslip.units import quantity_of, split_quantity
 
-__all__ = [
-    "RepeatSettings",
-    "SampleSettings",
-    "drawn",
-    "sample_mistakes",
-    "scatter_values",
-    "seed_of_repeat",
-]
+__all__ = ["RepeatSettings", "SampleSettings", "drawn", "sample_mistakes", "scatter_values"]
 
-
-_SCATTER_DIGITS = 6
+_SCATTER_DIGITS, _DIGITS = 6, 5
+_MOST = 100_000  # samples; planning takes 13 ms for each
 
 
 def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
     if not scatter:
         raise InputError("", "is empty", "needs a standard deviation by dotted path", "all repeats are alike")
     for path, deviation in scatter.items():
-        quantity = _quantity(deviation)
+        quantity = quantity_of(deviation)
         if quantity is None or not 0.0 < quantity[0] < math.inf:
             fault, allowed = f"got {shorten(repr(deviation))}", "needs a standard deviation above 0"
             raise InputError(path, fault, allowed, "write a number, or a quantity such as '0.1 mm'")
     return scatter
-
-
-Scatter = Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_scatter)]
 
 
 @parameters
@@ -59,52 +49,41 @@ class RepeatSettings:
         Seed of all random numbers. Each repeat has a seed of its own, which follows from this one and its number.
     """
 
-    count: Annotated[int, pydantic.Field(ge=1, le=100_000)]
-    scatter: Scatter
+    count: Annotated[int, pydantic.Field(ge=1, le=_MOST)]
+    scatter: Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_scatter)]
     seed: Annotated[int, pydantic.Field(ge=0)] = 1
 
 
-def seed_of_repeat(settings: RepeatSettings, number: int) -> int:
-    """Return the seed of a repeat, which numbers from 1."""
-    return int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
-
-
 def scatter_values(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of a repeat by dotted path, as a study file writes them.
+    """Return the values of a repeat, which numbers from 1, by dotted path, as a study file writes them.
 
     Examples
     --------
     >>> scatter_values(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})
     {'time.end': '3.08945 s'}
     """
-    draws = np.random.default_rng(seed_of_repeat(settings, number)).standard_normal(len(settings.scatter))
+    seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
+    draws = np.random.default_rng(seed).standard_normal(len(settings.scatter))
     pairs = zip(settings.scatter.items(), draws, strict=True)
-    return {path: _drawn(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
+    return {path: _scattered(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
 
 
-def _drawn(path: str, value: Any, deviation: Any, draw: float) -> Any:
-    quantity, spread = _quantity(value), _quantity(deviation)
+def _scattered(path: str, value: Any, deviation: Any, draw: float) -> Any:
+    quantity, spread = quantity_of(value), quantity_of(deviation)
     where = f"repeats.scatter.{path}"
     if quantity is None:
         fault = "is not known" if value is None else f"leads to {shorten(repr(value))}"
         raise InputError(where, fault, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
     if spread is None or spread[1] != quantity[1]:
-        raise InputError(
-            where, f"got {shorten(repr(deviation))}", f"needs a unit of [{quantity[1] or 'a pure number'}]"
-        )
-    text = f"{quantity[0] + draw * spread[0]:.{_SCATTER_DIGITS}g}"
-    return f"{text} {quantity[1]}" if quantity[1] else float(text)
+        needed = f"needs a unit of [{quantity[1] or 'a pure number'}]"
+        raise InputError(where, f"got {shorten(repr(deviation))}", needed)
+    return _rounded(quantity[0] + draw * spread[0], _SCATTER_DIGITS, quantity[1])
 
 
-def _quantity(value: object) -> tuple[float, str] | None:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value), ""
-    return si_quantity(value) if isinstance(value, str) else None
-
-
-_GROUP, _CHOICES, _EQUAL = "sample.ranges", "sample.choices", "sample.equal"
-_DIGITS = 5
-_MOST = 100_000  # samples; planning takes 13 ms for each
+def _rounded(number: float, digits: int, unit: str) -> str | float:
+    """Return a number as a study file writes it."""
+    text = f"{number:.{digits}g}"
+    return f"{text} {unit}" if unit else float(text)
 
 
 def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
@@ -113,12 +92,13 @@ def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[A
     mistakes = Mistakes()
     for path, ends in ranges.items():
         with mistakes.collect():
-            _check_range(path, ends, ranges)
+            _check_range(path, ends)
+            _check_apart(path, ranges)
     mistakes.raise_all()
     return ranges
 
 
-def _check_range(path: str, ends: Sequence[Any], ranges: Mapping[str, Any]) -> None:
+def _check_range(path: str, ends: Sequence[Any]) -> None:
     if len(ends) != 2:
         raise InputError(path, f"has {len(ends)} values", "needs two: [smallest, largest]")
     (low, unit), (high, other) = (_number_and_unit(path, end) for end in ends)
@@ -126,24 +106,21 @@ def _check_range(path: str, ends: Sequence[Any], ranges: Mapping[str, Any]) -> N
         raise InputError(path, f"goes from '{ends[0]}' to '{ends[1]}'", "needs both ends in the same unit")
     if not low < high:
         raise InputError(path, f"goes from {ends[0]} to {ends[1]}", "needs the smallest value first, then the largest")
-    _check_apart(path, ranges)
 
 
 def _check_apart(path: str, others: Iterable[str], group: str = "") -> None:
     """Refuse a path inside another one: which of the two values counts would depend on their order."""
-    inside = next((other for other in others if path != other and is_below(path, other)), None)
-    if inside is not None:
-        raise InputError(f"{group}{path}", f"is a part of the sampled '{inside}'", "needs paths apart from each other")
+    outer = next((other for other in others if path != other and is_below(path, other)), None)
+    if outer is not None:
+        raise InputError(f"{group}{path}", f"is a part of the sampled '{outer}'", "needs paths apart from each other")
 
 
 def _number_and_unit(path: str, value: object) -> tuple[float, str]:
-    """Return the number of an end of a range and its unit, which is empty for a plain number."""
-    quantity = split_quantity(value) if isinstance(value, str) else None
-    if quantity is not None:
-        return quantity
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value), ""
-    raise InputError(path, f"got {shorten(repr(value))}", "needs numbers or quantities", "sweep what has no order")
+    """Return the number of an end of a range in its own unit, which is empty for a plain number."""
+    quantity = split_quantity(value) if isinstance(value, str) else quantity_of(value)
+    if quantity is None:
+        raise InputError(path, f"got {shorten(repr(value))}", "needs numbers or quantities", "sweep what has no order")
+    return quantity
 
 
 def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
@@ -154,10 +131,6 @@ def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple
         if repeated is not None:
             raise InputError(path, f"has {shorten(repr(repeated))} twice", "needs every value once")
     return choices
-
-
-Ranges = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_ranges)]
-Choices = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_choices)]
 
 
 @parameters
@@ -186,11 +159,13 @@ class SampleSettings:
         Dotted paths of further values, which are the same as a sampled one, by the path of that one.
     """
 
-    ranges: Ranges
+    ranges: Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_ranges)]
     count: Annotated[int, pydantic.Field(ge=2)]
     seed: Annotated[int, pydantic.Field(ge=0)] = 1
     method: Method = "latin_hypercube"
-    choices: Choices = pydantic.Field(default_factory=dict)
+    choices: Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_choices)] = pydantic.Field(
+        default_factory=dict
+    )
     equal: Mapping[str, str] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -212,11 +187,10 @@ class SampleSettings:
                 _check_apart(path, (*self.paths, *self.equal), f"{group}.")
 
     def _check_choice(self, path: str) -> None:
-        values = self.choices[path]
         if path in self.ranges:
             raise InputError(f"choices.{path}", "has a range too", "needs a path of its own")
-        if self.method == "morris" and len(values) > LEVELS:
-            fault, allowed = f"has {len(values)} values", f"may have {LEVELS}, the levels of morris"
+        if self.method == "morris" and len(self.choices[path]) > LEVELS:
+            fault, allowed = f"has {len(self.choices[path])} values", f"may have {LEVELS}, the levels of morris"
             raise InputError(f"choices.{path}", fault, allowed, "use saltelli, or leave some out")
 
     @property
@@ -249,66 +223,53 @@ def drawn(settings: SampleSettings) -> tuple[dict[str, Any], ...]:
     """
     cube = draw_shares(settings.method, settings.count, len(settings.paths), settings.seed)
     return tuple(
-        {path: _value(settings, path, float(share)) for path, share in zip(settings.paths, shares, strict=True)}
+        {path: _value_at(settings, path, float(share)) for path, share in zip(settings.paths, shares, strict=True)}
         for shares in cube
     )
 
 
-def _value(settings: SampleSettings, path: str, share: float) -> Any:
-    if path in settings.ranges:
-        return _between(settings.ranges[path], share)
-    values = settings.choices[path]
-    return values[min(int(share * len(values)), len(values) - 1)]
-
-
-def _between(ends: Sequence[Any], share: float) -> str | float:
-    """Return the value at a share of a range, in the unit of its ends."""
-    (low, unit), (high, _) = (_number_and_unit("", end) for end in ends)
-    text = f"{low + share * (high - low):.{_DIGITS}g}"
-    return f"{text} {unit}" if unit else float(text)
+def _value_at(settings: SampleSettings, path: str, share: float) -> Any:
+    """Return the value at a share of a range, in the unit of its ends, or of a list of choices."""
+    if path in settings.choices:
+        values = settings.choices[path]
+        return values[min(int(share * len(values)), len(values) - 1)]
+    (low, unit), (high, _) = (_number_and_unit("", end) for end in settings.ranges[path])
+    return _rounded(low + share * (high - low), _DIGITS, unit)
 
 
 def sample_mistakes(
-    study: Mapping[str, Any],
-    known_mistakes: Sequence[InputError],
-    known_paths: Mapping[str, Sequence[str]],
-    mistakes_of: Callable[[Mapping[str, Any]], Sequence[InputError]],
+    plain: Mapping[str, Any], mistakes: Sequence[InputError], paths: Mapping[str, Sequence[str]], check: Check
 ) -> list[InputError]:
     """Return the mistakes in the ranges and choices of a study: paths that lead nowhere, and wrong ends and choices.
 
-    An end is wrong where the study with this value, and its other values as they stand, is wrong. What is wrong between
-    the ends, where several values come together, refuses the sample and not the study.
+    Arguments as of :func:`~fingerslip.study.definition.sweep.swept_mistakes`. An end is wrong where the study with this
+    value, and its other values as they stand, is wrong. What is wrong between the ends, where several values come
+    together, refuses the sample and not the study.
     """
-    if any(is_below(mistake.where, SAMPLE) for mistake in known_mistakes):
+    if any(is_below(mistake.where, SAMPLE) for mistake in mistakes):
         return []
-    wrong_fields = {mistake.where.partition(".")[0] for mistake in known_mistakes} - known_paths.keys()
+    wrong_fields = {mistake.where.partition(".")[0] for mistake in mistakes} - paths.keys()
     groups = {
-        group: {path: ends for path, ends in group_paths.items() if path.partition(".")[0] not in wrong_fields}
-        for group, group_paths in (
-            (_GROUP, study[SAMPLE]["ranges"]),
-            (_CHOICES, study[SAMPLE].get("choices") or {}),
-            (_EQUAL, study[SAMPLE].get("equal") or {}),
-        )
+        group: {
+            path: values
+            for path, values in (plain[SAMPLE].get(group) or {}).items()
+            if path.partition(".")[0] not in wrong_fields
+        }
+        for group in ("ranges", "choices", "equal")
     }
-    unknown = [entry for group, paths in groups.items() for entry in unknown_paths(list(paths), known_paths, group)]
-    misnamed = {mistake.where for mistake in unknown}
-    followed = {path: ends for path, ends in groups[_EQUAL].items() if f"{_EQUAL}.{path}" not in misnamed}
-    places = {mistake.where for mistake in known_mistakes}
+    unknown = [mistake for group in groups for mistake in unknown_paths(list(groups[group]), paths, f"sample.{group}")]
+    misnamed, elsewhere = ({mistake.where for mistake in mistakes_of} for mistakes_of in (unknown, mistakes))
+    equal = {path: other for path, other in groups["equal"].items() if f"sample.equal.{path}" not in misnamed}
     values = [
-        _at_value(mistake, f"{group}.{path}.{number}", path)
-        for group in (_GROUP, _CHOICES)
+        _at_value(mistake, f"sample.{group}.{path}.{number}", path)
+        for group in ("ranges", "choices")
         for path, ends in groups[group].items()
-        if f"{group}.{path}" not in misnamed
+        if f"sample.{group}.{path}" not in misnamed
         for number, value in enumerate(ends)
-        for mistake in mistakes_of(with_values(study, dict.fromkeys(_same(path, followed), value)))
-        if mistake.where not in places
+        for mistake in check(dict.fromkeys((path, *(twin for twin, other in equal.items() if other == path)), value))
+        if mistake.where not in elsewhere
     ]
     return [*unknown, *values]
-
-
-def _same(path: str, equal: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the paths of all values that are equal to a sampled one, that one first."""
-    return (path, *(other for other, source in equal.items() if source == path))
 
 
 def _at_value(mistake: InputError, where: str, path: str) -> InputError:

@@ -24,7 +24,7 @@ from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
 from fingerslip.sampling.designs import output_names, output_of
 from fingerslip.slip.events import Events
 from fingerslip.slip.windows import READINGS, TIMES
-from fingerslip.units import si_number, si_quantity, with_unit
+from fingerslip.units import quantity_of, si_number, si_quantity, with_unit
 
 __all__ = ["FUNCTIONS", "check_expression", "check_names", "derive", "derived_of"]
 
@@ -97,17 +97,21 @@ def derive(name: str, text: str, result: RunResult) -> Quantity:
     Nor has it a value where there is none, as of a square root of a negative number; its unit is known all the same.
     """
     tree, names = _parse(text)
-    quantities = {key: _looked_up(path, result, f"derived.{name}") for key, path in names.items()}
+    quantities: dict[str, tuple[float | None, str]] = {}
+    for key, path in names.items():
+        output = output_of(result, path)
+        quantities[key] = (
+            (output.value, output.unit) if output else _parameter(path, result.all_values, f"derived.{name}")
+        )
     try:
         numbers = {
-            key: _number_in(math.nan if element is None else element, unit)
-            for key, (element, unit) in quantities.items()
+            key: _number_in(math.nan if value is None else value, unit) for key, (value, unit) in quantities.items()
         }
         with np.errstate(all="ignore"):
             number, unit = si_number(_value(tree.body, numbers))
     except (ValueError, TypeError, ArithmeticError) as error:
         raise InputError(f"derived.{name}", f"'{text}': {error}", "needs units that fit together") from None
-    exists = all(element is not None for element, _ in quantities.values()) and math.isfinite(number)
+    exists = all(value is not None for value, _ in quantities.values()) and math.isfinite(number)
     return Quantity(name, unit, number if exists else None)
 
 
@@ -192,28 +196,12 @@ def _power(base: Any, exponent: np.float64) -> Any:
     return base**exponent
 
 
-def _looked_up(name: str, result: RunResult, where: str) -> tuple[float | None, str]:
-    """Return the value of a name [SI] and its unit; None for what did not happen."""
-    quantity = output_of(result, name)
-    if quantity is not None:
-        return quantity.value, quantity.unit
-    return _parameter(name, result.all_values, where)
-
-
 def _parameter(name: str, values: Mapping[str, Any], where: str) -> tuple[float, str]:
     ending = f"_{name}".replace(".", "_")
     paths = [name] if name in values else [path for path in values if f"_{path}".replace(".", "_").endswith(ending)]
-    paths = [path for path in paths if _number(values[path]) is not None]
-    if len(paths) != 1:
-        said = f"'{name}' stands for {', '.join(paths)}" if paths else f"'{name}' is not known"
+    numbers = {path: number for path in paths if (number := quantity_of(values[path])) is not None}
+    if len(numbers) != 1:
+        said = f"'{name}' stands for {', '.join(numbers)}" if numbers else f"'{name}' is not known"
         allowed = "needs events, measures without their unit, or numbers of the study"
         raise InputError(where, said, allowed, "fingerslip show STUDY lists all paths; write the whole path")
-    number = _number(values[paths[0]])
-    assert number is not None
-    return number
-
-
-def _number(value: object) -> tuple[float, str] | None:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value), ""
-    return si_quantity(value) if isinstance(value, str) else None
+    return next(iter(numbers.values()))
