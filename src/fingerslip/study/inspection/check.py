@@ -13,8 +13,7 @@ from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive, Timing
 from fingerslip.study.running.compiling import compiling_seconds
 from fingerslip.study.running.cost import estimated_seconds, process_bytes
-from fingerslip.study.running.jobs import Job, groups
-from fingerslip.study.running.plan import Plan, plan_studies
+from fingerslip.study.running.plan import Job, Plan, groups, plan_studies
 from fingerslip.study.running.prepare import prepare_samples
 from fingerslip.tables.table import Column, Table
 

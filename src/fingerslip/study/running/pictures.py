@@ -31,8 +31,7 @@ from fingerslip.report.page.sensor import write_tracking
 from fingerslip.results import HISTORY
 from fingerslip.storage.files import digest, new_folder, read_json, write_json
 from fingerslip.study.definition.settings import CameraSettings
-from fingerslip.study.running.jobs import Job
-from fingerslip.study.running.plan import Plan
+from fingerslip.study.running.plan import Job, Plan
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.films import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run

@@ -17,8 +17,8 @@ from fingerslip.storage.files import alone, check_replaceable, clean_stale, dige
 from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
+from fingerslip.study.running.pool import end_with_parent, without_main_module
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.running.spawning import end_with_parent, without_main_module
 from fingerslip.study.storage.provenance import commit
 
 if TYPE_CHECKING:
