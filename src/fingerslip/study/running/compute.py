@@ -15,8 +15,7 @@ from fingerslip.results import LOG
 from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.running.build import locate_error
 from fingerslip.study.running.plan import Job
-from fingerslip.study.storage.bases import BasisFolder
-from fingerslip.study.storage.store import write_run
+from fingerslip.study.storage.store import BasisFolder, write_run
 
 __all__ = ["BASES", "compute", "compute_group"]
 

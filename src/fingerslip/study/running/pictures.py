@@ -33,7 +33,7 @@ from fingerslip.storage.files import digest, new_folder, read_json, write_json
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.plan import Job, Plan
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.storage.films import CAMERAS, ERRORS
+from fingerslip.study.storage.reporting import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
 from fingerslip.vision.cameras.camera import (
     BRIGHT_ON_DARK,

@@ -15,14 +15,19 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, remove_empty
-from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.expressions import derived_of
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.plan import Computed, Job, Outcome, Plan, Prepared, plan_studies
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.storage.films import film_keys
-from fingerslip.study.storage.reporting import REPORT, report_key, write_report
-from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
+from fingerslip.study.storage.reporting import REPORT, film_keys, report_key, write_report
+from fingerslip.study.storage.summary import (
+    read_manifest,
+    read_uncertainties,
+    refused_in,
+    write_manifest,
+    write_sensitivity,
+    write_summary,
+)
 
 if TYPE_CHECKING:
     from fingerslip.report.page.pictures import RunPictures

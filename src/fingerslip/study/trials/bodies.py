@@ -28,7 +28,7 @@ from fingerslip.storage.files import digest
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
-from fingerslip.study.storage.bases import BasisFolder
+from fingerslip.study.storage.store import BasisFolder
 from fingerslip.study.trials.plates import programme_of
 
 __all__ = [

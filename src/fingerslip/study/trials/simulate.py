@@ -19,7 +19,7 @@ from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.pool import end_with_parent, without_main_module
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.storage.provenance import commit
+from fingerslip.study.storage.store import commit
 
 if TYPE_CHECKING:
     from fingerslip.dynamics.statics.body import StaticBody

@@ -13,19 +13,13 @@ from fingerslip.model.model import Model
 from fingerslip.report.tables.compare import convergence_table, series_table
 from fingerslip.results import RunResult, quantities, stored_result
 from fingerslip.storage.files import new_folder, write_text
-from fingerslip.study.convergence.storage import (
-    FOLDER,
-    RunConvergence,
-    read_convergences,
-    write_convergences,
-)
 from fingerslip.study.definition.runs import Run
-from fingerslip.study.definition.settings import ContactSettings, RefinementSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.running.runner import StudyFailedError, compute_jobs, run_studies, write_up
 from fingerslip.study.storage.store import identity
+from fingerslip.study.storage.summary import CONVERGENCE, RunConvergence, read_convergences, write_convergences
 from fingerslip.tables.table import Table, to_csv, to_markdown
 from fingerslip.uncertainty import SETTINGS, Convergence, Series
 
@@ -58,23 +52,11 @@ def levels_of(study: Study) -> tuple[Level, ...]:
     A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
     stiffness.
     """
-    wanted: RefinementSettings = study.converge
-    levels = [Level(setting.name, value) for setting in SETTINGS for value in getattr(wanted, setting.name)]
+    levels = [Level(setting.name, value) for setting in SETTINGS for value in getattr(study.converge, setting.name)]
     return tuple(level for level in levels if _applies(level, study))
 
 
-def run_at(run: Run, level: Level, model: Model) -> Run:
-    """Return a run with one setting changed, and without snapshots."""
-    study = dataclasses.replace(
-        _change(run.study, level, model), record=dataclasses.replace(run.study.record, snapshots_every=0.0)
-    )
-    return dataclasses.replace(
-        run, name=f"{run.name}_{level.label}", where=f"{run.where} at {level.label}", study=study
-    )
-
-
 def _applies(level: Level, study: Study) -> bool:
-
     match level.setting:
         case "mesh":
             return study.mesh.refined(level.value) is not None
@@ -86,31 +68,31 @@ def _applies(level: Level, study: Study) -> bool:
             return True
 
 
-def _change(study: Study, level: Level, model: Model) -> Study:
-    value = level.value
-    from fingerslip.dynamics.system.penalties import contact_penalties
+def run_at(run: Run, level: Level, model: Model) -> Run:
+    """Return a run with one setting changed, and without snapshots."""
+    record = dataclasses.replace(run.study.record, snapshots_every=0.0)
+    study = dataclasses.replace(run.study, record=record, **_change(run.study, level, model))
+    return dataclasses.replace(
+        run, name=f"{run.name}_{level.label}", where=f"{run.where} at {level.label}", study=study
+    )
 
+
+def _change(study: Study, level: Level, model: Model) -> dict[str, Any]:
+    """Return the fields of a study that are others at a level."""
     match level.setting:
         case "mesh":
-            finer = study.mesh.refined(value)
-            assert finer is not None  # held by levels_of
-            return dataclasses.replace(study, mesh=finer)
+            return {"mesh": study.mesh.refined(level.value)}
         case "step":
-            return dataclasses.replace(study, time=study.time.refined(value))
+            return {"time": study.time.refined(level.value)}
         case "alpha":
-            return dataclasses.replace(study, time=dataclasses.replace(study.time, alpha=value))
-        case _:
-            stiffer = tuple(
-                _stiffer(settings, value, contact_penalties(model, contact))
-                for settings, contact in zip(study.all_contacts, model.contacts, strict=True)
-            )
-            if study.contact is not None:
-                return dataclasses.replace(study, contact=stiffer[0])
-            return dataclasses.replace(study, contacts=stiffer)
+            return {"time": dataclasses.replace(study.time, alpha=level.value)}
+    from fingerslip.dynamics.system.penalties import contact_penalties
 
-
-def _stiffer(settings: ContactSettings, factor: float, penalties: tuple[float, float]) -> ContactSettings:
-    return dataclasses.replace(settings, normal_penalty=factor * penalties[0], tangential_penalty=factor * penalties[1])
+    stiffer = []
+    for settings, contact in zip(study.all_contacts, model.contacts, strict=True):
+        normal, tangential = (level.value * penalty for penalty in contact_penalties(model, contact))
+        stiffer.append(dataclasses.replace(settings, normal_penalty=normal, tangential_penalty=tangential))
+    return {"contacts": tuple(stiffer)} if study.contact is None else {"contact": stiffer[0]}
 
 
 @dataclass(frozen=True)
@@ -133,15 +115,7 @@ class StudyConvergence:
     @property
     def figures(self) -> Path:
         """Folder of the figures."""
-        return self.folder / FOLDER / "figures"
-
-
-@dataclass(frozen=True)
-class _Refined:
-    """A run of the study, the levels at which it is repeated, and the names of these runs."""
-
-    run: Run
-    levels: Mapping[Level, Run]
+        return self.folder / CONVERGENCE / "figures"
 
 
 def converge(
@@ -189,13 +163,16 @@ def converge(
     plan = plan_study(path, results_dir)
     _check_only(only, plan)
     run_studies([path], results_dir=results_dir, workers=workers, progress=reporter)
-    refined = _refined_runs(plan, [run for run in plan.runs if not only or run.name in only])
-    _compute(_level_plan(plan, refined), workers, reporter)
-    new = {refined_run.run.name: _run_convergence(plan, refined_run) for refined_run in refined}
+    from fingerslip.study.running.prepare import prepare
+
+    jobs = prepare(plan, [run for run in plan.runs if not only or run.name in only])
+    levels = [{level: run_at(job.run, level, job.model) for level in levels_of(job.run.study)} for job in jobs]
+    _compute(plan, [run for of_run in levels for run in of_run.values()], workers, reporter)
+    new = {job.run.name: _run_convergence(plan, job.run, of_run) for job, of_run in zip(jobs, levels, strict=True)}
     convergences = {**read_convergences(plan.folder, plan.identities), **new}
     write_convergences(plan.folder, convergences)
     result = StudyConvergence(plan.folder, tuple(new.values()))
-    _write_pictures(result, tuple(convergences.values()))
+    _write_pictures(result, convergences)
     write_up(plan)
     return result
 
@@ -203,7 +180,7 @@ def converge(
 def level_folders(path: str | Path, results_dir: str | Path) -> dict[Level, tuple[Path, ...]]:
     """Return where :func:`converge` keeps the repetitions of a study's runs: a folder for each run at each level."""
     plan = plan_study(path, results_dir)
-    folder = plan.folder / FOLDER
+    folder = plan.folder / CONVERGENCE
     return {level: tuple(folder / f"{run.name}_{level.label}" for run in plan.runs) for level in levels_of(plan.study)}
 
 
@@ -214,26 +191,13 @@ def _check_only(only: Sequence[str], plan: Plan) -> None:
             raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
 
 
-def _refined_runs(plan: Plan, runs: Sequence[Run]) -> tuple[_Refined, ...]:
+def _compute(plan: Plan, runs: Sequence[Run], workers: int, progress: StudyProgress) -> None:
+    """Compute the repetitions of runs that are not finished."""
     from fingerslip.study.running.prepare import prepare
 
-    jobs = prepare(plan, runs)
-    return tuple(
-        _Refined(job.run, {level: run_at(job.run, level, job.model) for level in levels_of(job.run.study)})
-        for job in jobs
-    )
-
-
-def _level_plan(plan: Plan, refined: Sequence[_Refined]) -> Plan:
-    runs = tuple(run for refined_run in refined for run in refined_run.levels.values())
-    return Plan(plan.source, plan.study, plan.folder / FOLDER, runs, {run.name: identity(run) for run in runs})
-
-
-def _compute(plan: Plan, workers: int, progress: StudyProgress) -> None:
-    """Compute the repetitions that are not finished."""
+    identities = {run.name: identity(run) for run in runs}
+    plan = dataclasses.replace(plan, folder=plan.folder / CONVERGENCE, runs=tuple(runs), identities=identities)
     finished = plan.finished_runs()
-    from fingerslip.study.running.prepare import prepare
-
     jobs = prepare(plan, [run for run in plan.runs if run.name not in finished])
     with progress:
         failures = compute_jobs(plan, jobs, workers, progress).failures
@@ -241,48 +205,44 @@ def _compute(plan: Plan, workers: int, progress: StudyProgress) -> None:
         raise StudyFailedError({f"{plan.source.stem}/{name}": error for name, error in failures.items()}, ())
 
 
-def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
+def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunConvergence:
     """Read the numbers of a run and of its repetitions, and put them in series."""
-    name = refined.run.name
-    base = stored_result(plan.folder / name)
-    others = {level: stored_result(plan.folder / FOLDER / run.name) for level, run in refined.levels.items()}
-    _check_meshes(refined.run, base, others)
+    base = stored_result(plan.folder / run.name)
+    others = {level: stored_result(plan.folder / CONVERGENCE / other.name) for level, other in levels.items()}
+    _check_meshes(run, base, others)
     numbers = {level: quantities(result) for level, result in others.items()}
-    sizes = {level: _size(level, base, result) for level, result in others.items()}
-    quantities_refined = {}
-    for key, quantity in quantities(base).items():
-        sources = {
-            setting: Series(
-                setting,
-                (_size_in_use(setting, refined.run), *(sizes[level] for level in levels)),
-                (quantity.value, *(numbers[level][key].value for level in levels)),
-            )
-            for setting, levels in _by_setting(others).items()
-        }
-        quantities_refined[key] = Convergence(quantity.label, quantity.unit, quantity.value, sources)
-    return RunConvergence(name, plan.identities[name], quantities_refined)
-
-
-def _size_in_use(setting: str, run: Run) -> float:
-    return run.study.time.alpha if setting == "alpha" else 1.0
+    settings: dict[str, list[Level]] = {}
+    for level in others:
+        settings.setdefault(level.setting, []).append(level)
+    sizes = {
+        setting: (
+            run.study.time.alpha if setting == "alpha" else 1.0,
+            *(_size(level, base, others[level]) for level in of_setting),
+        )
+        for setting, of_setting in settings.items()
+    }
+    convergences = {
+        key: Convergence(
+            quantity.label,
+            quantity.unit,
+            quantity.value,
+            {
+                setting: Series(
+                    setting, sizes[setting], (quantity.value, *(numbers[level][key].value for level in of_setting))
+                )
+                for setting, of_setting in settings.items()
+            },
+        )
+        for key, quantity in quantities(base).items()
+    }
+    return RunConvergence(run.name, plan.identities[run.name], convergences)
 
 
 def _size(level: Level, base: RunResult, result: RunResult) -> float:
     """Return the size of a level over that in use; for alpha its value."""
-    match level.setting:
-        case "mesh":
-            return result.mesh_size / base.mesh_size
-        case "penalty":
-            return 1.0 / level.value
-        case _:
-            return level.value
-
-
-def _by_setting(levels: Mapping[Level, Any]) -> dict[str, list[Level]]:
-    settings: dict[str, list[Level]] = {}
-    for level in levels:
-        settings.setdefault(level.setting, []).append(level)
-    return settings
+    if level.setting == "mesh":
+        return result.mesh_size / base.mesh_size
+    return 1.0 / level.value if level.setting == "penalty" else level.value
 
 
 def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) -> None:
@@ -297,12 +257,12 @@ def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) 
             raise InputError(f"{run.where}: converge.mesh", fault, "needs factors with meshes of their own")
 
 
-def _write_pictures(result: StudyConvergence, runs: Sequence[RunConvergence]) -> None:
+def _write_pictures(result: StudyConvergence, convergences: Mapping[str, RunConvergence]) -> None:
     from fingerslip.report.figures.study import convergence_figure
     from fingerslip.report.figures.style import save_figure
 
-    table = series_table({convergence.run: convergence.quantities for convergence in runs})
-    write_text(result.folder / FOLDER / "convergence.csv", to_csv(table))
+    table = series_table({name: convergence.quantities for name, convergence in convergences.items()})
+    write_text(result.folder / CONVERGENCE / "convergence.csv", to_csv(table))
     with new_folder(result.figures) as figures:
-        for convergence in runs:
-            save_figure(convergence_figure(convergence.quantities, convergence.run), figures / f"{convergence.run}.png")
+        for name, convergence in convergences.items():
+            save_figure(convergence_figure(convergence.quantities, name), figures / f"{name}.png")
