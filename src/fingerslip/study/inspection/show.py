@@ -57,7 +57,7 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
         Where a folder holds no results, or the picture cannot be written.
     """
     if figure is not None:
-        from fingerslip.study.inspection.draw import draw_specimen
+        from fingerslip.study.inspection.specimen import draw_specimen
 
         draw_specimen(target, figure)
     return _tables(target) if target else (presets_table(), materials_table())

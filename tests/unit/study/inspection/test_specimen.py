@@ -1,4 +1,4 @@
-"""Writing the mesh of a study or of a preset, with the quality of its cells."""
+"""The specimen of a study or of a preset: its mesh and its picture."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import yaml
 from fingerslip.errors import InputError, ResultError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import quality_table
-from fingerslip.study.inspection.mesh import save_mesh
+from fingerslip.study.inspection.specimen import draw_specimen, save_mesh
 from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_values
 
@@ -79,3 +79,19 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(
     back = read_mesh(tmp_path / "meshes" / "finger.vtu")
     assert set(back.boundaries) == {"skin"}
     assert len(back.subdomains["tissue"]) == 5
+
+
+def test_preset_and_study_are_drawn(tmp_path: Path) -> None:
+    study = tmp_path / "study.yaml"
+    study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
+    for number, target in enumerate(("wang2014-3d", "tactip-ridged-3d", str(study))):
+        picture = tmp_path / "new" / f"{number}.png"
+        draw_specimen(target, picture)
+        assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"needs a file that ends in \.png, \.svg, \.pdf"):
+        draw_specimen("wang2014-3d", tmp_path / "finger.doc")
+    with pytest.raises(InputError, match="preset: 'nobody' is not known"):
+        draw_specimen("nobody", tmp_path / "finger.png")
