@@ -10,7 +10,7 @@ import dataclasses
 import functools
 import operator
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import pydantic
 
@@ -37,9 +37,15 @@ from fingerslip.specimens.choice import specimen_mesh_sources
 from fingerslip.units import Unit
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from fingerslip.vision.cameras.camera import Camera
+
 __all__ = [
     "CameraKind",
     "CameraSettings",
+    "CameraView",
     "ContactSettings",
     "DynamicsSettings",
     "MeshSettings",
@@ -306,19 +312,46 @@ _Quality = Annotated[int, pydantic.Field(ge=1, le=100)]
 
 
 @parameters
-class CameraSettings:
-    """A camera of a study; no published sensor prints these values, so every default is assumed.
+class CameraView:
+    """What a camera of a sensor sees; no published sensor prints these values, so every default is assumed.
 
     Parameters
     ----------
-    tier : {'pixel', 'point'}
-        Frames, a video and the tracker, or positions with the errors of the tracker at once.
     distance : float
         From the lens to the markers, the lowest ones for the external camera [m].
     view_width : float
         Length that the width of the image shows at the markers [m].
     width, height : int
         Size of the image [px].
+    """
+
+    distance: PositiveLength = 50e-3
+    view_width: PositiveLength = 45e-3
+    width: _Pixels = 640
+    height: _Pixels = 480
+
+    @property
+    def metres_per_pixel(self) -> float:
+        """Length of a pixel at the markers [m]."""
+        return self.view_width / self.width
+
+    def camera(self, kind: str, heights: ArrayLike, **options: Any) -> Camera:
+        """Return the camera, aimed at markers: see :func:`~fingerslip.vision.cameras.presets.aimed_camera`."""
+        # Cameras are slow to load, and a study is also read where nothing is filmed.
+        from fingerslip.vision.cameras.presets import aimed_camera
+
+        size = (self.width, self.height)
+        return aimed_camera(kind, heights, self.distance, self.view_width, size=size, **options)
+
+
+@parameters
+class CameraSettings(CameraView):
+    """A camera of a study; no published sensor prints these values, so every default is assumed.
+
+    Parameters
+    ----------
+    tier : {'pixel', 'point'}
+        Frames, a video and the tracker, or positions with the errors of the tracker at once.
     lens : {'pinhole', 'fisheye'}
         Kind of the lens.
     frame_rate : float
@@ -342,10 +375,6 @@ class CameraSettings:
     """
 
     tier: Literal["pixel", "point"] = "pixel"
-    distance: PositiveLength = 50e-3
-    view_width: PositiveLength = 45e-3
-    width: _Pixels = 640
-    height: _Pixels = 480
     lens: Literal["pinhole", "fisheye"] = "pinhole"
     frame_rate: _FrameRate = 30.0
     exposure: Duration = 10e-3
@@ -363,12 +392,11 @@ class CameraSettings:
             raise InputError("exposure", f"got {1e3 * self.exposure:g} ms", allowed)
 
 
-_Rate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
 _Count = Annotated[int, pydantic.Field(ge=1, le=360)]
 
 
 @parameters
-class TrialSettings:
+class TrialSettings(CameraView):
     """How the runs of a study become trials; ``fingerslip detect simulate`` makes the data set.
 
     Every run of a study with samples is one trial: samples take turns through the directions, so that their number is
@@ -384,12 +412,6 @@ class TrialSettings:
         Time at rest that is filmed before the slide [s]; the last part of the hold.
     frame_rate : float
         Frames a second of both cameras [1/s].
-    distance : float
-        From the lenses to the markers [m].
-    view_width : float
-        Length that the width of both images shows at the markers [m].
-    width, height : int
-        Size of the images [px].
     noise : (float, float)
         Smallest and largest standard deviation of the positions in a trial [px].
     shift : float
@@ -407,11 +429,7 @@ class TrialSettings:
 
     directions: _Count = 8
     rest: Duration = 1.5
-    frame_rate: _Rate = PUBLISHED_FRAME_RATE
-    distance: PositiveLength = 50e-3
-    view_width: PositiveLength = 45e-3
-    width: _Pixels = 640
-    height: _Pixels = 480
+    frame_rate: _FrameRate = PUBLISHED_FRAME_RATE
     noise: tuple[NonNegativeNumber, NonNegativeNumber] = (0.0061, 0.05)
     shift: NonNegativeLength = 0.5e-3
     turn: Angle = 0.0175
@@ -422,8 +440,3 @@ class TrialSettings:
     def __post_init__(self) -> None:
         if self.noise[0] > self.noise[1]:
             raise InputError("noise", f"goes from {self.noise[0]:g} to {self.noise[1]:g}", "needs the smallest first")
-
-    @property
-    def metres_per_pixel(self) -> float:
-        """Length of a pixel at the markers [m]."""
-        return self.view_width / self.width

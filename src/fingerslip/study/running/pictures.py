@@ -47,7 +47,6 @@ from fingerslip.vision.cameras.camera import (
 )
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
-from fingerslip.vision.cameras.presets import aimed_camera
 from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_errors
 from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
@@ -156,20 +155,9 @@ def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folde
 
 
 def camera_of(settings: CameraSettings, kind: str, markers: xr.Dataset) -> Camera:
-    """Return the camera of settings, aimed at markers as of :func:`~fingerslip.vision.cameras.presets.aimed_camera`.
-
-    Units: markers [m].
-    """
-    return aimed_camera(
-        kind,
-        markers["position"].values[0, :, 1],
-        settings.distance,
-        settings.view_width,
-        size=(settings.width, settings.height),
-        lens=settings.lens,
-        frame_rate=settings.frame_rate,
-        exposure=settings.exposure,
-    )
+    """Return the camera of settings, aimed at markers [m] where they rest."""
+    options = {name: getattr(settings, name) for name in ("lens", "frame_rate", "exposure")}
+    return settings.camera(kind, markers["position"].values[0, :, 1], **options)
 
 
 def _pixels(
