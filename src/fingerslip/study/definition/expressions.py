@@ -26,7 +26,7 @@ from fingerslip.slip.events import Events
 from fingerslip.slip.windows import READINGS, TIMES
 from fingerslip.units import quantity_of, si_number, si_quantity, with_unit
 
-__all__ = ["FUNCTIONS", "check_expression", "check_names", "derive", "derived_of"]
+__all__ = ["FUNCTIONS", "check_expression", "check_names", "derive"]
 
 #: What may be called; logarithm and exponential take pure numbers.
 FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
@@ -84,11 +84,6 @@ def _taken_names() -> frozenset[str]:
     readings = {"" if reading == "slip" else f"_{reading}" for reading in READINGS}
     times = {f"{time}{reading}" for time in TIMES for reading in readings}
     return frozenset({*_COLUMNS, *FUNCTIONS, *times, *output_names(RunResult("", {}, Events()))})
-
-
-def derived_of(expressions: Mapping[str, str], result: RunResult) -> dict[str, Quantity]:
-    """Return the derived quantities of a run."""
-    return {name: derive(name, text, result) for name, text in expressions.items()}
 
 
 def derive(name: str, text: str, result: RunResult) -> Quantity:

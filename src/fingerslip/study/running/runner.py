@@ -15,8 +15,7 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, remove_empty
-from fingerslip.study.definition.expressions import derived_of
-from fingerslip.study.definition.runs import Run
+from fingerslip.study.definition.expressions import derive
 from fingerslip.study.running.plan import Computed, Job, Outcome, Plan, Prepared, plan_studies
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.storage.reporting import REPORT, film_keys, report_key, write_report
@@ -158,11 +157,7 @@ def run_plans(
     for plan in plans:
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
-    finished = [{} if force else plan.finished_runs() for plan in plans]
-    prepared = [
-        _prepare(plan, [run for run in plan.runs if run.name not in stored])
-        for plan, stored in zip(plans, finished, strict=True)
-    ]
+    prepared = [_prepare(plan, force=force) for plan in plans]
     with progress or SilentProgress() as reporter:
         engine = _engine(workers, scheduler)
         outcomes = [_execute(plan, todo, engine, reporter) for plan, todo in zip(plans, prepared, strict=True)]
@@ -173,8 +168,10 @@ def run_plans(
     return results
 
 
-def _prepare(plan: Plan, runs: Sequence[Run]) -> Prepared:
+def _prepare(plan: Plan, *, force: bool) -> Prepared:
     """Build and check what is to be computed; where nothing is, nothing that does so is loaded."""
+    finished = {} if force else plan.finished_runs()
+    runs = [run for run in plan.runs if run.name not in finished]
     if not runs:
         return Prepared((), plan.refused)
     from fingerslip.study.running.prepare import prepare_samples
@@ -249,7 +246,12 @@ def compute_jobs(
     clean_stale(plan.folder)
     computed = Computed()
     for job in jobs:
-        _say_damage(plan, job, progress)
+        try:
+            stored_result(job.folder)
+        except DamagedError as error:
+            progress.say(f"{plan.source.stem}/{job.run.name}: {error.file} {error.found}; the run is computed again")
+        except ResultError:  # there is nothing yet
+            pass
     try:
         if jobs:
             compute = _engine(engine, None) if isinstance(engine, int) else engine
@@ -275,23 +277,13 @@ def _report(outcome: Outcome, computed: Computed, progress: StudyProgress) -> No
     computed.pictures.update(outcome.pictures)
 
 
-def _say_damage(plan: Plan, job: Job, progress: StudyProgress) -> None:
-    """Say that a run is computed again because its results are damaged."""
-    try:
-        stored_result(job.folder)
-    except DamagedError as error:
-        progress.say(f"{plan.source.stem}/{job.run.name}: {error.file} {error.found}; the run is computed again")
-    except ResultError:  # there is nothing yet
-        pass
-
-
 def write_up(
     plan: Plan,
     refused: tuple[RefusedRun, ...] | None = None,
     pictures: Mapping[str, RunPictures] | None = None,
     whole: Collection[str] = (),
 ) -> StudyResult:
-    """Write summary, report and manifest of the runs that are finished."""
+    """Write summary, report and manifest of the runs that are finished; `whole` names those that need no check."""
     finished, manifest = plan.finished_runs(whole), read_manifest(plan.folder)
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
@@ -311,36 +303,26 @@ def _write_tables(
     plan: Plan, finished: Mapping[str, RunResult], refused: tuple[RefusedRun, ...], report: str
 ) -> StudyResult:
     uncertainties = read_uncertainties(plan.folder, plan.identities)
-    runs = tuple(
-        _complete(plan, run, finished[run.name], uncertainties.get(run.name, {}))
-        for run in plan.runs
-        if run.name in finished
-    )
+    runs = []
+    for run in (run for run in plan.runs if run.name in finished):
+        uncertainty = uncertainties.get(run.name, {})
+        result = dataclasses.replace(finished[run.name], values=flatten(run.plain_values()), uncertainty=uncertainty)
+        derived = {name: derive(name, text, result) for name, text in plan.study.derived.items()}
+        runs.append(dataclasses.replace(result, derived=derived))
     sample = plan.study.sample
-    ranges, design = (sample.ranges, sample.design) if sample else ({}, {})
     study = StudyResult(
         plan.folder,
         plan.study.compare,
-        runs,
+        tuple(runs),
         title=plan.study.title,
         description=plan.study.description,
-        ranges=ranges,
+        ranges=sample.ranges if sample else {},
         refused=refused,
-        design=design,
+        design=sample.design if sample else {},
     )
     if runs:
         write_summary(study)
-        if ranges:
+        if sample:
             write_sensitivity(study)
         write_manifest(plan.source, study, report, given=plan.given)
     return study
-
-
-def _complete(plan: Plan, run: Run, result: RunResult, uncertainty: Mapping[str, float]) -> RunResult:
-    """Return the result of a run with its values, uncertainties and derived quantities."""
-    completed = dataclasses.replace(result, values=flatten(run.plain_values()), uncertainty=uncertainty)
-    return (
-        dataclasses.replace(completed, derived=derived_of(plan.study.derived, completed))
-        if plan.study.derived
-        else completed
-    )

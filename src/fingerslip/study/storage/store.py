@@ -60,6 +60,7 @@ _PACKAGES = (
     *("numpy", "scipy", "numba", "pypardiso", "mkl", "xarray", "h5netcdf"),
 )
 _CHECKSUM = 64
+_MADE_AGAIN = "%s: cannot be used (%s); the basis is made again"
 # Bases that are kept: those of the bodies of one sweep. One of the paper's fingertip in 3D takes 0.5 GB.
 _MOST_BASES = 8
 
@@ -173,16 +174,16 @@ class BasisFolder:
 
     def load(self, key: str) -> Mapping[str, NDArray[np.float64]] | None:
         """Return the arrays of a basis; None where there is none, or where its file is damaged, which the log says."""
-        path = self._path(key)
+        path = self.folder / f"{key}.basis"
         try:
             content = path.read_bytes()
         except FileNotFoundError:
             return None
         except OSError as error:
-            _say_made_again(path, error.strerror or str(error))
+            _logger.warning(_MADE_AGAIN, path, error.strerror or str(error))
             return None
         if content[:_CHECKSUM] != digest(content[_CHECKSUM:]).encode():
-            _say_made_again(path, "its checksum is another")
+            _logger.warning(_MADE_AGAIN, path, "its checksum is another")
             return None
         with np.load(io.BytesIO(content[_CHECKSUM:]), allow_pickle=False) as arrays:
             return {name: arrays[name] for name in arrays.files}
@@ -195,7 +196,7 @@ class BasisFolder:
         try:
             with writing(self.folder):
                 self.folder.mkdir(parents=True, exist_ok=True)
-                write_bytes(self._path(key), digest(content).encode() + content)
+                write_bytes(self.folder / f"{key}.basis", digest(content).encode() + content)
                 for old in sorted(self.folder.glob("*.basis"), key=lambda path: path.stat().st_mtime)[:-_MOST_BASES]:
                     old.unlink(missing_ok=True)
         except ResultError as error:
@@ -204,10 +205,3 @@ class BasisFolder:
     def alone(self, key: str) -> AbstractContextManager[None]:
         """Let one process at a time into a block that looks for a basis and makes it where there is none."""
         return alone(self.folder / f".{key}.lock")
-
-    def _path(self, key: str) -> Path:
-        return self.folder / f"{key}.basis"
-
-
-def _say_made_again(path: Path, reason: str) -> None:
-    _logger.warning("%s: cannot be used (%s); the basis is made again", path, reason)
