@@ -1,7 +1,9 @@
-"""Samples: what may stand in a study file, and which values they take."""
+"""Samples and repeats: what may stand in a study file, and which values they take."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +11,18 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.definition.runs import read_runs
-from fingerslip.study.definition.samples import SampleSettings, drawn, sample_mistakes
+from fingerslip.study.definition.runs import expand, expand_mapping, read_runs
+from fingerslip.study.definition.samples import RepeatSettings, SampleSettings, drawn, sample_mistakes, scatter_values
 from fingerslip.study.definition.spec import parse_study, read_study, study_mapping
-from unit.study.block import block_values
+from fingerslip.study.running.plan import plan_mapping
+from unit.study.block import FRICTIONS, block_values
 
 SOURCE = Path("studies/x.yaml")
+
+
 HEIGHT, CLEARANCE = "fingertip.sagittal.half_height", "contact.clearance"
+
+
 RATIO = "fingertip.materials.tissue.poisson_ratio"
 
 
@@ -72,66 +79,10 @@ def test_equal_values_follow_a_sampled_one() -> None:
     assert settings.values({"a": 0.3}) == {"a": 0.3, "b": 0.3, "c": 0.3}
 
 
-@pytest.mark.parametrize(
-    ("sample", "message"),
-    [
-        ({"count": 1}, "sample.count: got 1, needs a number >= 2"),
-        (
-            {"count": 6, "method": "sobol"},
-            "sample.count: got 6 for a Sobol sequence, needs a power of two; write count: 4 or count: 8",
-        ),
-        ({"seed": -1}, "sample.seed: got -1, needs a number >= 0"),
-        ({"ranges": {}}, "sample.ranges: is empty, needs a range by dotted path; write path: [smallest, largest]"),
-        ({"ranges": {HEIGHT: ["6 mm"]}}, f"sample.ranges.{HEIGHT}: has 1 values, needs two: [smallest, largest]"),
-        (
-            {"ranges": {HEIGHT: ["7 mm", "6 mm"]}},
-            f"sample.ranges.{HEIGHT}: goes from 7 mm to 6 mm, needs the smallest value first, then the largest",
-        ),
-        (
-            {"ranges": {HEIGHT: ["0.6 cm", "7 mm"]}},
-            f"sample.ranges.{HEIGHT}: goes from '0.6 cm' to '7 mm', needs both ends in the same unit",
-        ),
-        (
-            {"ranges": {"fingertip.phalanx.variant": ["original", "scaled"]}},
-            (
-                "sample.ranges.fingertip.phalanx.variant: got 'original', needs numbers or quantities; "
-                "sweep what has no order"
-            ),
-        ),
-        (
-            {"ranges": {HEIGHT: [{"count": 500 * "9"}, "7 mm"]}},
-            f"sample.ranges.{HEIGHT}: got {{'count': '{69 * '9'}..., needs numbers or quantities; sweep what",
-        ),
-        (
-            {"ranges": {HEIGHT: [6, 7]}},
-            f"sample.ranges.{HEIGHT}.0: '6' has no unit, needs a unit of [m]; write '6 mm' or '6 m'",
-        ),
-        (
-            {"ranges": {"fingertip.sagitta.half_height": ["6 mm", "7 mm"]}},
-            (
-                "sample.ranges.fingertip.sagitta.half_height: is not known, needs the dotted path of a value of the "
-                f"study; did you mean '{HEIGHT}'?"
-            ),
-        ),
-        ({"ranges": {RATIO: [0.45, 0.6]}}, f"sample.ranges.{RATIO}.1: got 0.6, needs a number <= 0.5"),
-        (
-            {"ranges": {CLEARANCE: ["0 mm", "1 mm"]}, "equal": {HEIGHT: "contact.clearances"}},
-            f"sample.equal.{HEIGHT}: got 'contact.clearances', needs one of contact.clearance",
-        ),
-        (
-            {"equal": {HEIGHT: HEIGHT}},
-            f"sample.equal.{HEIGHT}: is sampled itself, needs the path of a value without a range",
-        ),
-        (
-            {"equal": {"fingertip.transverse.half_heigth": HEIGHT}},
-            "sample.equal.fingertip.transverse.half_heigth: is not known",
-        ),
-    ],
-)
-def test_mistakes_are_named_with_their_repair(sample: dict[str, Any], message: str) -> None:
+def test_long_values_are_cut() -> None:
     with pytest.raises(InputError) as caught:
-        parse_study(finger(**sample), SOURCE)
-    assert str(caught.value).startswith(f"studies/x.yaml: {message}")
+        parse_study(finger(ranges={HEIGHT: [{"count": 500 * "9"}, "7 mm"]}), SOURCE)
+    assert f"sample.ranges.{HEIGHT}: got {{'count': '{69 * '9'}..., needs numbers or quantities" in str(caught.value)
 
 
 def test_an_end_that_makes_another_value_wrong_says_which() -> None:
@@ -204,3 +155,63 @@ def test_every_choice_is_drawn() -> None:
         samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
         counts = {sample["word"] for sample in samples}
         assert counts == set("abcd"), method
+
+
+REPEATS = {"count": 3, "scatter": {"contact.friction_coefficient": 0.02, "programme.0.press.depth": "0.01 mm"}}
+
+
+def test_every_run_is_repeated_with_the_same_draws() -> None:
+    runs = expand(parse_study(block_values() | {"repeats": REPEATS}, Path("x.yaml")), Path("x.yaml"))
+    assert [run.name for run in runs[:2]] == [f"friction_coefficient-0.2_repeat-{number}" for number in (1, 2)]
+    assert len(runs) == 9
+    off = np.array([run.sampled["contact.friction_coefficient"] for run in runs]) - np.repeat(FRICTIONS, 3)
+    assert off.reshape(3, 3) == pytest.approx(np.tile(off[:3], (3, 1)), abs=1e-6)
+    assert len(set(off[:3])) == 3
+    assert runs[0].study.contact.friction_coefficient == runs[0].sampled["contact.friction_coefficient"]
+
+
+def test_draws_have_the_standard_deviation_and_follow_from_the_seed() -> None:
+    settings = RepeatSettings(count=400, scatter={"a": "0.1 mm"})
+    drawn = [scatter_values(settings, number, {"a": "1.5 mm"})["a"] for number in range(1, 401)]
+    values = np.array([float(text.removesuffix(" m")) for text in drawn])
+    assert values.mean() == pytest.approx(1.5e-3, abs=2e-5)
+    assert values.std() == pytest.approx(1e-4, rel=0.1)
+    other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
+    assert scatter_values(settings, 1, {"a": "1 mm"}) == scatter_values(settings, 1, {"a": "1 mm"})
+    assert scatter_values(settings, 1, {"a": "1 mm"}) != scatter_values(other, 1, {"a": "1 mm"})
+
+
+@pytest.mark.parametrize(
+    ("scatter", "said"),
+    [
+        ({"contact.x": 0.1}, r"x\.yaml: repeats\.scatter\.contact\.x: is not known"),
+        ({"title": 0.1}, r"leads to 'Block on a plate"),
+        ({"time.step": "1 mm"}, r"needs a unit of \[s\]"),
+        ({"time.step": "0 ms"}, r"needs a standard deviation above 0"),
+    ],
+)
+def test_wrong_scatter_is_refused(scatter: dict[str, object], said: str) -> None:
+    values = block_values() | {"repeats": {"count": 2, "scatter": scatter}}
+    with pytest.raises(InputError, match=said):
+        plan_mapping(values, Path("x.yaml"), Path("results"))
+
+
+def test_impossible_draws_are_refused_alone() -> None:
+    values = block_values() | {"repeats": {"count": 20, "scatter": {"contact.friction_coefficient": 0.2}}, "sweep": {}}
+    values["contact"]["friction_coefficient"] = 0.1
+    expansion = expand_mapping(values, Path("x.yaml"))
+    assert expansion.refused
+    assert expansion.runs
+    assert all(one.sampled["contact.friction_coefficient"] < 0.0 for one in expansion.refused)
+
+
+def test_repeats_and_samples_do_not_go_together(write_study: Callable[..., Path]) -> None:
+    sample = {"count": 2, "ranges": {"time.step": ["1 ms", "2 ms"]}}
+    with pytest.raises(InputError, match=r"repeats: is given with sample"):
+        parse_study(block_values() | {"repeats": REPEATS, "sample": sample}, Path("x.yaml"))
+
+
+@pytest.mark.parametrize("scatter", [{}, {"contact.friction_coefficient": math.inf}, {"depth": "nan mm"}])
+def test_repeats_that_do_not_differ_or_cannot_be_drawn_are_refused(scatter: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match="scatter"):
+        RepeatSettings(count=2, scatter=scatter)
