@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -332,24 +333,37 @@ class Definition:
 
     def __init__(self, mapping: Mapping[str, Any], source: Path) -> None:
         self.source = source
-        mapping = _with_marks(mapping)
+        self._mapping = _with_marks(mapping)
         self._studies: dict[str, tuple[Study | None, list[InputError]]] = {}
-        study, mistakes = _read(mapping)
-        fields = plain_fields(Study, valid_fields(Study, mapping))
-        self._plain = {**mapping, **fields, **{key: mapping[key] for key in ("sweep", "sample") if key in mapping}}
-        paths = _paths_of(fields)
+        study, mistakes = _read(self._mapping)
         if mapping.get("sweep"):
-            mistakes += swept_mistakes(self._plain, mistakes, paths, lambda changes: self._read_with(changes)[1])
+            mistakes += swept_mistakes(
+                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
+            )
         if isinstance(mapping.get("sample"), Mapping):
-            mistakes += sample_mistakes(self._plain, mistakes, paths, lambda changes: self._read_with(changes)[1])
-        self.study = self._checked(study, mistakes, mapping)
+            mistakes += sample_mistakes(
+                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
+            )
+        self.study = self._checked(study, mistakes, self._mapping)
 
     def with_values(self, changes: Mapping[str, Any]) -> Study:
         """Return the study with other values by dotted path, without a sweep, samples and repeats."""
-        study, mistakes = self._read_with(changes)
+        if not changes and not (self.study.sweep or self.study.sample or self.study.repeats):
+            return self.study
+        study, mistakes = self._read(changes)
         return self._checked(study, mistakes, self._plain)
 
-    def _read_with(self, changes: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
+    @functools.cached_property
+    def _plain(self) -> dict[str, Any]:
+        """The study as plain data, with all defaults where its fields are right."""
+        fields = plain_fields(Study, valid_fields(Study, self._mapping))
+        as_written = {key: self._mapping[key] for key in ("sweep", "sample") if key in self._mapping}
+        return {**self._mapping, **fields, **as_written}
+
+    def _mistakes_with(self, changes: Mapping[str, Any]) -> list[InputError]:
+        return self._read(changes)[1]
+
+    def _read(self, changes: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
         key = repr(changes)
         if key not in self._studies:
             self._studies[key] = _read(_with_marks(with_values(self._plain, changes)))
@@ -400,11 +414,7 @@ def _read(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
 
 def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
     """Return the dotted paths that a sweep may name, by the field of the study that they begin with."""
-    return _paths_of(plain_fields(Study, valid_fields(Study, mapping)))
-
-
-def _paths_of(sections: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
-    sections = dict(sections)
+    sections = plain_fields(Study, valid_fields(Study, _with_marks(mapping)))
     for kind, presets in SPECIMENS.items():
         if sections.get(kind) is not None:
             specimen = {"preset": "", **as_mapping(presets.changed(sections[kind]))}

@@ -22,7 +22,7 @@ from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.opened import open_study
 from fingerslip.study.storage.reporting import read_results, read_stored_run, study_tables
 from fingerslip.study.storage.summary import read_manifest
-from fingerslip.study.storage.values import Specified, read_run_values, value_rows
+from fingerslip.study.storage.values import read_run_values, value_rows
 from fingerslip.tables.table import Cell, Column, Measured, Table
 
 __all__ = [
@@ -99,10 +99,8 @@ def _preset_table(name: str, header: Mapping[str, str], values: Sequence[PresetV
 
 def _study_table(path: Path) -> Table:
     expansion = read_runs(path)
-    runs = [Specified(run.study, run.specimen) for run in expansion.runs]
-    values = sorted(
-        value_rows(runs, expansion.given), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED)
-    )
+    shown_values = value_rows(expansion.runs, expansion.given)
+    values = sorted(shown_values, key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
     rows = tuple((value.path, value.value, value.source, value.note) for value in values)
     return Table(f"{path}: {expansion.study.title}", COLUMNS, rows, "The assumed values come first.")
 

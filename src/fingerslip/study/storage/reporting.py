@@ -20,7 +20,6 @@ from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
 from fingerslip.slip.windows import slide_window
 from fingerslip.storage.files import digest, new_folder, read_json, write_bytes
-from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.storage.store import read_run
 from fingerslip.study.storage.summary import (
     MANIFEST,
@@ -135,43 +134,37 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
     from fingerslip.report.page.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.notes import notes_html
+    from fingerslip.report.page.samples import representatives
+    from fingerslip.study.running.build import build_mesh
 
     manifest = read_manifest(study.folder)
     convergences = read_convergences(study.folder, identities(manifest))
-    specified = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
-    first = [] if study.ranges else _first_of_meshes(study)
-    # The models of all meshes are shown, of other runs no more than the first.
-    meshed = [name for name in first if name not in pictures or pictures[name].model is None]
+    runs = {run.name: read_run_values(study.folder / run.name / RUN) for run in study.runs}
+    # The models of all meshes are shown, of other runs no more than the first; of samples none.
+    first = {run.mesh_hash: run.name for run in reversed(study.runs) if not study.ranges}.values()
+    meshed = [name for name in runs if name in first and (name not in pictures or pictures[name].model is None)]
     drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
     histories = {name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))}
     starts = slide_starts(study)
+    # Of samples those are seen in motion that stand for others.
+    typical = [sample.run.name for sample in representatives(study, starts)] if study.ranges else []
     return ReportContent(
         study=study,
         histories=histories,
-        meshes={name: _mesh(study, name) for name in meshed},
+        meshes={name: build_mesh(runs[name]) for name in meshed},
         pictures={
             name: picture if name in first else dataclasses.replace(picture, model=None)
             for name, picture in pictures.items()
         },
         references=tuple(published_set(name) for name in study.compare),
-        values=value_rows(specified, manifest.get("given") or None),
+        values=value_rows(list(runs.values()), manifest.get("given") or None),
         provenance=provenance_of(study.folder, manifest),
         convergences={name: convergence.quantities for name, convergence in convergences.items()},
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
         starts=starts,
         notes=notes_html(study.folder),
-        representatives=_representatives(study, starts),
+        representatives={name: read_history(study.folder / name / HISTORY) for name in typical},
     )
-
-
-def _representatives(study: StudyResult, starts: Mapping[str, float]) -> dict[str, xr.Dataset]:
-    """Return the histories of samples that are seen in motion."""
-    if not study.ranges:
-        return {}
-    from fingerslip.report.page.samples import representatives
-
-    names = [representative.run.name for representative in representatives(study, starts)]
-    return {name: read_history(study.folder / name / HISTORY) for name in names}
 
 
 def slide_starts(study: StudyResult) -> dict[str, float]:
@@ -195,22 +188,6 @@ def provenance_of(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
         **manifest.get("versions", {}),
     }
     return {name: str(value) for name, value in words.items() if value}
-
-
-def _first_of_meshes(study: StudyResult) -> list[str]:
-    """Return the names of the first runs with each mesh."""
-    first: dict[str, str] = {}
-    for run in study.runs:
-        first.setdefault(run.mesh_hash, run.name)
-    return list(first.values())
-
-
-def _mesh(study: StudyResult, name: str) -> Any:
-    """Build the mesh of a run again; it is not stored."""
-    from fingerslip.study.running.build import build_mesh
-
-    source = study.folder / name / RUN
-    return build_mesh(read_runs(source).runs[0])
 
 
 def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
