@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from fingerslip.contact.counterfaces import BuiltInCounterface
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import AnyMaterial
-from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import InspectedMesh
 from fingerslip.model.model import Model, Recording
 from fingerslip.model.programme import phase_travel
 from fingerslip.parameters import kinds_of
 from fingerslip.parameters.dotted import join_path
-from fingerslip.sites import Site
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.spec import Study
@@ -32,22 +28,12 @@ __all__ = ["build_mesh", "build_model", "inspect_mesh", "locate_error", "mesh_ke
 _LARGE_BODY = 1.0
 _LARGEST_RATIO = 1000.0
 
+# Fields that a model has as its study has them.
+_AS_IN_THE_STUDY = (
+    *("support_motions", "tractions", "bodies", "programme", "damping", "integration", "kinematics"),
+    *("gravity", "initial_velocity"),
+)
 _CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
-
-
-@dataclass(frozen=True)
-class _NoSpecimen:
-    """What a study without a specimen takes from one: nothing, as it has to give all values itself."""
-
-    materials: Mapping[str, AnyMaterial] = field(default_factory=dict)
-    formulation: Formulation = "plane_strain"
-    depth: float = 1.0
-
-    def supports(self, _dim: int, /) -> Mapping[str, tuple[str, ...]]:
-        return {}
-
-    def sites(self, _groups: Sequence[str], _dim: int, /) -> tuple[Site, ...]:
-        return ()
 
 
 def build_mesh(run: Run) -> Any:
@@ -93,31 +79,22 @@ def _name_errors(run: Run) -> Iterator[None]:
 
 
 def _model(run: Run, mesh: Any) -> Model:
-    study, specimen = run.study, run.specimen or _NoSpecimen()
-    formulation = study.formulation or ("solid" if mesh.dim() == 3 else specimen.formulation)
+    study, specimen = run.study, run.specimen
+    formulation = study.formulation or ("solid" if mesh.dim() == 3 or specimen is None else specimen.formulation)
     dim = 3 if formulation == "solid" else int(mesh.dim())
-    supports: Mapping[str, Any] = study.supports or specimen.supports(dim)
+    supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})
+    sites = specimen.sites(study.record.all_groups, dim) if specimen else ()
     return Model(
         mesh=mesh,
-        materials={**specimen.materials, **study.all_materials},
+        materials={**(specimen.materials if specimen else {}), **study.all_materials},
         formulation=formulation,
-        depth=study.depth or (1.0 if formulation == "solid" else specimen.depth),
+        depth=study.depth or (1.0 if formulation == "solid" or specimen is None else specimen.depth),
         supports=supports,
-        support_motions=dict(study.support_motions),
-        tractions=dict(study.tractions),
-        contacts=tuple(settings.contact(dim) for settings in study.all_contacts),
-        bodies=dict(study.bodies),
-        programme=study.programme,
+        contacts=tuple(contact.contact(dim) for contact in study.all_contacts),
         time=study.time.stepping,
-        damping=study.damping,
-        integration=study.integration,
-        kinematics=study.kinematics,
-        record=Recording(
-            (*specimen.sites(study.record.all_groups, dim), *study.record.sites), study.record.snapshots_every
-        ),
+        record=Recording((*sites, *study.record.sites), study.record.snapshots_every),
         basis=study.dynamics.reduced,
-        gravity=study.gravity,
-        initial_velocity=study.initial_velocity,
+        **{name: getattr(study, name) for name in _AS_IN_THE_STUDY},
     )
 
 
