@@ -17,7 +17,7 @@ import make_details
 import make_figures
 import shrink
 
-from fingerslip.study.convergence.converge import converge
+from fingerslip.study.convergence import converge
 from fingerslip.study.running.runner import run_studies
 from fingerslip.validation import rows_mapping, rows_markdown, validate
 

@@ -27,6 +27,7 @@ __all__ = [
     "metres",
     "millimetres",
     "parse_quantity",
+    "quantity_of",
     "si_number",
     "si_quantity",
     "split_quantity",
@@ -222,6 +223,19 @@ def si_quantity(text: str) -> tuple[float, str] | None:
         return None
     si = next((unit for unit in _OF_MECHANICS if _factor(split[1], unit) is not None), None)
     return None if si is None else (parse_quantity(text, si), si)
+
+
+def quantity_of(value: object) -> tuple[float, str] | None:
+    """Return the number [SI] and the SI unit of a number or of text with a unit; None for anything else.
+
+    Examples
+    --------
+    >>> quantity_of(0.6), quantity_of("3 mm/s"), quantity_of(True)
+    ((0.6, ''), (0.003, 'm/s'), None)
+    """
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), ""
+    return si_quantity(value) if isinstance(value, str) else None
 
 
 def with_unit(value: float, unit: str) -> Any:

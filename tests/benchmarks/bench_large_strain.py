@@ -20,8 +20,8 @@ from pathlib import Path
 from rows import options_of, reference, write
 
 import fingerslip as fs
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model
 
 ROOT = Path(__file__).parents[2]

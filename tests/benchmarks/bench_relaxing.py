@@ -17,8 +17,8 @@ import time
 from pathlib import Path
 
 import fingerslip as fs
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "viscoelastic_3d.yaml"

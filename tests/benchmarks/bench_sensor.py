@@ -26,9 +26,9 @@ from fingerslip.dynamics.statics.march import march_static
 from fingerslip.linear.threads import limited_threads
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.definition.runs import Run, expand
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import Run, expand
-from fingerslip.study.running.build import build_mesh, build_model, contact_of
+from fingerslip.study.running.build import build_mesh, build_model
 
 STUDIES = Path(__file__).parents[2] / "studies"
 #: Sizes at the contact, in the gel and at rods [mm].
@@ -80,7 +80,7 @@ def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
     study = run.study
     press, hold, along = (entry.phase for entry in study.programme)
     programme = (dataclasses.replace(press, depth=depth), hold, along)
-    contact = contact_of(study.all_contacts[0], 3)
+    contact = study.all_contacts[0].contact(3)
     motion, seconds = timed(lambda: march_static(body, contact, programme, study.time.stepping.step))
     start = int(np.searchsorted(motion.time, depth / press.speed + hold.duration - 1e-9))
     elapsed = motion.time[start:] - motion.time[start]

@@ -15,8 +15,8 @@ from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.mesh.source import MeshFile
 from fingerslip.results import SAMPLE
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from places import ROOT
 from problems.matrices import EXACT

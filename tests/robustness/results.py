@@ -27,9 +27,9 @@ from fingerslip.report.scene.scene import check_options
 from fingerslip.results import HISTORY, RESULT, RUN, read_result
 from fingerslip.snapshot import read_snapshot
 from fingerslip.storage.files import file_digest, read_json, write_json, write_text
-from fingerslip.study.convergence import converge as refining
+from fingerslip.study import convergence as refining
 from fingerslip.study.inspection.show import diff_runs, show
-from fingerslip.study.inspection.view import _stored_history
+from fingerslip.study.inspection.views import _stored_history
 from fingerslip.study.running import runner
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.store import read_run

@@ -13,7 +13,7 @@ from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.simulation import simulate
 from fingerslip.dynamics.system.checks import check_model
 from fingerslip.mesh.io import write_mesh
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.inspection.show import show
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.study.running.plan import plan_study

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from fingerslip.errors import InputError
-from fingerslip.parameters.definition import Duration, PositiveDuration, Rate, parameters
+from fingerslip.parameters import Duration, PositiveDuration, Rate, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import RECEPTOR_KINDS
 

@@ -38,7 +38,7 @@ def converge(
 
     Orders, limits and uncertainties are shown and written; tables and reports of the studies then carry them.
     """
-    from fingerslip.study.convergence import converge as refinement
+    from fingerslip.study import convergence as refinement
 
     tables: list[Table] = []
     for study in studies:

@@ -40,7 +40,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")] = None,
 ) -> None:
     """Write one figure of results for a paper or for slides, or a film (--kind film) as MP4."""
-    from fingerslip.study.inspection.figure import FigureChoice, film_size, kinds_text, write_figure
+    from fingerslip.study.inspection.views import FigureChoice, film_size, kinds_text, write_figure
 
     if kind == "list":
         typer.echo(kinds_text())

@@ -26,7 +26,7 @@ def report(
     Nothing is computed. Notes in notes.md and figures in notes/ beside the results become part of the report.
     """
     if other is not None:
-        from fingerslip.study.storage.comparing import compare_studies
+        from fingerslip.study.storage.reporting import compare_studies
 
         typer.echo(str(compare_studies(folder, other, output)))
         return

@@ -82,7 +82,7 @@ def fields(incomplete: str) -> list[str]:
 
 def figure_kinds(incomplete: str) -> list[str]:
     """Return kinds of figures whose names begin so."""
-    from fingerslip.study.inspection.figure import kinds_text
+    from fingerslip.study.inspection.views import kinds_text
 
     return _beginning((line.partition(":")[0] for line in kinds_text().splitlines()), incomplete)
 

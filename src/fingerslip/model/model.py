@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import pydantic
 
-from fingerslip.contact.counterfaces import Counterface, Plane
-from fingerslip.contact.friction import Coulomb, FrictionLaw
+from fingerslip.contact.counterfaces import BuiltInCounterface, Counterface, Plane
+from fingerslip.contact.friction import BuiltInLaw, Coulomb, FrictionLaw
 from fingerslip.errors import InputError
 from fingerslip.fe.finite.thickness import check_thickness
 from fingerslip.fe.integration import Integration
@@ -18,7 +18,7 @@ from fingerslip.materials.choice import AnyMaterial, conforming_law
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation
-from fingerslip.model.programme import CONSTANT, Phase, Ramp, phase_duration
+from fingerslip.model.programme import CONSTANT, Phase, ProgrammeEntry, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.model.timing import Adaptive, NumericalDamping, QuasiStatic, TimeStepping, Timing, Tolerance
 from fingerslip.parameters import (
@@ -30,6 +30,7 @@ from fingerslip.parameters import (
     SignedLength,
     SignedPressure,
     Stiffness,
+    one_of,
     parameters,
 )
 from fingerslip.parameters.schema import conforms, describe
@@ -37,8 +38,11 @@ from fingerslip.sites import Site
 
 __all__ = [
     "Adaptive",
+    "AnyTraction",
     "Contact",
+    "CounterfaceChoice",
     "Drive",
+    "FrictionChoice",
     "Kinematics",
     "Model",
     "NumericalDamping",
@@ -57,8 +61,27 @@ Component = Literal["x", "y", "z"]
 #: Strains and rotations as small, or as large as they are.
 Kinematics = Literal["small", "finite"]
 
-_A_COUNTERFACE = pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere"))
-_A_LAW = pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)"))
+#: A counterface and a friction law as parameters; study files write ``cylinder: {...}``, ``static_kinetic: {...}``.
+CounterfaceChoice = Annotated[
+    Counterface,
+    pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere")),
+    one_of(
+        BuiltInCounterface,
+        "counterface",
+        "CounterfaceChoice",
+        "A counterface, under the key that names its shape; exactly one is given.",
+    ),
+]
+FrictionChoice = Annotated[
+    FrictionLaw,
+    pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)")),
+    one_of(
+        BuiltInLaw,
+        "law",
+        "FrictionChoice",
+        "A friction law, under the key that names its kind; exactly one is given.",
+    ),
+]
 
 
 @parameters
@@ -75,6 +98,17 @@ class Traction:
 
     value: tuple[SignedPressure, ...]
     ramp: Ramp
+
+
+def _traction_kind(value: object) -> str:
+    return "Traction" if isinstance(value, Mapping | Traction) else "Components"
+
+
+#: A dead load per area, constant or over time.
+AnyTraction = Annotated[
+    Annotated[Traction, pydantic.Tag("Traction")] | Annotated[tuple[SignedPressure, ...], pydantic.Tag("Components")],
+    pydantic.Discriminator(_traction_kind),
+]
 
 
 @parameters
@@ -155,12 +189,12 @@ class Contact:
     """
 
     boundary: str
-    counterface: Annotated[Counterface, _A_COUNTERFACE] = Plane()
-    friction: Annotated[FrictionLaw, _A_LAW] = Coulomb(0.0)
+    counterface: CounterfaceChoice = Plane()
+    friction: FrictionChoice = Coulomb(0.0)
     normal_penalty: Stiffness | None = None
     tangential_penalty: Stiffness | None = None
     search_distance: PositiveLength | None = None
-    programme: tuple[Phase, ...] | None = None
+    programme: tuple[ProgrammeEntry, ...] | None = None
     drive: Drive | None = None
     rigid_body: str | None = None
     clearance: NonNegativeLength = 0.0
@@ -272,10 +306,10 @@ class Model:
     depth: PositiveLength = 1.0
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
     support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
-    tractions: Mapping[str, tuple[float, ...] | Traction] = pydantic.Field(default_factory=dict)
+    tractions: Mapping[str, AnyTraction] = pydantic.Field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
     bodies: Mapping[str, RigidBody] = pydantic.Field(default_factory=dict)
-    programme: tuple[Phase, ...] = ()
+    programme: tuple[ProgrammeEntry, ...] = ()
     damping: RayleighDamping = RayleighDamping()
     integration: Integration = "selective"
     record: Recording = Recording()

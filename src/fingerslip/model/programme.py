@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import Duration, PositiveDuration, PositiveLength, SignedLength, Speed, parameters
+from fingerslip.parameters import Duration, PositiveDuration, PositiveLength, SignedLength, Speed, one_of, parameters
 
 __all__ = [
     "CONSTANT",
@@ -15,6 +16,7 @@ __all__ = [
     "Lift",
     "Phase",
     "Press",
+    "ProgrammeEntry",
     "Ramp",
     "Slide",
     "phase_duration",
@@ -122,6 +124,9 @@ class Slide:
 
 
 Phase = Press | Hold | Slide | Lift
+_WORDS = "One phase of the programme, under the key that names its kind; exactly one is given."
+#: A phase as a parameter; study files write ``press: {...}``.
+ProgrammeEntry = Annotated[Phase, one_of(Phase, "phase", "ProgrammeEntry", _WORDS)]
 
 
 def phase_travel(phase: Phase) -> float:

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 import pydantic
 
 from fingerslip.errors import InputError
-from fingerslip.model.programme import CONSTANT, Phase, Ramp
+from fingerslip.model.programme import CONSTANT, ProgrammeEntry, Ramp
 from fingerslip.parameters import Force, Mass, SignedLength, SignedSpeed, parameters
 from fingerslip.units import Unit
 
@@ -24,7 +24,6 @@ __all__ = [
     "Dampers",
     "Direction",
     "RigidBody",
-    "RigidBodyBase",
     "Springs",
     "directions_in",
 ]
@@ -127,48 +126,7 @@ class BodyLoad:
 
 
 @parameters
-class RigidBodyBase:
-    """All of a rigid body but its prescribed motion; see :class:`RigidBody`."""
-
-    mass: Mass
-    free: tuple[Direction, ...] = ()
-    centre: tuple[SignedLength, ...] | None = None
-    inertia: tuple[_Inertia, ...] = ()
-    filling: Ramp = CONSTANT
-    loads: tuple[BodyLoad, ...] = ()
-    springs: Springs | None = None
-    dampers: Dampers | None = None
-    initial_velocity: BodyVelocity | None = None
-
-    def __post_init__(self) -> None:
-        if len(set(self.free)) < len(self.free):
-            raise InputError("free", f"got {', '.join(self.free)}", "needs each direction once")
-        turning = [direction for direction in self.free if direction in DIRECTIONS[3:]]
-        for name in ("centre", "inertia") if turning else ():
-            if not getattr(self, name):
-                raise InputError(name, "is missing", f"a body that is free about an axis ({turning[0]}) needs it")
-        if min(self.filling.factors) < 0.0:
-            raise InputError("filling", f"got {min(self.filling.factors):g}", "needs shares of the mass, 0 or more")
-        for number, load in enumerate(self.loads):
-            _check_free(f"loads.{number}", load, self.free)
-        for name in ("springs", "dampers", "initial_velocity"):
-            _check_free(name, getattr(self, name), self.free)
-
-    def stiffness(self, direction: Direction) -> float:
-        """Return the stiffness of the spring in a direction [N/m] or [N m]."""
-        return _value(self.springs, direction)
-
-    def damping(self, direction: Direction) -> float:
-        """Return the coefficient of the damper in a direction [N s/m] or [N m s]."""
-        return _value(self.dampers, direction)
-
-    def velocity(self, direction: Direction) -> float:
-        """Return the velocity at the start in a direction [m/s] or [rad/s]."""
-        return _value(self.initial_velocity, direction)
-
-
-@parameters
-class RigidBody(RigidBodyBase):
+class RigidBody:
     """A rigid body that carries counterfaces, such as an object between two fingers.
 
     Parameters
@@ -201,7 +159,42 @@ class RigidBody(RigidBodyBase):
         on it.
     """
 
-    programme: tuple[Phase, ...] = ()
+    mass: Mass
+    free: tuple[Direction, ...] = ()
+    centre: tuple[SignedLength, ...] | None = None
+    inertia: tuple[_Inertia, ...] = ()
+    filling: Ramp = CONSTANT
+    loads: tuple[BodyLoad, ...] = ()
+    springs: Springs | None = None
+    dampers: Dampers | None = None
+    initial_velocity: BodyVelocity | None = None
+    programme: tuple[ProgrammeEntry, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(set(self.free)) < len(self.free):
+            raise InputError("free", f"got {', '.join(self.free)}", "needs each direction once")
+        turning = [direction for direction in self.free if direction in DIRECTIONS[3:]]
+        for name in ("centre", "inertia") if turning else ():
+            if not getattr(self, name):
+                raise InputError(name, "is missing", f"a body that is free about an axis ({turning[0]}) needs it")
+        if min(self.filling.factors) < 0.0:
+            raise InputError("filling", f"got {min(self.filling.factors):g}", "needs shares of the mass, 0 or more")
+        for number, load in enumerate(self.loads):
+            _check_free(f"loads.{number}", load, self.free)
+        for name in ("springs", "dampers", "initial_velocity"):
+            _check_free(name, getattr(self, name), self.free)
+
+    def stiffness(self, direction: Direction) -> float:
+        """Return the stiffness of the spring in a direction [N/m] or [N m]."""
+        return _value(self.springs, direction)
+
+    def damping(self, direction: Direction) -> float:
+        """Return the coefficient of the damper in a direction [N s/m] or [N m s]."""
+        return _value(self.dampers, direction)
+
+    def velocity(self, direction: Direction) -> float:
+        """Return the velocity at the start in a direction [m/s] or [rad/s]."""
+        return _value(self.initial_velocity, direction)
 
 
 def directions_in(dim: int) -> tuple[Direction, ...]:

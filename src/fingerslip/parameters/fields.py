@@ -1,4 +1,4 @@
-"""What the annotations of parameter sets say: the unit of a field, and what stands at the location of a mistake."""
+"""What the annotations of parameter sets say: units, choices among kinds, and what stands where a mistake is."""
 
 from __future__ import annotations
 
@@ -6,13 +6,54 @@ import dataclasses
 import functools
 import types
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import pydantic
+from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from fingerslip.units import Unit
 
-__all__ = ["Location", "locate", "type_hints", "unit_of"]
+__all__ = ["Choice", "Location", "choice_of", "locate", "type_hints", "unit_of"]
+
+T = TypeVar("T")
+
+_IN_FILE, _AS_OBJECT = "under its key", "as an object"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Choice:
+    """Mark of a field that holds one of several kinds; files write it under the key that names its kind."""
+
+    form: type[Any]  # the parameter set that files write: an optional field for each kind, of which one is given
+    kinds: Mapping[str, type]  # the kinds by their keys
+
+    def key_of(self, value: object) -> str:
+        """Return the key of a value."""
+        return next(key for key, kind in self.kinds.items() if type(value) is kind)
+
+    def under_key(self, value: object, plain: Any) -> dict[str, Any]:
+        """Return a value as plain data under its key, beside the keys of the other kinds without any."""
+        return dict.fromkeys(self.kinds) | {self.key_of(value): plain}
+
+    def __get_pydantic_core_schema__(self, source: object, handler: pydantic.GetCoreSchemaHandler) -> CoreSchema:
+        def require_mapping(value: object, info: core_schema.ValidationInfo) -> object:
+            if info.context and not isinstance(value, (Mapping, *self.kinds.values())):
+                raise PydanticKnownError("dataclass_type", {"class_name": self.form.__name__})
+            return value
+
+        def member(form: object) -> object:
+            return next(value for key in self.kinds if (value := getattr(form, key)) is not None)
+
+        form = core_schema.no_info_after_validator_function(member, handler.generate_schema(self.form))
+        either = core_schema.tagged_union_schema(
+            {_IN_FILE: form, _AS_OBJECT: handler(source)},
+            lambda value: _IN_FILE if isinstance(value, Mapping) else _AS_OBJECT,
+        )
+        return core_schema.with_info_before_validator_function(require_mapping, either)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: pydantic.GetJsonSchemaHandler) -> Any:
+        either: Any = schema
+        return handler(either["schema"]["choices"][_IN_FILE])
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,7 +73,12 @@ def type_hints(cls: type) -> dict[str, Any]:
 
 def unit_of(cls: type, name: str) -> Unit | None:
     """Return the unit mark of field `name` of `cls`, None where it has none."""
-    return next(_units_in(type_hints(cls).get(name)), None)
+    return next(_marks_in(type_hints(cls).get(name), Unit), None)
+
+
+def choice_of(cls: type, name: str) -> Choice | None:
+    """Return the choice among kinds of field `name` of `cls`, None where it has none."""
+    return next(_marks_in(type_hints(cls).get(name), Choice), None)
 
 
 def locate(cls: type, location: Sequence[int | str]) -> Location:
@@ -45,13 +91,17 @@ def locate(cls: type, location: Sequence[int | str]) -> Location:
     owner: type | None = None
     path: list[str] = []
     for part in _without_key_mark(location):
-        hint, _ = _plain(hint)
+        hint, marks = _plain(hint)
+        choice = next((mark for mark in marks if isinstance(mark, Choice)), None)
+        if choice and part in {_IN_FILE, _AS_OBJECT}:
+            hint = choice.form if part == _IN_FILE else hint
+            continue
         if _members(hint):
             hint = _member(hint, part)
             continue
         owner, name, hint = _inside(hint, part)
         path.append(name)
-    return Location(tuple(path), owner, next(_units_in(hint), None))
+    return Location(tuple(path), owner, next(_marks_in(hint, Unit), None))
 
 
 def _without_key_mark(location: Sequence[int | str]) -> Sequence[int | str]:
@@ -116,9 +166,9 @@ def _name_of(member: Any) -> str:
     return next(tags, getattr(plain, "__name__", ""))
 
 
-def _units_in(hint: object) -> Iterator[Unit]:
+def _marks_in(hint: object, kind: type[T]) -> Iterator[T]:
     for mark in getattr(hint, "__metadata__", ()):
-        if isinstance(mark, Unit):
+        if isinstance(mark, kind):
             yield mark
     for argument in get_args(hint):
-        yield from _units_in(argument)
+        yield from _marks_in(argument, kind)

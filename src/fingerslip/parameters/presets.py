@@ -15,7 +15,7 @@ from importlib.resources.abc import Traversable
 from typing import Any, Generic, TypeVar
 
 from fingerslip.errors import InputError
-from fingerslip.parameters.definition import from_mapping
+from fingerslip.parameters import from_mapping
 from fingerslip.parameters.dotted import join_path
 from fingerslip.parameters.yaml_text import parse_document
 

@@ -13,7 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from fingerslip.errors import InputError
-from fingerslip.parameters.definition import plain_fields
+from fingerslip.parameters import plain_fields
 
 __all__ = [
     "conforms",

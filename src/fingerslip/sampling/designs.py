@@ -22,7 +22,7 @@ from fingerslip.errors import InputError, shorten
 from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
 from fingerslip.slip import measures
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
-from fingerslip.units import si_quantity
+from fingerslip.units import quantity_of
 
 __all__ = [
     "LEVELS",
@@ -146,7 +146,7 @@ class Input:
             if value not in self.choices:
                 raise InputError(self.path, f"got {shorten(repr(value))}", f"needs one of {self._show()}")
             return tuple(float(value == choice) for choice in self.choices)
-        number = _number(value)
+        number = quantity_of(value)
         if number is None or number[1] != self.unit or not self.low <= number[0] <= self.high:
             allowed = f"needs {self._show()}, the range of the runs"
             raise InputError(self.path, f"got {shorten(repr(value))}", allowed, "predictions outside are guesses")
@@ -183,7 +183,7 @@ def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
 
 
 def _input(path: str, column: Sequence[Any]) -> Input | None:
-    numbers = [number for value in column if (number := _number(value)) is not None]
+    numbers = [number for value in column if (number := quantity_of(value)) is not None]
     if len(numbers) == len(column) and len({unit for _, unit in numbers}) == 1:
         low, high = min(numbers)[0], max(numbers)[0]
         return Input(path, numbers[0][1], low, high) if low < high else None
@@ -199,12 +199,6 @@ def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
             missing[0], "has no value", f"needs values of {', '.join(variable.path for variable in inputs)}"
         )
     return np.array([column for variable in inputs for column in variable.columns(values[variable.path])])
-
-
-def _number(value: object) -> tuple[float, str] | None:
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value), ""
-    return si_quantity(value) if isinstance(value, str) else None
 
 
 def output_of(run: RunResult, name: str) -> Quantity | None:

@@ -15,9 +15,8 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.tables.runs import runs_frame
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult, unchecked_result
-from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.file import read_mapping
-from fingerslip.study.storage.summary import identities, stored_manifest, stored_study
+from fingerslip.study.storage.summary import identities, read_uncertainties, stored_manifest, stored_study
 
 if TYPE_CHECKING:
     import pandas as pd

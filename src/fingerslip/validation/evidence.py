@@ -11,7 +11,7 @@ from types import MappingProxyType
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.results import HISTORY, RunResult
-from fingerslip.study.convergence.converge import converge, level_folders
+from fingerslip.study.convergence import converge, level_folders
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies

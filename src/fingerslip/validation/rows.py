@@ -27,7 +27,7 @@ from fingerslip.storage.files import digest, read_json, write_json
 from fingerslip.study.definition.file import read_with_base
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
-from fingerslip.study.storage.provenance import versions
+from fingerslip.study.storage.store import versions
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_markdown
 from fingerslip.validation.evidence import VARIANT, solid_measures
 from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS

@@ -45,15 +45,7 @@ def test_quiet_hides_the_progress_and_no_answer(invoke: Callable[..., Any], bloc
 
 
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
-    "missing key": ({"time": {}}, "time.step: is missing, needs a value"),
-    "unknown key": ({"tme": 1}, "tme: is not known, may be one of fingertip, tactip, time, .*did you mean 'time'?"),
     "missing unit": ({"depth": 1}, "depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'"),
-    "wrong unit": ({"depth": "3 kg"}, "depth: got '3 kg', needs a unit of [m]; write for example '3 mm'"),
-    "negative friction": (
-        {"contact": {"friction_coefficient": -0.2, "boundary": "bottom"}},
-        "contact.friction_coefficient: got -0.2, needs a number >= 0",
-    ),
-    "zero step": ({"time": {"step": "0 ms"}}, "time.step: got '0 ms', needs a value > 0"),
     "incompressible": (
         {"materials": {"block": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.5, "density": "1000 kg/m^3"}}},
         "materials.block.poisson_ratio: got 0.5, plane strain with displacement elements needs < 0.5; write 0.4999",
@@ -85,8 +77,7 @@ def test_mistake_gives_one_error_and_nothing_is_written(
     error = [line for line in result.stderr.splitlines() if line]
     assert len(error) == 1
     assert error[0].startswith(f"error: {path}: ")
-    for part in message.split(".*"):
-        assert part in error[0]
+    assert message in error[0]
     assert "Traceback" not in result.output
     assert contents(tmp_path) == before
 

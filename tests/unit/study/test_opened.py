@@ -13,8 +13,8 @@ import fingerslip as fs
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.results import Quantity
 from fingerslip.storage.files import read_json, write_json
-from fingerslip.study.convergence.storage import RunConvergence, write_convergences
 from fingerslip.study.running.runner import run_study
+from fingerslip.study.storage.summary import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
 from unit.study.block import FRICTIONS, block_values
 

@@ -10,9 +10,10 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
+from fingerslip.model.programme import Slide
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand
 from fingerslip.study.inspection.check import check_studies
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
@@ -31,7 +32,7 @@ def test_every_study_ships_with_what_it_shows() -> None:
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
 def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> None:
     runs = expand(read_study(path), path)
-    slides = [entry.slide for run in runs for entry in run.study.programme if entry.slide is not None]
+    slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, Slide)]
     directions = {slide.direction[0] for slide in slides}
     assert len(slides) == len(runs)
     # The direction that the studies had at first is kept beside the published one, in one study.

@@ -1,28 +1,21 @@
-"""Study files as plain data: YAML, the files they are based on, and what chooses among kinds."""
+"""Study files as plain data: YAML, and the files they are based on."""
 
 from __future__ import annotations
 
 import contextlib
 import copy
-import dataclasses
 import functools
-import inspect
-import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any
 
 from fingerslip.errors import InputError, Mistakes, shorten
-from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import known_part
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.parameters.yaml_text import Document, parse_document, to_text
 
 __all__ = [
     "BASE",
-    "choice_of",
-    "chosen",
-    "kinds_of",
     "line_numbers",
     "read_mapping",
     "read_with_base",
@@ -127,59 +120,3 @@ def _merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
         inner = None if key == "sweep" else base.get(key)
         merged[key] = _merge(inner, value) if isinstance(inner, Mapping) and isinstance(value, Mapping) else value
     return merged
-
-
-T = TypeVar("T")
-
-
-def kinds_of(union: Any) -> dict[str, type]:
-    """Return the members of a union of classes by the keys that study files name them by: the names in snake case.
-
-    Examples
-    --------
-    >>> class StaticKinetic: ...
-    >>> list(kinds_of(StaticKinetic | int))
-    ['static_kinetic', 'int']
-    """
-    return {re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower(): kind for kind in get_args(union)}
-
-
-def choice_of(union: Any, what: str) -> Callable[[type[T]], type[T]]:
-    """Return a class decorator that makes a parameter set with one optional field for each member of a union.
-
-    Exactly one of the fields has to be given; :func:`chosen` returns it. The fields are listed in the docstring.
-    """
-    kinds = kinds_of(union)
-
-    def decorate(cls: type[T]) -> type[T]:
-        fields = "\n".join(f"{key} : {kind.__name__}, optional\n    {_summary(kind)}" for key, kind in kinds.items())
-        cls.__doc__ = f"{inspect.getdoc(cls)}\n\nParameters\n----------\n{fields}\n"
-        cls.__annotations__ = {key: kind | None for key, kind in kinds.items()}
-        for key in kinds:
-            setattr(cls, key, None)
-        cls.__post_init__ = lambda self: _check(self, what)  # type: ignore[attr-defined]
-        return parameters(cls)
-
-    return decorate
-
-
-def chosen(choice: object) -> tuple[str, Any]:
-    """Return the one field of a choice that was given: its key and its value."""
-    return next(iter(_given_values(choice).items()))
-
-
-def _given_values(choice: object) -> dict[str, Any]:
-    values = {field.name: getattr(choice, field.name) for field in dataclasses.fields(choice)}  # type: ignore[arg-type]
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def _check(choice: object, what: str) -> None:
-    """Refuse a choice of which not exactly one field is given."""
-    values = _given_values(choice)
-    if len(values) != 1:
-        names = ", ".join(field.name for field in dataclasses.fields(choice))  # type: ignore[arg-type]
-        raise InputError("", f"has {' and '.join(values) or f'no {what}'}", f"needs one of {names}")
-
-
-def _summary(kind: type) -> str:
-    return (inspect.getdoc(kind) or "").partition("\n")[0]

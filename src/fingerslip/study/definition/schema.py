@@ -7,9 +7,8 @@ from typing import Any
 
 from fingerslip.materials.choice import LAWS
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.parameters.presets import Presets, PresetValue
-from fingerslip.parameters.schema import field_words, json_schema
+from fingerslip.parameters.schema import json_schema
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.file import BASE
 from fingerslip.study.definition.spec import Study
@@ -45,9 +44,6 @@ def study_schema() -> _Schema:
     schema["properties"] = {BASE: _BASE} | schema["properties"]
     # A base may have what the study leaves out.
     schema.pop("required", None)
-    for name, words in field_words(RigidBody).items():
-        # A body of a study file has the values of a rigid body, which that one describes.
-        definitions["BodySettings"]["properties"][name].setdefault("description", words)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 

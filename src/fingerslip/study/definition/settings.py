@@ -9,19 +9,17 @@ from __future__ import annotations
 import dataclasses
 import functools
 import operator
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import pydantic
 
-from fingerslip.contact.counterfaces import BuiltInCounterface, Counterface, Plane
-from fingerslip.contact.friction import BuiltInLaw, Coulomb, FrictionLaw
+from fingerslip.contact.counterfaces import Plane
+from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshFile, MeshSource, choose_source
-from fingerslip.model.model import Drive, ReducedBasis, Traction
-from fingerslip.model.programme import Phase
-from fingerslip.model.rigid_bodies import RigidBody, RigidBodyBase
+from fingerslip.model.model import Contact, CounterfaceChoice, FrictionChoice, Recording, ReducedBasis
 from fingerslip.model.timing import Adaptive, NumericalDamping, QuasiStatic, RecordsPerDecade, TimeStepping, Tolerance
 from fingerslip.parameters import (
     Angle,
@@ -32,89 +30,47 @@ from fingerslip.parameters import (
     PositiveDuration,
     PositiveLength,
     SignedLength,
-    SignedPressure,
-    Stiffness,
     parameters,
 )
-from fingerslip.sites import ReceptorKind, Site
+from fingerslip.sites import ReceptorKind
 from fingerslip.specimens.choice import specimen_mesh_sources
-from fingerslip.study.definition.file import choice_of, chosen
 from fingerslip.units import Unit
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from fingerslip.vision.cameras.camera import Camera
+
 __all__ = [
-    "BodySettings",
     "CameraKind",
     "CameraSettings",
+    "CameraView",
     "ContactSettings",
-    "CounterfaceChoice",
     "DynamicsSettings",
-    "FrictionChoice",
     "MeshSettings",
-    "ProgrammeEntry",
     "RecordSettings",
     "RefinementSettings",
     "TimeSettings",
-    "TractionSettings",
     "TrialSettings",
 ]
 
+T = TypeVar("T")
 
 PositiveNumber = Annotated[Number, pydantic.Field(gt=0)]
 
 _UPWARDS = (0.0, 1.0)
 
 
-@choice_of(Phase, "phase")
-class ProgrammeEntry:
-    """One phase of the programme, under the key that names its kind; exactly one is given."""
-
-    @property
-    def phase(self) -> Phase:
-        """The phase itself."""
-        phase: Phase = chosen(self)[1]
-        return phase
-
-
-@choice_of(BuiltInLaw, "law")
-class FrictionChoice:
-    """A friction law, under the key that names its kind; exactly one is given.
-
-    `friction_coefficient` of the contact is short for ``coulomb``.
-    """
-
-    @property
-    def law(self) -> FrictionLaw:
-        """The law itself."""
-        law: FrictionLaw = chosen(self)[1]
-        return law
-
-
-@choice_of(BuiltInCounterface, "counterface")
-class CounterfaceChoice:
-    """A counterface, under the key that names its shape; exactly one is given."""
-
-    @property
-    def shape(self) -> str:
-        """The key of the counterface."""
-        return chosen(self)[0]
-
-    @property
-    def counterface(self) -> Counterface:
-        """The counterface itself."""
-        counterface: Counterface = chosen(self)[1]
-        return counterface
-
-
 @parameters
-class ContactSettings:
-    """Contact of a boundary with one counterface.
+class ContactSettings(Contact):
+    """A contact in a study file: a plate by its normal, and Coulomb friction by its coefficient, need no more.
 
     Parameters
     ----------
     friction_coefficient : float, optional
         Coulomb friction coefficient [-]; short for ``friction: {coulomb: {coefficient: ...}}``.
-    friction : FrictionChoice, optional
+    friction : FrictionLaw, optional
         Any friction law; one of the two is needed.
     boundary : str
         Boundary of the mesh that may touch the counterface.
@@ -122,36 +78,16 @@ class ContactSettings:
         Normal of the plate, towards the deformable body.
     offset : float, optional
         Start of the plate along its normal [m]; without it the plate starts where it just touches.
-    counterface : CounterfaceChoice, optional
+    counterface : Counterface, optional
         Any counterface instead of the plate with `normal` and `offset`.
-    normal_penalty, tangential_penalty : float, optional
-        Contact stiffness per area [Pa/m].
-    search_distance : float, optional
-        Distance from the counterface within which the boundary may come to touch it [m].
-    programme : tuple of ProgrammeEntry, optional
-        The counterface's own motion; without it that of the study.
-    drive : Drive, optional
-        A force that moves the counterface along its normal, on top of the prescribed motion.
-    rigid_body : str, optional
-        The rigid body that the counterface is a face of, one of `bodies`; it moves with that.
-    clearance : float
-        Gap that is left at the start, along the normal, by a counterface without `offset` or `centre` [m]; the first
-        part of a press closes it.
     """
 
-    friction_coefficient: NonNegativeNumber | None = None
-    friction: FrictionChoice | None = None
     boundary: str = "skin"
+    friction_coefficient: NonNegativeNumber | None = None
+    friction: FrictionChoice | None = None  # type: ignore[assignment]
     normal: tuple[float, ...] = _UPWARDS
     offset: SignedLength | None = None
-    counterface: CounterfaceChoice | None = None
-    normal_penalty: Stiffness | None = None
-    tangential_penalty: Stiffness | None = None
-    search_distance: PositiveLength | None = None
-    programme: tuple[ProgrammeEntry, ...] | None = None
-    drive: Drive | None = None
-    rigid_body: str | None = None
-    clearance: NonNegativeLength = 0.0
+    counterface: CounterfaceChoice | None = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if self.friction_coefficient is None and self.friction is None:
@@ -161,44 +97,33 @@ class ContactSettings:
         if self.counterface is not None and (self.offset is not None or self.normal != _UPWARDS):
             fault = "is given with normal or offset"
             raise InputError("counterface", fault, "needs them inside it", "move them into counterface")
-        if self.counterface is None:
-            _check_plane(self)
-        if self.clearance > 0.0 and _start_is_given(self.rigid_counterface):
+        contact = _without_class("Plane", lambda: self.contact(2))
+        start = (getattr(contact.counterface, name, None) for name in ("offset", "centre"))
+        if self.clearance > 0.0 and any(value is not None for value in start):
             fault, repair = "is given with offset or centre", "leave out one of them"
             raise InputError("clearance", fault, "needs a counterface without a given start", repair)
 
-    @property
-    def law(self) -> FrictionLaw:
-        """The friction law, short form or not."""
-        return self.friction.law if self.friction is not None else Coulomb(self.friction_coefficient or 0.0)
+    def contact(self, dim: int) -> Contact:
+        """Return the contact of a model in 2 or 3 dimensions, short forms written out."""
+        normal = (*self.normal, 0.0) if dim == 3 and len(self.normal) == 2 else self.normal
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(Contact)}
+        long_forms = {
+            "counterface": self.counterface or Plane(normal, self.offset),
+            "friction": self.friction or Coulomb(self.friction_coefficient or 0.0),
+        }
+        return Contact(**(values | long_forms))
 
-    @property
-    def rigid_counterface(self) -> Counterface:
-        """The counterface, short form or not."""
-        return self.counterface.counterface if self.counterface is not None else Plane(self.normal, self.offset)
 
-
-@parameters
-class BodySettings(RigidBodyBase):
-    """A rigid body; its values are those of :class:`~fingerslip.model.rigid_bodies.RigidBody`.
-
-    Parameters
-    ----------
-    programme : tuple of ProgrammeEntry
-        Motion in the directions that are not free.
-    """
-
-    programme: tuple[ProgrammeEntry, ...] = ()
-
-    @property
-    def body(self) -> RigidBody:
-        """The body of the model."""
-        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(RigidBodyBase)}
-        return RigidBody(**values, programme=tuple(entry.phase for entry in self.programme))
+def _without_class(name: str, make: Callable[[], T]) -> T:
+    """Return what is made of settings; its errors name their place in the study file."""
+    try:
+        return make()
+    except InputError as error:
+        raise error.moved(lambda where: where.removeprefix(f"{name}.")) from None
 
 
 @parameters
-class DynamicsSettings:
+class DynamicsSettings(ReducedBasis):
     """In which coordinates motions are computed.
 
     Parameters
@@ -209,13 +134,9 @@ class DynamicsSettings:
     tolerance : float
         Of the reduced basis: largest error of the displacement, estimated during the motion, over the largest
         displacement.
-    acceleration_tolerance : float
-        The same of accelerations, in the root of the mean square over the body.
     """
 
     basis: Literal["full", "reduced", "automatic"] = "automatic"
-    tolerance: Tolerance = ReducedBasis().tolerance
-    acceleration_tolerance: Tolerance = ReducedBasis().acceleration_tolerance
 
     @property
     def reduced(self) -> ReducedBasis | None:
@@ -224,7 +145,7 @@ class DynamicsSettings:
 
 
 @parameters
-class RecordSettings:
+class RecordSettings(Recording):
     """What a run records beside the contact, the forces and the energies.
 
     Parameters
@@ -238,15 +159,11 @@ class RecordSettings:
         Other groups of the specimen's own sites, such as the `internal_markers` of a sensor.
     sites : tuple of Site
         Further sites.
-    snapshots_every : float
-        Time between snapshots of the whole mesh [s]; 0 for none.
     """
 
     receptors: tuple[ReceptorKind, ...] = ()
     reference_nodes: bool = False
     groups: tuple[str, ...] = ()
-    sites: tuple[Site, ...] = ()
-    snapshots_every: Duration = 0.0
 
     @property
     def all_groups(self) -> tuple[str, ...]:
@@ -271,28 +188,6 @@ else:
         functools.reduce(operator.or_, (Annotated[source, pydantic.Tag(source.__name__)] for source in _MESH_SOURCES)),
         pydantic.Discriminator(_mesh_kind),
     ]
-
-
-def _traction_kind(value: object) -> str:
-    return "Traction" if isinstance(value, Mapping | Traction) else "Components"
-
-
-TractionSettings = Annotated[
-    Annotated[Traction, pydantic.Tag("Traction")] | Annotated[tuple[SignedPressure, ...], pydantic.Tag("Components")],
-    pydantic.Discriminator(_traction_kind),
-]
-
-
-def _start_is_given(counterface: Counterface) -> bool:
-    return any(getattr(counterface, name, None) is not None for name in ("offset", "centre"))
-
-
-def _check_plane(settings: ContactSettings) -> None:
-    """Refuse a normal that makes no plane, under its name in the study file."""
-    try:
-        Plane(settings.normal, settings.offset)
-    except InputError as error:
-        raise error.moved(lambda where: where.removeprefix("Plane.")) from None
 
 
 @parameters
@@ -384,7 +279,7 @@ class TimeSettings:
                 raise InputError(name, "is given with a fixed step", "belongs to step: auto", repair)
         if self.step == "auto" and self.output is None:
             raise InputError("output", "is missing", "step: auto needs the time between records", "write output: 5 ms")
-        _check_stepping(self)
+        _without_class("Adaptive", lambda: self.stepping)
 
     @property
     def stepping(self) -> TimeStepping | QuasiStatic | Adaptive:
@@ -400,19 +295,11 @@ class TimeSettings:
         """Return settings whose steps are those of these times a factor; see :meth:`Adaptive.refined`."""
         if self.step != "auto":
             return dataclasses.replace(self, step=factor * self.step)
-        finer = self.stepping
-        assert isinstance(finer, Adaptive)
-        finer = finer.refined(factor)
+        stepping = self.stepping
+        assert isinstance(stepping, Adaptive)
+        finer = stepping.refined(factor)
         changed = {name: getattr(finer, name) for name in ("output", "tolerance", "smallest", "largest")}
         return dataclasses.replace(self, **changed)
-
-
-def _check_stepping(settings: TimeSettings) -> None:
-    """Refuse what makes no time integration, under its name in the study file."""
-    try:
-        assert settings.stepping
-    except InputError as error:
-        raise error.moved(lambda where: where.removeprefix("Adaptive.")) from None
 
 
 #: `internal` looks at the markers inside a sensor, `external` through the plate at those on its skin.
@@ -425,19 +312,46 @@ _Quality = Annotated[int, pydantic.Field(ge=1, le=100)]
 
 
 @parameters
-class CameraSettings:
-    """A camera of a study; no published sensor prints these values, so every default is assumed.
+class CameraView:
+    """What a camera of a sensor sees; no published sensor prints these values, so every default is assumed.
 
     Parameters
     ----------
-    tier : {'pixel', 'point'}
-        Frames, a video and the tracker, or positions with the errors of the tracker at once.
     distance : float
         From the lens to the markers, the lowest ones for the external camera [m].
     view_width : float
         Length that the width of the image shows at the markers [m].
     width, height : int
         Size of the image [px].
+    """
+
+    distance: PositiveLength = 50e-3
+    view_width: PositiveLength = 45e-3
+    width: _Pixels = 640
+    height: _Pixels = 480
+
+    @property
+    def metres_per_pixel(self) -> float:
+        """Length of a pixel at the markers [m]."""
+        return self.view_width / self.width
+
+    def camera(self, kind: str, heights: ArrayLike, **options: Any) -> Camera:
+        """Return the camera, aimed at markers: see :func:`~fingerslip.vision.cameras.camera.aimed_camera`."""
+        # Cameras are slow to load, and a study is also read where nothing is filmed.
+        from fingerslip.vision.cameras.camera import aimed_camera
+
+        size = (self.width, self.height)
+        return aimed_camera(kind, heights, self.distance, self.view_width, size=size, **options)
+
+
+@parameters
+class CameraSettings(CameraView):
+    """A camera of a study; no published sensor prints these values, so every default is assumed.
+
+    Parameters
+    ----------
+    tier : {'pixel', 'point'}
+        Frames, a video and the tracker, or positions with the errors of the tracker at once.
     lens : {'pinhole', 'fisheye'}
         Kind of the lens.
     frame_rate : float
@@ -461,10 +375,6 @@ class CameraSettings:
     """
 
     tier: Literal["pixel", "point"] = "pixel"
-    distance: PositiveLength = 50e-3
-    view_width: PositiveLength = 45e-3
-    width: _Pixels = 640
-    height: _Pixels = 480
     lens: Literal["pinhole", "fisheye"] = "pinhole"
     frame_rate: _FrameRate = 30.0
     exposure: Duration = 10e-3
@@ -482,12 +392,11 @@ class CameraSettings:
             raise InputError("exposure", f"got {1e3 * self.exposure:g} ms", allowed)
 
 
-_Rate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
 _Count = Annotated[int, pydantic.Field(ge=1, le=360)]
 
 
 @parameters
-class TrialSettings:
+class TrialSettings(CameraView):
     """How the runs of a study become trials; ``fingerslip detect simulate`` makes the data set.
 
     Every run of a study with samples is one trial: samples take turns through the directions, so that their number is
@@ -503,12 +412,6 @@ class TrialSettings:
         Time at rest that is filmed before the slide [s]; the last part of the hold.
     frame_rate : float
         Frames a second of both cameras [1/s].
-    distance : float
-        From the lenses to the markers [m].
-    view_width : float
-        Length that the width of both images shows at the markers [m].
-    width, height : int
-        Size of the images [px].
     noise : (float, float)
         Smallest and largest standard deviation of the positions in a trial [px].
     shift : float
@@ -526,11 +429,7 @@ class TrialSettings:
 
     directions: _Count = 8
     rest: Duration = 1.5
-    frame_rate: _Rate = PUBLISHED_FRAME_RATE
-    distance: PositiveLength = 50e-3
-    view_width: PositiveLength = 45e-3
-    width: _Pixels = 640
-    height: _Pixels = 480
+    frame_rate: _FrameRate = PUBLISHED_FRAME_RATE
     noise: tuple[NonNegativeNumber, NonNegativeNumber] = (0.0061, 0.05)
     shift: NonNegativeLength = 0.5e-3
     turn: Angle = 0.0175
@@ -541,8 +440,3 @@ class TrialSettings:
     def __post_init__(self) -> None:
         if self.noise[0] > self.noise[1]:
             raise InputError("noise", f"goes from {self.noise[0]:g} to {self.noise[1]:g}", "needs the smallest first")
-
-    @property
-    def metres_per_pixel(self) -> float:
-        """Length of a pixel at the markers [m]."""
-        return self.view_width / self.width

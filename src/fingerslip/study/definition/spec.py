@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import inspect
-from collections.abc import Callable, Mapping
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,8 +17,9 @@ from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, mate
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource, marks
-from fingerslip.model.model import Component, Kinematics, SupportMotion
-from fingerslip.model.programme import Phase
+from fingerslip.model.model import AnyTraction, Component, Kinematics, SupportMotion
+from fingerslip.model.programme import Phase, ProgrammeEntry
+from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.parameters import (
     PositiveLength,
     SignedAcceleration,
@@ -35,36 +36,27 @@ from fingerslip.published import published_set
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.study.definition.derived import check_expression, check_names
+from fingerslip.study.definition.expressions import check_expression, check_names
 from fingerslip.study.definition.file import line_numbers, read_with_base
-from fingerslip.study.definition.sampled import RepeatSettings, SampleSettings, sample_mistakes
+from fingerslip.study.definition.samples import RepeatSettings, SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
-    BodySettings,
     CameraKind,
     CameraSettings,
     ContactSettings,
     DynamicsSettings,
     MeshSettings,
-    ProgrammeEntry,
     RecordSettings,
     RefinementSettings,
     TimeSettings,
-    TractionSettings,
     TrialSettings,
 )
-from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
+from fingerslip.study.definition.sweep import check_sweep, swept_mistakes, swept_together, with_values
 
 __all__ = [
     "NOT_OF_A_RUN",
-    "ContactSettings",
-    "DynamicsSettings",
-    "ProgrammeEntry",
-    "RecordSettings",
-    "RefinementSettings",
+    "Definition",
     "Study",
-    "TimeSettings",
     "given_in",
-    "given_paths",
     "known_paths",
     "mistakes_between",
     "parse_study",
@@ -77,16 +69,15 @@ _KINDS = " or ".join(SPECIMENS)
 
 
 def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
-    """Return the mistakes in the relations between fields of a study."""
+    """Return the mistakes in the relations between fields of a study, as far as the fields are right on their own."""
     mistakes, values = Mistakes(), dict(fields)
     if SPECIMENS.keys() <= fields.keys():
         with mistakes.collect():
             values["specimen"] = given_specimen(fields)
-    for check in _CHECKS:
-        names = inspect.signature(check).parameters
-        if names.keys() <= values.keys():
+    for names, check in _CHECKS:
+        if values.keys() >= set(names.split()):
             with mistakes.collect():
-                check(**{name: values[name] for name in names})
+                check(*(values[name] for name in names.split()))
     return mistakes.found
 
 
@@ -105,13 +96,11 @@ def _contact_of_a_programme(
 
 def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: SampleSettings | None) -> None:
     for path in () if sample is None else (*sample.paths, *sample.equal):
-        shared = next((other for other in sweep if is_below(path, other) or is_below(other, path)), None)
-        if shared is not None:
-            raise InputError(
-                f"sample.{_group_of(path, sample)}.{path}",
-                f"is swept too, by '{shared}'",
-                "needs paths apart from the sweep",
-            )
+        swept = next((other for other in sweep if is_below(path, other) or is_below(other, path)), None)
+        if sample is not None and swept is not None:
+            group = "choices" if path in sample.choices else "ranges"
+            fault = f"is swept too, by '{swept}'"
+            raise InputError(f"sample.{group}.{path}", fault, "needs paths apart from the sweep")
 
 
 def _repeated_without_samples(repeats: RepeatSettings | None, sample: SampleSettings | None) -> None:
@@ -119,35 +108,25 @@ def _repeated_without_samples(repeats: RepeatSettings | None, sample: SampleSett
         raise InputError("repeats", "is given with sample", "needs one of the two", "let what scatters be sampled")
 
 
-def _group_of(path: str, sample: SampleSettings | None) -> str:
-    return "choices" if sample is not None and path in sample.choices else "ranges"
+def _of_a_body(name: str) -> Callable[..., None]:
+    """Return a check of a value that only a specimen could give instead; a solid needs no depth."""
+
+    def check(specimen: str | None, mesh: MeshSource, value: object, formulation: Formulation | None = None) -> None:
+        if specimen is None and not mesh.needs_specimen and not value and formulation != "solid":
+            raise InputError(name, "is missing", f"needs a value where there is no {_KINDS}")
+
+    return check
 
 
-def _materials_of_a_body(specimen: str | None, mesh: MeshSettings, materials: Mapping[str, AnyMaterial]) -> None:
-    _check_body("materials", materials, specimen, mesh)
+def _no_sites_of_a_body(name: str) -> Callable[..., None]:
+    """Return a check of sites that only a specimen has."""
 
+    def check(specimen: str | None, mesh: MeshSource, record: RecordSettings) -> None:
+        if specimen is None and not mesh.needs_specimen and getattr(record, name):
+            fault, repair = f"is given without a {_KINDS}", "name points in record.sites"
+            raise InputError(f"record.{name}", fault, f"needs a {_KINDS}", repair)
 
-def _formulation_of_a_body(specimen: str | None, mesh: MeshSettings, formulation: Formulation | None) -> None:
-    _check_body("formulation", formulation, specimen, mesh)
-
-
-def _depth_of_a_body(
-    specimen: str | None, mesh: MeshSettings, formulation: Formulation | None, depth: float | None
-) -> None:
-    if formulation != "solid":
-        _check_body("depth", depth, specimen, mesh)
-
-
-def _no_receptors_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
-    _check_no_sites("receptors", specimen, mesh, record)
-
-
-def _no_reference_nodes_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
-    _check_no_sites("reference_nodes", specimen, mesh, record)
-
-
-def _no_groups_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
-    _check_no_sites("groups", specimen, mesh, record)
+    return check
 
 
 def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> None:
@@ -156,34 +135,19 @@ def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> No
         raise InputError("dynamics.basis", "is reduced where time.step is auto", "needs a fixed step", repair)
 
 
-# The arguments of a check are named like the fields that it needs; `specimen` is the key of the one that is given.
-_CHECKS: tuple[Callable[..., None], ...] = (
-    _one_contact_or_several,
-    _contact_of_a_programme,
-    _sampled_apart_from_swept,
-    _repeated_without_samples,
-    check_mesh,
-    _materials_of_a_body,
-    _formulation_of_a_body,
-    _depth_of_a_body,
-    _no_receptors_of_a_body,
-    _no_reference_nodes_of_a_body,
-    _no_groups_of_a_body,
-    _fixed_step_of_a_basis,
+# The fields that a check needs, and the check; `specimen` is the key of the one that is given.
+_CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
+    ("contact contacts", _one_contact_or_several),
+    ("contact contacts programme", _contact_of_a_programme),
+    ("sweep sample", _sampled_apart_from_swept),
+    ("repeats sample", _repeated_without_samples),
+    ("specimen mesh", check_mesh),
+    ("specimen mesh materials", _of_a_body("materials")),
+    ("specimen mesh formulation", _of_a_body("formulation")),
+    ("specimen mesh depth formulation", _of_a_body("depth")),
+    *(("specimen mesh record", _no_sites_of_a_body(name)) for name in ("receptors", "reference_nodes", "groups")),
+    ("dynamics time", _fixed_step_of_a_basis),
 )
-
-
-def _check_body(name: str, value: object, specimen: str | None, mesh: MeshSettings) -> None:
-    """Require a value that only a specimen could provide instead."""
-    if specimen is None and not mesh.needs_specimen and not value:
-        raise InputError(name, "is missing", f"needs a value where there is no {_KINDS}")
-
-
-def _check_no_sites(name: str, specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
-    """Refuse sites that only a specimen has."""
-    if specimen is None and not mesh.needs_specimen and getattr(record, name):
-        fault, repair = f"is given without a {_KINDS}", "name points in record.sites"
-        raise InputError(f"record.{name}", fault, f"needs a {_KINDS}", repair)
 
 
 #: The fields of a study that do not belong to a single run.
@@ -200,8 +164,6 @@ def _check_references(name: str) -> str:
 
 PublishedName = Annotated[str, pydantic.AfterValidator(_check_references)]
 Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_sweep)]
-
-
 Expression = Annotated[str, pydantic.AfterValidator(check_expression)]
 Derived = Annotated[Mapping[str, Expression], pydantic.AfterValidator(check_names)]
 
@@ -226,9 +188,9 @@ class Study(SpecimenChoice):
         Contact with one counterface, by default a plate.
     contacts : tuple of ContactSettings
         Contacts with several counterfaces, instead of `contact`.
-    bodies : mapping of str to BodySettings
+    bodies : mapping of str to RigidBody
         Rigid bodies by name, which carry the counterfaces of the contacts that name them in `rigid_body`.
-    programme : tuple of ProgrammeEntry
+    programme : tuple of Press, Hold, Slide or Lift
         Motion of the counterfaces that have none of their own and are on no rigid body.
     damping : RayleighDamping
         Material damping.
@@ -286,7 +248,7 @@ class Study(SpecimenChoice):
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
-    bodies: Mapping[str, BodySettings] = pydantic.Field(default_factory=dict)
+    bodies: Mapping[str, RigidBody] = pydantic.Field(default_factory=dict)
     programme: tuple[ProgrammeEntry, ...] = ()
     damping: RayleighDamping = RayleighDamping()
     integration: Integration = "selective"
@@ -296,7 +258,7 @@ class Study(SpecimenChoice):
     materials: Mapping[str, MaterialEntry] = pydantic.Field(default_factory=dict)
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
     support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
-    tractions: Mapping[str, TractionSettings] = pydantic.Field(default_factory=dict)
+    tractions: Mapping[str, AnyTraction] = pydantic.Field(default_factory=dict)
     gravity: tuple[SignedAcceleration, ...] | None = None
     initial_velocity: tuple[SignedSpeed, ...] | None = None
     formulation: Formulation | None = None
@@ -349,33 +311,69 @@ def read_study(path: str | Path) -> Study:
         return parse_study(mapping, path)
 
 
-def given_paths(path: str | Path) -> tuple[str, ...]:
-    """Return the dotted paths of all values that a study file gives, in its order; swept and sampled ones last."""
-    return given_in(read_with_base(Path(path)))
+def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
+    """Build a study from plain data, quantities as text with units."""
+    return Definition(mapping, source).study
 
 
 def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the dotted paths of all values that a study as plain data gives; see :func:`given_paths`."""
+    """Return the dotted paths of all values that a study as plain data gives, swept and sampled ones last."""
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
     sample = mapping.get("sample") or {}
     swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
-    sampled = (entry for key in ("ranges", "choices", "equal") for entry in sample.get(key) or {})
-    changing = (*swept, *sampled)
-    return tuple(map(str, (*written, *changing)))
+    sampled = (path for group in ("ranges", "choices", "equal") for path in sample.get(group) or {})
+    return tuple(map(str, (*written, *swept, *sampled)))
 
 
-def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
-    """Build a study from plain data, quantities as text with units."""
-    mapping = _with_marks(mapping)
-    study, mistakes = _read_study(mapping)
-    if mapping.get("sweep"):
-        mistakes += swept_mistakes(_complete(mapping), mistakes, known_paths(mapping), _mistakes_of)
-    if isinstance(mapping.get("sample"), Mapping):
-        mistakes += sample_mistakes(_complete(mapping), mistakes, known_paths(mapping), _mistakes_of)
-    if study is None or mistakes:
-        error = Mistakes(in_order(mistakes, walk(mapping))).error()
-        raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
-    return dataclasses.replace(study, mesh=study.mesh.beside(source.parent))
+class Definition:
+    """A study as plain data that was checked with all its runs; every run of its sweep is read once.
+
+    Errors as of :func:`read_study`, without lines.
+    """
+
+    def __init__(self, mapping: Mapping[str, Any], source: Path) -> None:
+        self.source = source
+        self._mapping = _with_marks(mapping)
+        self._studies: dict[str, tuple[Study | None, list[InputError]]] = {}
+        study, mistakes = _read(self._mapping)
+        if mapping.get("sweep"):
+            mistakes += swept_mistakes(
+                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
+            )
+        if isinstance(mapping.get("sample"), Mapping):
+            mistakes += sample_mistakes(
+                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
+            )
+        self.study = self._checked(study, mistakes, self._mapping)
+
+    def with_values(self, changes: Mapping[str, Any]) -> Study:
+        """Return the study with other values by dotted path, without a sweep, samples and repeats."""
+        if not changes and not (self.study.sweep or self.study.sample or self.study.repeats):
+            return self.study
+        study, mistakes = self._read(changes)
+        return self._checked(study, mistakes, self._plain)
+
+    @functools.cached_property
+    def _plain(self) -> dict[str, Any]:
+        """The study as plain data, with all defaults where its fields are right."""
+        fields = plain_fields(Study, valid_fields(Study, self._mapping))
+        as_written = {key: self._mapping[key] for key in ("sweep", "sample") if key in self._mapping}
+        return {**self._mapping, **fields, **as_written}
+
+    def _mistakes_with(self, changes: Mapping[str, Any]) -> list[InputError]:
+        return self._read(changes)[1]
+
+    def _read(self, changes: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
+        key = repr(changes)
+        if key not in self._studies:
+            self._studies[key] = _read(_with_marks(with_values(self._plain, changes)))
+        return self._studies[key]
+
+    def _checked(self, study: Study | None, mistakes: Sequence[InputError], order: Mapping[str, Any]) -> Study:
+        if study is None or mistakes:
+            error = Mistakes(in_order(mistakes, walk(order))).error()
+            raise error.moved(lambda where: f"{self.source}: {where}" if where else str(self.source))
+        return dataclasses.replace(study, mesh=study.mesh.beside(self.source.parent))
 
 
 def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -389,15 +387,11 @@ def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
         return mapping
     for source in (specimen.default_mesh, *(kind() for kind in specimen.mesh_sources)):
         values = {field.name: getattr(source, field.name) for field in dataclasses.fields(source)}  # type: ignore[arg-type]
-        marked = {name: values[name] for name in marks(type(source)) if values[name] is not None} | dict(mesh)
-        if mesh.keys() <= values.keys() and _fits(type(source), mesh):
-            return {**mapping, "mesh": marked}
+        named = marks(type(source))
+        fits = all(mesh[name] in allowed for name, allowed in named.items() if name in mesh)
+        if fits and mesh.keys() <= values.keys():
+            return {**mapping, "mesh": {name: values[name] for name in named if values[name] is not None} | dict(mesh)}
     return mapping
-
-
-def _fits(source: type[MeshSource], mesh: Mapping[str, Any]) -> bool:
-    """Tell whether what a study says of its mesh may be of a source."""
-    return all(mesh[name] in allowed for name, allowed in marks(source).items() if name in mesh)
 
 
 def _specimen_of(mapping: Mapping[str, Any]) -> Specimen | None:
@@ -410,40 +404,25 @@ def _specimen_of(mapping: Mapping[str, Any]) -> Specimen | None:
     return None
 
 
-def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
-    """Return the mistakes of a study as plain data, but not those of its runs; their locations are dotted paths."""
-    return _read_study(mapping)[1]
-
-
-def _read_study(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
-    """Return a study from plain data, or its mistakes without those of its runs."""
+def _read(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
+    """Return a study from plain data, or its mistakes without those of its runs; their locations are dotted paths."""
     try:
         return from_mapping(Study, mapping), []
     except InputError as error:
         return None, [*error.all, *mistakes_between(valid_fields(Study, mapping))]
 
 
-def _complete(mapping: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a study as plain data with all defaults and new names in the fields that are right."""
-    return {
-        **mapping,
-        **plain_fields(Study, valid_fields(Study, mapping)),
-        **{name: mapping[name] for name in ("sweep", "sample") if name in mapping},
-    }
-
-
 def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
     """Return the dotted paths that a sweep may name, by the field of the study that they begin with."""
-    sections = plain_fields(Study, valid_fields(Study, mapping))
+    sections = plain_fields(Study, valid_fields(Study, _with_marks(mapping)))
     for kind, presets in SPECIMENS.items():
         if sections.get(kind) is not None:
-            sections[kind] = {"preset": "", **as_mapping(presets.changed(sections[kind]))}
-            sections[kind]["materials"] = {
-                name: {PRESET: "", **values} for name, values in sections[kind]["materials"].items()
-            }
+            specimen = {"preset": "", **as_mapping(presets.changed(sections[kind]))}
+            materials = {name: {PRESET: "", **values} for name, values in specimen["materials"].items()}
+            sections[kind] = specimen | {"materials": materials}
     for name, entry in sections.get("materials", {}).items():
         if PRESET in entry:
-            sections["materials"][name] = {PRESET: "", **as_mapping(material_of(entry))}
+            sections["materials"] = sections["materials"] | {name: {PRESET: "", **as_mapping(material_of(entry))}}
     return {
         name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
     }

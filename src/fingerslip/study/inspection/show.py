@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fingerslip.errors import InputError
@@ -18,12 +18,11 @@ from fingerslip.report.tables.runs import measures_table, readings_table, time_c
 from fingerslip.results import HISTORY, RESULT, RUN, RunResult
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.specimens.choice import preset_names, presets_of
-from fingerslip.study.definition.spec import given_paths, read_study
-from fingerslip.study.definition.sweep import expand
+from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.opened import open_study
 from fingerslip.study.storage.reporting import read_results, read_stored_run, study_tables
 from fingerslip.study.storage.summary import read_manifest
-from fingerslip.study.storage.values import Specified, read_run_values, value_rows
+from fingerslip.study.storage.values import read_run_values, value_rows
 from fingerslip.tables.table import Cell, Column, Measured, Table
 
 __all__ = [
@@ -58,7 +57,7 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
         Where a folder holds no results, or the picture cannot be written.
     """
     if figure is not None:
-        from fingerslip.study.inspection.draw import draw_specimen
+        from fingerslip.study.inspection.specimen import draw_specimen
 
         draw_specimen(target, figure)
     return _tables(target) if target else (presets_table(), materials_table())
@@ -99,13 +98,11 @@ def _preset_table(name: str, header: Mapping[str, str], values: Sequence[PresetV
 
 
 def _study_table(path: Path) -> Table:
-    study = read_study(path)
-    runs = [Specified(run.study, run.specimen) for run in expand(study, path)]
-    values = sorted(
-        value_rows(runs, given_paths(path)), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED)
-    )
+    expansion = read_runs(path)
+    shown_values = value_rows(expansion.runs, expansion.given)
+    values = sorted(shown_values, key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
     rows = tuple((value.path, value.value, value.source, value.note) for value in values)
-    return Table(f"{path}: {study.title}", COLUMNS, rows, "The assumed values come first.")
+    return Table(f"{path}: {expansion.study.title}", COLUMNS, rows, "The assumed values come first.")
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
@@ -114,16 +111,12 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
     result = read_stored_run(folder)
     versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
     measures = measures_table([result], ["value"])
+    swept = tuple((path, json.dumps(value)) for path, value in result.swept.items())
     return (
         readings_table(result, f"Slip events of {folder}"),
         dataclasses.replace(measures, note=f"Computed in {result.seconds} s with {versions}."),
-        _swept_table(result),
+        Table("Swept values", (Column("path"), Column("value")), swept),
     )
-
-
-def _swept_table(result: RunResult) -> Table:
-    rows = tuple((path, json.dumps(value)) for path, value in result.swept.items())
-    return Table("Swept values", (Column("path"), Column("value")), rows)
 
 
 _SIDES = ("A", "B")
@@ -148,9 +141,14 @@ def _values(folder: Path, run: RunResult) -> dict[str, str]:
 
 
 def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
-    measures = ((str(row[0]), str(row[1]), row[2], row[3]) for row in measures_table(runs, _SIDES).rows)
-    rows = tuple((*row, _difference(*row[2:])) for row in (*_event_rows(runs), *measures))
-    marked = tuple(number for number, row in enumerate(rows) if _is_clear(row[-1]))
+    events: list[tuple[Cell, ...]] = []
+    for reading, words in READINGS.items():
+        for time in (time for time in TIMES if defines_time(reading, time)):
+            unit, factor = ("ms", 1e3) if time == LATENCY else ("s", 1.0)
+            cells = (time_cell(run, reading, time, factor) for run in runs)
+            events.append((f"{event_label(time)} ({words})", unit, *cells))
+    rows = tuple((*row, _difference(row[2], row[3])) for row in (*events, *measures_table(runs, _SIDES).rows))
+    clear = [isinstance(row[-1], Measured) and abs(row[-1].value) > row[-1].uncertainty for row in rows]
     columns = (
         Column("result"),
         Column("unit"),
@@ -159,39 +157,20 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
     )
     has_uncertainty = any(run.uncertainty for run in runs)
     note = "After ±: numerical uncertainty; bold: the difference exceeds that of both runs." if has_uncertainty else ""
+    marked = tuple(number for number, is_clear in enumerate(clear) if is_clear)
     return Table("Slip events and measures", columns, rows, note, marked)
-
-
-def _event_rows(runs: tuple[RunResult, RunResult]) -> Iterator[tuple[str, str, Cell, Cell]]:
-    for reading, words in READINGS.items():
-        for time in (time for time in TIMES if defines_time(reading, time)):
-            unit, factor = ("ms", 1e3) if time == LATENCY else ("s", 1.0)
-            first, second = (time_cell(run, reading, time, factor) for run in runs)
-            yield f"{event_label(time)} ({words})", unit, first, second
 
 
 def _difference(first: Cell, second: Cell) -> Cell:
     """Return the difference of two cells, with the uncertainty of both where both are known; empty without numbers."""
-    match first, second:
-        case Measured(), Measured():
-            uncertainty = math.hypot(first.uncertainty, second.uncertainty)
-            return Measured(_beyond_rounding(first.value, second.value), uncertainty)
-        case ((Measured() | int() | float()), (Measured() | int() | float())):
-            return _beyond_rounding(_number(first), _number(second))
-        case _:
-            return None
-
-
-def _beyond_rounding(first: float, second: float) -> float:
-    return 0.0 if math.isclose(first, second, rel_tol=_ROUNDING) else second - first
-
-
-def _number(cell: Measured | float) -> float:
-    return cell.value if isinstance(cell, Measured) else cell
-
-
-def _is_clear(difference: Cell) -> bool:
-    return isinstance(difference, Measured) and abs(difference.value) > difference.uncertainty
+    numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
+    if not all(isinstance(number, int | float) for number in numbers):
+        return None
+    low, high = map(float, numbers)  # type: ignore[arg-type]
+    difference = 0.0 if math.isclose(low, high, rel_tol=_ROUNDING) else high - low
+    if isinstance(first, Measured) and isinstance(second, Measured):
+        return Measured(difference, math.hypot(first.uncertainty, second.uncertainty))
+    return difference
 
 
 def export_result(target: Path, kind: str, output: Path | None = None) -> Path:

@@ -4,50 +4,36 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from fingerslip.contact.counterfaces import Plane
+from fingerslip.contact.counterfaces import BuiltInCounterface
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import AnyMaterial
-from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import InspectedMesh
-from fingerslip.model.model import Contact, Model, Recording
-from fingerslip.model.programme import Phase, phase_travel
-from fingerslip.sites import Site
+from fingerslip.model.model import Model, Recording
+from fingerslip.model.programme import phase_travel
+from fingerslip.parameters import kinds_of
+from fingerslip.parameters.dotted import join_path
 from fingerslip.specimens.choice import SPECIMENS
-from fingerslip.specimens.protocol import Specimen
-from fingerslip.study.definition.settings import ContactSettings, ProgrammeEntry
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.units import millimetres
 
-__all__ = ["build_mesh", "build_model", "contact_of", "inspect_mesh", "locate_error", "mesh_key"]
+__all__ = ["build_mesh", "build_model", "inspect_mesh", "locate_error", "mesh_key"]
 
 # A file in millimetres that is read as metres is a thousand times too large.
 _LARGE_BODY = 1.0
 _LARGEST_RATIO = 1000.0
 
+# Fields that a model has as its study has them.
+_AS_IN_THE_STUDY = (
+    *("support_motions", "tractions", "bodies", "programme", "damping", "integration", "kinematics"),
+    *("gravity", "initial_velocity"),
+)
 _CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
-
-
-@dataclass(frozen=True)
-class _NoSpecimen:
-    """What a study without a specimen takes from one: nothing, as it has to give all values itself."""
-
-    materials: Mapping[str, AnyMaterial] = field(default_factory=dict)
-    formulation: Formulation = "plane_strain"
-    depth: float = 1.0
-
-    def supports(self, _dim: int, /) -> Mapping[str, tuple[str, ...]]:
-        return {}
-
-    def sites(self, _groups: Sequence[str], _dim: int, /) -> tuple[Site, ...]:
-        return ()
 
 
 def build_mesh(run: Run) -> Any:
@@ -93,28 +79,22 @@ def _name_errors(run: Run) -> Iterator[None]:
 
 
 def _model(run: Run, mesh: Any) -> Model:
-    study, specimen = run.study, run.specimen or _NoSpecimen()
-    formulation = study.formulation or ("solid" if mesh.dim() == 3 else specimen.formulation)
+    study, specimen = run.study, run.specimen
+    formulation = study.formulation or ("solid" if mesh.dim() == 3 or specimen is None else specimen.formulation)
     dim = 3 if formulation == "solid" else int(mesh.dim())
+    supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})
+    sites = specimen.sites(study.record.all_groups, dim) if specimen else ()
     return Model(
         mesh=mesh,
-        materials={**specimen.materials, **study.all_materials},
+        materials={**(specimen.materials if specimen else {}), **study.all_materials},
         formulation=formulation,
-        depth=study.depth or (1.0 if formulation == "solid" else specimen.depth),
-        supports=_supports(study, specimen, dim),
-        support_motions=dict(study.support_motions),
-        tractions=dict(study.tractions),
-        contacts=tuple(contact_of(settings, dim) for settings in study.all_contacts),
-        bodies={name: settings.body for name, settings in study.bodies.items()},
-        programme=_phases(study.programme),
+        depth=study.depth or (1.0 if formulation == "solid" or specimen is None else specimen.depth),
+        supports=supports,
+        contacts=tuple(contact.contact(dim) for contact in study.all_contacts),
         time=study.time.stepping,
-        damping=study.damping,
-        integration=study.integration,
-        kinematics=study.kinematics,
-        record=_recording(study, specimen.sites(study.record.all_groups, dim)),
+        record=Recording((*sites, *study.record.sites), study.record.snapshots_every),
         basis=study.dynamics.reduced,
-        gravity=study.gravity,
-        initial_velocity=study.initial_velocity,
+        **{name: getattr(study, name) for name in _AS_IN_THE_STUDY},
     )
 
 
@@ -138,11 +118,17 @@ def _study_place(where: str, study: Study | None) -> str:
     match = _CONTACT_PLACE.match(where)
     if match is None:
         return f"{study.specimen_kind}.{where}" if study is not None and _is_of_specimen(where, study) else where
-    number, inside = int(match[1]), match[2] or ""
-    several = study is not None and study.contact is None
-    settings = study.all_contacts[number] if study is not None else None
-    contact = f"contacts.{number}" if several else "contact"
-    return f"{contact}.{_name_inside(inside, settings)}" if inside else contact
+    settings = study.all_contacts[int(match[1])] if study is not None else None
+    contact = f"contacts.{match[1]}" if study is not None and study.contact is None else "contact"
+    inside = match[2] or ""
+    if inside == "friction.coefficient" and (settings is None or settings.friction is None):
+        inside = "friction_coefficient"
+    elif inside in ("offset", "centre") or inside.startswith("counterface."):
+        inside = inside.removeprefix("counterface.")
+        if settings is not None and settings.counterface is not None:
+            shapes = {kind: key for key, kind in kinds_of(BuiltInCounterface).items()}
+            inside = f"counterface.{shapes[type(settings.counterface)]}.{inside}"
+    return join_path(contact, inside)
 
 
 def _is_of_specimen(where: str, study: Study) -> bool:
@@ -154,21 +140,6 @@ def _is_of_specimen(where: str, study: Study) -> bool:
     if key == "materials":
         return rest.partition(".")[0] not in study.materials
     return getattr(study, key, None) is None
-
-
-def _name_inside(inside: str, settings: ContactSettings | None) -> str:
-    """Return how a study file calls a place inside a contact of a model."""
-    if inside == "friction.coefficient" and (settings is None or settings.friction is None):
-        return "friction_coefficient"
-    of_counterface = inside in ("offset", "centre") or inside.startswith("counterface.")
-    if not of_counterface:
-        return inside
-    field = inside.removeprefix("counterface.")
-    return (
-        field
-        if settings is None or settings.counterface is None
-        else f"counterface.{settings.counterface.shape}.{field}"
-    )
 
 
 def _check_extent(mesh: Any, run: Run) -> None:
@@ -185,39 +156,6 @@ def _check_extent(mesh: Any, run: Run) -> None:
 
 def _longest_travel(study: Study) -> float:
     """Return the longest travel of a phase [m]; 0 where no counterface moves."""
-    programmes = [contact.programme or () for contact in study.all_contacts] + [
-        body.programme for body in study.bodies.values()
-    ]
-    entries = [entry for programme in programmes for entry in programme]
-    return max(map(phase_travel, _phases((*study.programme, *entries))), default=0.0)
-
-
-def _supports(study: Study, specimen: Specimen | _NoSpecimen, dim: int) -> Mapping[str, Any]:
-    return dict(study.supports or specimen.supports(dim))
-
-
-def contact_of(settings: ContactSettings, dim: int) -> Contact:
-    """Return the contact that a study describes, in 2D or in 3D."""
-    counterface = settings.rigid_counterface
-    if dim == 3 and settings.counterface is None and len(settings.normal) == 2:
-        counterface = Plane((*settings.normal, 0.0), settings.offset)
-    return Contact(
-        boundary=settings.boundary,
-        counterface=counterface,
-        friction=settings.law,
-        normal_penalty=settings.normal_penalty,
-        tangential_penalty=settings.tangential_penalty,
-        search_distance=settings.search_distance,
-        programme=None if settings.programme is None else _phases(settings.programme),
-        drive=settings.drive,
-        rigid_body=settings.rigid_body,
-        clearance=settings.clearance,
-    )
-
-
-def _phases(entries: Sequence[ProgrammeEntry]) -> tuple[Phase, ...]:
-    return tuple(entry.phase for entry in entries)
-
-
-def _recording(study: Study, own_sites: tuple[Site, ...]) -> Recording:
-    return Recording(sites=(*own_sites, *study.record.sites), snapshots_every=study.record.snapshots_every)
+    of_contacts = (contact.programme or () for contact in study.all_contacts)
+    programmes = (study.programme, *of_contacts, *(body.programme for body in study.bodies.values()))
+    return max((phase_travel(phase) for programme in programmes for phase in programme), default=0.0)

@@ -16,7 +16,7 @@ import re
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass
 from importlib import metadata
@@ -26,11 +26,11 @@ from typing import Any
 from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.results import stored_result
 from fingerslip.storage.files import new_folder, writing
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.jobs import Job, groups
+from fingerslip.study.running.compute import compute_group
+from fingerslip.study.running.plan import Job, Outcome, groups
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.together import compute_group
 
 __all__ = ["Task", "compute_on_cluster", "compute_task"]
 
@@ -40,6 +40,7 @@ _SECONDS_TO_CONNECT = 20
 # Dask takes other text for a host, and leaves threads that fail when the process ends.
 _ADDRESS = re.compile(r"(?:tcp|tls|wss?|ucx)://\S+:\d+|inproc://\S+")
 _REPAIR = "install the same environment on the cluster"
+_KILLED = "the workers that computed it died again and again, perhaps because there was not enough memory"
 # Several threads of one worker would share its logs and limits.
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -68,11 +69,19 @@ class Task:
 def compute_task(task: Task, mesh: Any) -> _Outcome:
     """Compute runs in a folder that is removed, and return their files or errors by the names of the runs."""
     _check_version("worker", metadata.version("fingerslip"), task.version)
-    with _ONE_AT_A_TIME, _alone(), tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
+    dask = sys.modules.get("dask")
+    # Libraries that know Dask, such as xarray's writer, would ask the scheduler for locks.
+    alone = contextlib.nullcontext() if dask is None else dask.config.set(scheduler="synchronous")
+    with _ONE_AT_A_TIME, alone, tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
         pairs = zip(task.runs, task.identities, strict=True)
         jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in pairs]
         failures = compute_group(jobs, lambda *_: None, 1)
         return {job.run.name: failures.get(job.run.name) or _files(job.folder) for job in jobs}
+
+
+def _files(folder: Path) -> dict[str, bytes]:
+    """Return the files of a folder by their paths in it."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
 def _check_version(worker: str, version: object, needed: str) -> None:
@@ -80,47 +89,24 @@ def _check_version(worker: str, version: object, needed: str) -> None:
         raise InputError(worker, _difference(version, needed), "needs the same version", _REPAIR)
 
 
-def _difference(result: object, needed: str) -> str:
-    version = f"has fingerslip {result}" if isinstance(result, str) else "has no fingerslip"
-    return f"{version}, this process {needed}"
+def _difference(version: object, needed: str) -> str:
+    has = f"has fingerslip {version}" if isinstance(version, str) else "has no fingerslip"
+    return f"{has}, this process {needed}"
 
 
-def _alone() -> contextlib.AbstractContextManager[Any]:
-    """Keep libraries that know Dask, such as xarray's writer, from asking the scheduler for locks."""
-    dask = sys.modules.get("dask")
-    return contextlib.nullcontext() if dask is None else dask.config.set(scheduler="synchronous")
-
-
-def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgress) -> dict[str, FingerslipError]:
-    """Compute jobs on the workers of a Dask cluster, and write their folders here as they come."""
-    progress.begin([job.run.name for job in jobs])
-    errors: dict[str, FingerslipError | None] = {}
-
-    def finish(job: Job, error: FingerslipError | None) -> None:
-        errors[job.run.name] = error
-        progress.finish(job.run.name, "failed" if error else "done")
-
+def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgress) -> Generator[Outcome, None, None]:
+    """Compute jobs on the workers of a Dask cluster, write their folders here as they come, and yield what they are."""
+    waiting = {job.run.name: job for job in jobs}
     try:
         with _connect(address) as client:
             _check_workers(client, progress)
             cores = max(1, sum(client.ncores().values()))
             for part, outcome in _outcomes(client, groups(jobs, cores), cores, progress):
-                for job in part:
-                    finish(job, _written(job, outcome[job.run.name]))
+                errors = {job.run.name: _write_files(job, outcome) for job in part}
+                waiting = {name: job for name, job in waiting.items() if name not in errors}
+                yield Outcome(part, {name: error for name, error in errors.items() if error})
     except SchedulerLostError as error:
-        for job in jobs:
-            if job.run.name not in errors:
-                finish(job, error)
-    return {name: error for name, error in errors.items() if error}
-
-
-def _import_dask() -> Any:
-    """Return the package of Dask's scheduler, which is optional."""
-    try:
-        return importlib.import_module("distributed")
-    except ImportError:
-        repair = "install it with: pip install 'fingerslip[cluster]'"
-        raise InputError("scheduler", "needs Dask, which is not installed", "runs without it locally", repair) from None
+        yield Outcome(tuple(waiting.values()), dict.fromkeys(waiting, error))
 
 
 def _check_workers(client: Any, progress: StudyProgress) -> None:
@@ -152,10 +138,15 @@ def _refuse_workers(client: Any, progress: StudyProgress) -> list[str]:
 
 @contextlib.contextmanager
 def _connect(address: str) -> Iterator[Any]:
+    """Give a client of a scheduler; Dask is optional."""
     allowed = "needs the address of a Dask scheduler such as tcp://host:8786"
     if not _ADDRESS.fullmatch(address):
         raise InputError("scheduler", f"got '{address}'", allowed)
-    distributed = _import_dask()
+    try:
+        distributed: Any = importlib.import_module("distributed")
+    except ImportError:
+        repair = "install it with: pip install 'fingerslip[cluster]'"
+        raise InputError("scheduler", "needs Dask, which is not installed", "runs without it locally", repair) from None
     try:
         client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -173,6 +164,7 @@ def _outcomes(
     client: Any, job_groups: Sequence[Sequence[Job]], cores: int, progress: StudyProgress
 ) -> Iterator[tuple[Sequence[Job], _Outcome]]:
     """Yield what became of each group, as the workers finish them; only so many wait at once."""
+    distributed: Any = importlib.import_module("distributed")
     meshes: dict[int, Any] = {}
     waiting = iter(job_groups)
     sent: dict[Any, tuple[Sequence[Job], int]] = {}
@@ -188,18 +180,23 @@ def _outcomes(
         return future
 
     first = [send(part) for part in itertools.islice(waiting, _AHEAD * cores)]
-    completed = _import_dask().as_completed(first, loop=client.loop)
+    completed = distributed.as_completed(first, loop=client.loop)
     try:
         for future in completed:
             part, refused_before = sent.pop(future)
             if future.cancelled():
                 raise CancelledError
-            refused += _refuse_workers(client, progress) if future.status == "error" else []
-            if future.status == "error" and len(refused) > refused_before:
+            error = future.exception()
+            refused += _refuse_workers(client, progress) if error else []
+            if error and len(refused) > refused_before:
                 meshes.clear()  # they may have been on that worker
                 completed.add(send(part))
                 continue
-            yield part, _outcome(future)
+            if isinstance(error, distributed.KilledWorker):
+                error = ResultError(f"cluster: {_KILLED}; give each worker more memory")
+            if error and not isinstance(error, FingerslipError):
+                raise error
+            yield part, {job.run.name: error for job in part} if error else future.result()
             following = next(waiting, None)
             if following is not None:
                 completed.add(send(following))
@@ -217,48 +214,19 @@ def _task(part: Sequence[Job]) -> Task:
     return Task(runs, identities, metadata.version("fingerslip"))
 
 
-class _AnyName(dict[str, Exception]):
-    """The same error for every run."""
-
-    def __init__(self, error: Exception) -> None:
-        super().__init__()
-        self._error = error
-
-    def __missing__(self, _: str) -> Exception:
-        return self._error
-
-
-def _outcome(future: Any) -> _Outcome:
-    """Return what a worker returned; what is no error of fingerslip, nor the loss of workers, is raised."""
-    error = future.exception()
-    if error is None:
-        outcome: _Outcome = future.result()
-        return outcome
-    if isinstance(error, _import_dask().KilledWorker):
-        lost = "the workers that computed it died again and again, perhaps because there was not enough memory"
-        return _AnyName(ResultError(f"cluster: {lost}; give each worker more memory"))
-    if isinstance(error, FingerslipError):
-        return _AnyName(error)
-    raise error
-
-
-def _files(folder: Path) -> dict[str, bytes]:
-    """Return the files of a folder by their paths in it."""
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
-
-
-def _written(job: Job, outcome: Mapping[str, bytes] | Exception) -> FingerslipError | None:
+def _write_files(job: Job, outcome: _Outcome) -> FingerslipError | None:
     """Write the files of a run, whole or not at all, where their checksums are right; return what went wrong."""
-    if isinstance(outcome, MemoryError):
+    files = outcome[job.run.name]
+    if isinstance(files, MemoryError):
         return ResultError(f"{job.run.where}: not enough memory on the worker; use larger elements")
-    if isinstance(outcome, FingerslipError):
-        return outcome
-    if isinstance(outcome, Exception):
-        raise outcome
+    if isinstance(files, FingerslipError):
+        return files
+    if isinstance(files, Exception):
+        raise files
     try:
         with new_folder(job.folder) as folder:
             with writing(folder):
-                for name, content in outcome.items():
+                for name, content in files.items():
                     (folder / name).parent.mkdir(parents=True, exist_ok=True)
                     (folder / name).write_bytes(content)
             stored_result(folder)

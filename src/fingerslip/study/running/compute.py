@@ -1,4 +1,4 @@
-"""Computing one run and writing its folder."""
+"""Computing runs and writing their folders."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.dynamics.simulation import simulate, simulate_together
-from fingerslip.errors import InputError
+from fingerslip.errors import FingerslipError, InputError
 from fingerslip.results import LOG
 from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.running.build import locate_error
-from fingerslip.study.running.jobs import Job
-from fingerslip.study.storage.bases import BasisFolder
-from fingerslip.study.storage.store import write_run
+from fingerslip.study.running.plan import Job
+from fingerslip.study.storage.store import BasisFolder, write_run
 
-__all__ = ["BASES", "compute", "compute_together"]
+__all__ = ["BASES", "compute", "compute_group"]
 
 #: Folder of the reduced bases in the results of a study.
 BASES = ".bases"
@@ -27,13 +26,31 @@ _LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _logger = logging.getLogger("fingerslip.study")
 
 
-def compute(job: Job, progress: Callable[[float], None], threads: int | None = None) -> None:
-    """Simulate a run and write its folder, whole or not at all."""
-    compute_together([job], progress, threads)
+Tell = Callable[[str, float], None]
 
 
-def compute_together(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> None:
-    """Simulate runs that share a matrix and write their folders, all whole or none; see :func:`compute`."""
+def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:
+    """Compute jobs together, or in halves where that fails, so that only those fail that would fail alone.
+
+    `tell` receives the name of a run and how much of it is done; returns what went wrong by the names of the runs.
+    """
+
+    def tell_all(fraction: float) -> None:
+        for job in jobs:
+            tell(job.run.name, fraction)
+
+    try:
+        compute(jobs, tell_all, threads)
+    except (FingerslipError, MemoryError) as error:
+        if len(jobs) == 1:
+            return {jobs[0].run.name: error}
+        half = len(jobs) // 2
+        return compute_group(jobs[:half], tell, threads) | compute_group(jobs[half:], tell, threads)
+    return {}
+
+
+def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> None:
+    """Simulate runs that share a matrix and write their folders, all whole or none."""
     with contextlib.ExitStack() as stack:
         folders = [stack.enter_context(new_folder(job.folder)) for job in jobs]
         with contextlib.ExitStack() as logs:

@@ -31,10 +31,9 @@ from fingerslip.report.page.sensor import write_tracking
 from fingerslip.results import HISTORY
 from fingerslip.storage.files import digest, new_folder, read_json, write_json
 from fingerslip.study.definition.settings import CameraSettings
-from fingerslip.study.running.jobs import Job
-from fingerslip.study.running.plan import Plan
+from fingerslip.study.running.plan import Job, Plan
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.storage.films import CAMERAS, ERRORS
+from fingerslip.study.storage.reporting import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
 from fingerslip.vision.cameras.camera import Camera, aimed_camera, true_tracks
 from fingerslip.vision.cameras.looks import (
@@ -155,20 +154,9 @@ def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folde
 
 
 def camera_of(settings: CameraSettings, kind: str, markers: xr.Dataset) -> Camera:
-    """Return the camera of settings, aimed at markers as of :func:`~fingerslip.vision.cameras.camera.aimed_camera`.
-
-    Units: markers [m].
-    """
-    return aimed_camera(
-        kind,
-        markers["position"].values[0, :, 1],
-        settings.distance,
-        settings.view_width,
-        size=(settings.width, settings.height),
-        lens=settings.lens,
-        frame_rate=settings.frame_rate,
-        exposure=settings.exposure,
-    )
+    """Return the camera of settings, aimed at markers [m] where they rest."""
+    options = {name: getattr(settings, name) for name in ("lens", "frame_rate", "exposure")}
+    return settings.camera(kind, markers["position"].values[0, :, 1], **options)
 
 
 def _pixels(

@@ -1,23 +1,32 @@
-"""What running a study would do: its runs, their folders and which of them are finished."""
+"""What running a study would do: its runs, their folders, which are finished, and which are computed together.
+
+Nothing here loads what builds, computes or draws runs: a study that is finished needs none of it.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.dynamics.step.sharing import groups_to_share
+from fingerslip.errors import FingerslipError, InputError, Mistakes
+from fingerslip.model.model import Model
 from fingerslip.parameters.dotted import flatten
 from fingerslip.results import RefusedRun, RunResult, read_result
 from fingerslip.slip.events import Events
-from fingerslip.study.definition.derived import derive
+from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import line_numbers, read_with_base
-from fingerslip.study.definition.spec import Study, given_in, parse_study
-from fingerslip.study.definition.sweep import Run, expand_known
+from fingerslip.study.definition.runs import Run, expand_mapping
+from fingerslip.study.definition.spec import Study
+from fingerslip.study.running.cost import most_together
 from fingerslip.study.storage.store import identity
 
-__all__ = ["Plan", "plan_mapping", "plan_studies", "plan_study"]
+if TYPE_CHECKING:
+    from fingerslip.report.page.pictures import RunPictures
+
+__all__ = ["Computed", "Job", "Outcome", "Plan", "Prepared", "groups", "plan_mapping", "plan_studies", "plan_study"]
 
 
 @dataclass(frozen=True)
@@ -48,11 +57,10 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
 
 def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:
     """List the runs of a study that is given as plain data."""
-    study = parse_study(mapping, source)
-    expansion = expand_known(study, source)
-    _check_quantities(study, expansion.runs, source)
+    expansion = expand_mapping(mapping, source)
+    _check_quantities(expansion.study, expansion.runs, source)
     identities = {run.name: identity(run) for run in expansion.runs}
-    return Plan(source, study, folder, expansion.runs, identities, given_in(mapping), expansion.refused)
+    return Plan(source, expansion.study, folder, expansion.runs, identities, expansion.given, expansion.refused)
 
 
 def _check_quantities(study: Study, runs: Sequence[Run], source: Path) -> None:
@@ -64,16 +72,12 @@ def _check_quantities(study: Study, runs: Sequence[Run], source: Path) -> None:
     ]
     for name, text in study.derived.items():
         with mistakes.collect():
-            _check_units(name, {derive(name, text, example).unit: example.name for example in examples})
+            units = {derive(name, text, example).unit: example.name for example in examples}
+            if len(units) > 1:
+                in_runs = ", ".join(f"'{unit}' in {run}" for unit, run in units.items())
+                raise InputError(f"derived.{name}", f"has the units {in_runs}", "needs one unit in all runs")
     if mistakes.found:
         raise mistakes.error().moved(lambda where: f"{source}: {where}")
-
-
-def _check_units(name: str, units: Mapping[str, str]) -> None:
-    """Refuse a quantity whose unit, the key of `units`, is another one in another run."""
-    if len(units) > 1:
-        units_text = ", ".join(f"'{unit}' in {run}" for unit, run in units.items())
-        raise InputError(f"derived.{name}", f"has the units {units_text}", "needs one unit in all runs")
 
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:
@@ -87,3 +91,45 @@ def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results
                 raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
     mistakes.raise_all()
     return tuple(plans.values())
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run with its model, ready to be computed."""
+
+    run: Run  # the run
+    model: Model  # its model
+    identity: str  # hash of its inputs
+    folder: Path  # where its results go
+    doubts: tuple[str, ...] = ()  # what is doubtful in the model
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Runs that are ready to be computed, and samples that are not."""
+
+    jobs: tuple[Job, ...]  # the runs with their models
+    refused: tuple[RefusedRun, ...] = ()  # all samples that make no model
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of jobs that were computed together."""
+
+    jobs: Sequence[Job]  # the jobs
+    errors: Mapping[str, Exception]  # what went wrong, by the name of the run
+    pictures: Mapping[str, RunPictures] = field(default_factory=dict)  # what was drawn already
+
+
+@dataclass(frozen=True)
+class Computed:
+    """What became of all jobs of a study."""
+
+    failures: dict[str, FingerslipError] = field(default_factory=dict)
+    pictures: dict[str, RunPictures] = field(default_factory=dict)
+
+
+def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
+    """Put jobs into groups that are computed together, where `at_once` groups can be computed at once."""
+    shared = groups_to_share([job.model for job in jobs], at_once, most_together)
+    return [[jobs[number] for number in group] for group in shared]

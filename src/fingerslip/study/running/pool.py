@@ -1,31 +1,34 @@
-"""Computing runs side by side, each in a process of its own."""
+"""Groups of runs side by side, each in a process of its own.
+
+Workers do not import the user's script, and none outlives the process that started it.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import queue
 import signal
+import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+import types
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fingerslip.errors import FingerslipError, ResultError
-from fingerslip.study.running.jobs import Computed, Job, groups
-from fingerslip.study.running.pictures import Drawing, draw_runs
+from fingerslip.errors import FingerslipError
+from fingerslip.study.running.plan import Job, Outcome, groups
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.spawning import end_with_parent, without_main_module
-from fingerslip.study.running.together import compute_group
 
-__all__ = ["WorkerLostError", "compute_all"]
+if TYPE_CHECKING:
+    from fingerslip.study.running.pictures import Drawing
+
+__all__ = ["WorkerLostError", "compute_all", "end_with_parent", "without_main_module"]
 
 _SECONDS_BETWEEN_LOOKS = 0.1
-
-Failures = dict[str, FingerslipError]
-_Found = tuple[Mapping[str, Exception], Mapping[str, Any]]
 
 
 class WorkerLostError(FingerslipError):
@@ -43,35 +46,19 @@ class _StoppedError(Exception):
 
 
 def compute_all(
-    jobs: Sequence[Job], workers: int, progress: StudyProgress, drawings: Mapping[str, Drawing] | None = None
-) -> Computed:
-    """Compute all jobs; one that fails does not keep the others from being computed."""
-    progress.begin([job.run.name for job in jobs])
+    jobs: Sequence[Job], workers: int, progress: StudyProgress, drawings: Mapping[str, Drawing]
+) -> Generator[Outcome, None, None]:
+    """Compute all jobs and yield what became of each group; one that fails does not keep the others from it."""
     job_groups = groups(jobs, workers)
     at_once = max(min(workers, len(job_groups)), 1)
     threads = workers // at_once
-    if at_once == 1:
-        return Computed(_compute_here(job_groups, progress, threads))
-    return _compute_apart(job_groups, at_once, progress, threads, drawings or {})
+    if at_once > 1:
+        yield from _compute_apart(job_groups, at_once, progress, threads, drawings)
+        return
+    from fingerslip.study.running.compute import compute_group
 
-
-def _compute_here(job_groups: Sequence[Sequence[Job]], progress: StudyProgress, threads: int) -> Failures:
-    failures: Failures = {}
-    for jobs in job_groups:
-        outcome = compute_group(jobs, progress.advance, threads)
-        failures |= _report(jobs, outcome, progress)
-    return failures
-
-
-def _report(jobs: Sequence[Job], errors: Mapping[str, Exception], progress: StudyProgress) -> Failures:
-    """Report jobs as done or failed, and return the errors to keep."""
-    failures: Failures = {}
-    for job in jobs:
-        error = errors.get(job.run.name)
-        if error is not None:
-            failures[job.run.name] = error if isinstance(error, FingerslipError) else _out_of_memory(job)
-        progress.finish(job.run.name, "failed" if error else "done")
-    return failures
+    for part in job_groups:
+        yield Outcome(part, compute_group(part, progress.advance, threads))
 
 
 def _compute_apart(
@@ -80,7 +67,7 @@ def _compute_apart(
     progress: StudyProgress,
     threads: int,
     drawings: Mapping[str, Drawing],
-) -> Computed:
+) -> Generator[Outcome, None, None]:
     context = multiprocessing.get_context("spawn")
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
@@ -88,44 +75,30 @@ def _compute_apart(
         with _ignore_interrupts(), without_main_module():
             # The workers start here. They inherit the ignored Ctrl-C, which the parent alone answers.
             futures = {pool.submit(_compute_in_worker, jobs, threads, drawings): jobs for jobs in job_groups}
-        return _follow(futures, news, progress)
+        yield from _follow(futures, news, progress)
     finally:
         stop.set()
         pool.shutdown(wait=True, cancel_futures=True)
         news.close()
 
 
-def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: StudyProgress) -> Computed:
-    """Wait for all jobs and pass their progress on."""
-    computed = Computed()
+def _follow(
+    futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: StudyProgress
+) -> Generator[Outcome, None, None]:
+    """Wait for all jobs and pass their progress on; what is no error of fingerslip is raised."""
     waiting = set(futures)
     while waiting:
         done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
-        _pass_on(news, progress)
+        with contextlib.suppress(queue.Empty):
+            while True:
+                progress.advance(*news.get_nowait())
         for future in done:
-            outcome, pictures = _outcome_of(future, futures[future])
-            computed.failures.update(_report(futures[future], outcome, progress))
-            computed.pictures.update(pictures)
-    return computed
-
-
-def _pass_on(news: Any, progress: StudyProgress) -> None:
-    with contextlib.suppress(queue.Empty):
-        while True:
-            name, fraction = news.get_nowait()
-            progress.advance(name, fraction)
-
-
-def _outcome_of(future: Future[_Found], jobs: Sequence[Job]) -> _Found:
-    """Return what went wrong in a worker's jobs, and what it drew; what is no error of fingerslip is raised."""
-    try:
-        return future.result()
-    except BrokenProcessPool:
-        return {job.run.name: WorkerLostError() for job in jobs}, {}
-
-
-def _out_of_memory(job: Job) -> ResultError:
-    return ResultError(f"{job.run.where}: not enough memory; use larger elements or --workers 1")
+            jobs = futures[future]
+            try:
+                errors, pictures = future.result()
+            except BrokenProcessPool:
+                errors, pictures = {job.run.name: WorkerLostError() for job in jobs}, {}
+            yield Outcome(jobs, errors, pictures)
 
 
 @contextlib.contextmanager
@@ -154,9 +127,15 @@ def _begin_worker(news: Any, stop: Any) -> None:
     end_with_parent()
 
 
-def _compute_in_worker(jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]) -> _Found:
-    outcome = compute_group(jobs, _tell, threads)
-    return outcome, draw_runs([job for job in jobs if job.run.name not in outcome], drawings, _stop.is_set)
+def _compute_in_worker(
+    jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]
+) -> tuple[Mapping[str, Exception], Mapping[str, Any]]:
+    """Return what went wrong in jobs, and what was drawn of the others."""
+    from fingerslip.study.running.compute import compute_group
+    from fingerslip.study.running.pictures import draw_runs
+
+    errors = compute_group(jobs, _tell, threads)
+    return errors, draw_runs([job for job in jobs if job.run.name not in errors], drawings, _stop.is_set)
 
 
 def _tell(name: str, fraction: float) -> None:
@@ -168,3 +147,31 @@ def _tell(name: str, fraction: float) -> None:
         raise _StoppedError
     _told[name] = now
     _news.put((name, fraction))
+
+
+def end_with_parent() -> None:
+    """End this process as soon as the one that started it has ended, however that was, and whatever it computes."""
+    threading.Thread(target=_wait_for_parent, daemon=True).start()
+
+
+def _wait_for_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+@contextlib.contextmanager
+def without_main_module() -> Iterator[None]:
+    """Start processes in the block that do not import the main module of this one.
+
+    A process that multiprocessing spawns imports the main module of its parent first. A script without
+    ``if __name__ == "__main__":`` would so run its study once more in every worker, and a script that is read from
+    standard input has no file to import. Jobs need nothing of the main module: all they hold is the package's.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = types.ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main

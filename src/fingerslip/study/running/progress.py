@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Self
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -15,14 +15,16 @@ __all__ = ["BarProgress", "LineProgress", "SilentProgress", "StudyProgress", "pr
 _SECONDS_BETWEEN_LINES = 30.0
 
 
-class StudyProgress(Protocol):
-    """Receives the progress of a study."""
+class StudyProgress:
+    """Receives the progress of a study, and shows nothing of it; classes below this one do."""
 
-    def __enter__(self) -> Self: ...
+    def __enter__(self) -> Self:
+        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
+    ) -> None:
+        """Take nothing more."""
 
     def begin(self, names: Sequence[str]) -> None:
         """Receive the names of the runs to be computed."""
@@ -37,31 +39,11 @@ class StudyProgress(Protocol):
         """Receive a message."""
 
 
-class SilentProgress:
+class SilentProgress(StudyProgress):
     """Shows nothing."""
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Do nothing."""
-
-    def begin(self, names: Sequence[str]) -> None:
-        """Do nothing."""
-
-    def advance(self, name: str, fraction: float) -> None:
-        """Do nothing."""
-
-    def finish(self, name: str, outcome: str) -> None:
-        """Do nothing."""
-
-    def say(self, message: str) -> None:
-        """Do nothing."""
-
-
-class BarProgress(SilentProgress):
+class BarProgress(StudyProgress):
     """One bar for every run that has begun and one for the study, with the estimated time left."""
 
     def __init__(self, console: Console) -> None:
@@ -114,7 +96,7 @@ class BarProgress(SilentProgress):
         self._console.print(message, highlight=False, markup=False, soft_wrap=True)
 
 
-class LineProgress(SilentProgress):
+class LineProgress(StudyProgress):
     """A line when a run begins or ends and one every half minute, for logs."""
 
     def __init__(self, console: Console) -> None:
@@ -143,5 +125,5 @@ def progress_for(console: Console) -> StudyProgress:
 
 
 def progress_on_screen() -> StudyProgress:
-    """Return the progress display on standard error: bars on a terminal, lines elsewhere."""
+    """Return the progress display on standard error."""
     return progress_for(Console(stderr=True))

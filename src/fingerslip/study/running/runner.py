@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-import functools
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
@@ -14,15 +15,18 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, remove_empty
-from fingerslip.study.convergence.storage import read_uncertainties
-from fingerslip.study.definition.derived import derived_of
-from fingerslip.study.definition.sweep import Run
-from fingerslip.study.running.jobs import Computed, Job, Prepared
-from fingerslip.study.running.plan import Plan, plan_studies
+from fingerslip.study.definition.expressions import derive
+from fingerslip.study.running.plan import Computed, Job, Outcome, Plan, Prepared, plan_studies
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.storage.films import film_keys
-from fingerslip.study.storage.reporting import REPORT, report_key, write_report
-from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
+from fingerslip.study.storage.reporting import REPORT, film_keys, report_key, write_report
+from fingerslip.study.storage.summary import (
+    read_manifest,
+    read_uncertainties,
+    refused_in,
+    write_manifest,
+    write_sensitivity,
+    write_summary,
+)
 
 if TYPE_CHECKING:
     from fingerslip.report.page.pictures import RunPictures
@@ -39,7 +43,9 @@ __all__ = [
 ]
 
 
-Engine: TypeAlias = "Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing] | None], Computed]"
+#: Computes jobs, and yields what became of each group of them.
+Outcomes: TypeAlias = "Generator[Outcome, None, None]"
+Engine: TypeAlias = "Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing]], Outcomes]"
 
 
 class StudyFailedError(FingerslipError):
@@ -151,11 +157,7 @@ def run_plans(
     for plan in plans:
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
-    finished = [{} if force else plan.finished_runs() for plan in plans]
-    prepared = [
-        _prepare(plan, [run for run in plan.runs if run.name not in stored])
-        for plan, stored in zip(plans, finished, strict=True)
-    ]
+    prepared = [_prepare(plan, force=force) for plan in plans]
     with progress or SilentProgress() as reporter:
         engine = _engine(workers, scheduler)
         outcomes = [_execute(plan, todo, engine, reporter) for plan, todo in zip(plans, prepared, strict=True)]
@@ -166,8 +168,10 @@ def run_plans(
     return results
 
 
-def _prepare(plan: Plan, runs: Sequence[Run]) -> Prepared:
+def _prepare(plan: Plan, *, force: bool) -> Prepared:
     """Build and check what is to be computed; where nothing is, nothing that does so is loaded."""
+    finished = {} if force else plan.finished_runs()
+    runs = [run for run in plan.runs if run.name not in finished]
     if not runs:
         return Prepared((), plan.refused)
     from fingerslip.study.running.prepare import prepare_samples
@@ -177,70 +181,54 @@ def _prepare(plan: Plan, runs: Sequence[Run]) -> Prepared:
 
 def _engine(workers: int, scheduler: str | None) -> Engine:
     """Return what computes jobs: local processes, or the workers of a Dask scheduler."""
-    if scheduler is None:
-        return functools.partial(_compute_here, workers)
-    return functools.partial(_compute_there, scheduler)
 
+    def compute_here(jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing]) -> Outcomes:
+        from fingerslip.study.running.compiling import compile_ahead
+        from fingerslip.study.running.pool import compute_all
 
-def _compute_here(
-    workers: int, jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing] | None
-) -> Computed:
-    from fingerslip.study.running.compiling import compile_ahead
-    from fingerslip.study.running.pool import compute_all
+        compile_ahead([job.model for job in jobs], progress)
+        return compute_all(jobs, workers, progress, drawings)
 
-    compile_ahead([job.model for job in jobs], progress)
-    return compute_all(jobs, workers, progress, drawings)
+    def compute_there(jobs: Sequence[Job], progress: StudyProgress, _: Mapping[str, Drawing]) -> Outcomes:
+        from fingerslip.study.running.cluster import compute_on_cluster
 
+        return compute_on_cluster(jobs, str(scheduler), progress)
 
-def _compute_there(
-    scheduler: str, jobs: Sequence[Job], progress: StudyProgress, _: Mapping[str, Drawing] | None
-) -> Computed:
-    from fingerslip.study.running.cluster import compute_on_cluster
-
-    return Computed(compute_on_cluster(jobs, scheduler, progress))
-
-
-def _drawings(plan: Plan, jobs: Sequence[Job]) -> Mapping[str, Drawing]:
-    """Return what to draw of runs that are to be computed."""
-    if not jobs:
-        return {}
-    from fingerslip.study.running.pictures import drawings_of
-
-    return drawings_of(plan, jobs)
-
-
-def _film(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
-    """Film the finished runs; see :func:`~fingerslip.study.running.pictures.film_runs`."""
-    if not plan.study.cameras:
-        return {}
-    # Cameras and tracker are slow to import, and few studies have any.
-    from fingerslip.study.running.pictures import film_runs
-
-    return film_runs(plan, progress)
+    return compute_here if scheduler is None else compute_there
 
 
 def _execute(
     plan: Plan, prepared: Prepared, engine: Engine, progress: StudyProgress
 ) -> tuple[StudyResult, dict[str, FingerslipError]]:
     """Compute what is to be computed of one study, and write it up."""
-    jobs, refused = prepared.jobs, prepared.refused
+    jobs, refused, stem = prepared.jobs, prepared.refused, plan.source.stem
     to_compute = tuple(job.run.name for job in jobs)
     left_out = {*to_compute, *(sample.name for sample in refused)}
     unchanged = tuple(run.name for run in plan.runs if run.name not in left_out)
     for sample in refused:
-        progress.say(f"{plan.source.stem}/{sample.name}: refused: {sample.reason}")
+        progress.say(f"{stem}/{sample.name}: refused: {sample.reason}")
     for name in unchanged:
-        progress.say(f"{plan.source.stem}/{name}: unchanged")
+        progress.say(f"{stem}/{name}: unchanged")
+    drawings: Mapping[str, Drawing] = {}
+    # What draws and films is slow to import.
+    if jobs:
+        from fingerslip.study.running.pictures import drawings_of
+
+        drawings = drawings_of(plan, jobs)
     try:
-        done = compute_jobs(plan, jobs, engine, progress, _drawings(plan, jobs))
+        done = compute_jobs(plan, jobs, engine, progress, drawings)
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished_runs(), refused, report="")
         raise
-    failures = {**done.failures, **_film(plan, progress)}
+    failures = dict(done.failures)
+    if plan.study.cameras:
+        from fingerslip.study.running.pictures import film_runs
+
+        failures |= film_runs(plan, progress)
     computed = tuple(name for name in to_compute if name not in done.failures)
     result = write_up(plan, refused, done.pictures, whole=(*computed, *unchanged))
     result = dataclasses.replace(result, computed=computed, unchanged=unchanged)
-    return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
+    return result, {f"{stem}/{name}": error for name, error in failures.items()}
 
 
 def compute_jobs(
@@ -248,31 +236,45 @@ def compute_jobs(
     jobs: Sequence[Job],
     engine: Engine | int,
     progress: StudyProgress,
-    drawings: Mapping[str, Drawing] | None = None,
+    drawings: Mapping[str, Drawing] = MappingProxyType({}),
 ) -> Computed:
-    """Compute jobs of a study; what is unfinished at the end is removed, also after Ctrl-C."""
+    """Compute jobs of a study, with an engine or so many local processes; what is unfinished at the end is removed.
+
+    It is also removed after Ctrl-C. One job that fails does not keep the others from being computed.
+    """
     created = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
-    if not jobs:
-        return Computed()
+    computed = Computed()
     for job in jobs:
-        _say_damage(plan, job, progress)
+        try:
+            stored_result(job.folder)
+        except DamagedError as error:
+            progress.say(f"{plan.source.stem}/{job.run.name}: {error.file} {error.found}; the run is computed again")
+        except ResultError:  # there is nothing yet
+            pass
     try:
-        compute = _engine(engine, None) if isinstance(engine, int) else engine
-        return compute(jobs, progress, drawings)
+        if jobs:
+            compute = _engine(engine, None) if isinstance(engine, int) else engine
+            with contextlib.closing(compute(jobs, progress, drawings)) as outcomes:
+                progress.begin([job.run.name for job in jobs])
+                for outcome in outcomes:
+                    _report(outcome, computed, progress)
     finally:
         clean_stale(plan.folder)
         remove_empty(*created)
+    return computed
 
 
-def _say_damage(plan: Plan, job: Job, progress: StudyProgress) -> None:
-    """Say that a run is computed again because its results are damaged."""
-    try:
-        stored_result(job.folder)
-    except DamagedError as error:
-        progress.say(f"{plan.source.stem}/{job.run.name}: {error.file} {error.found}; the run is computed again")
-    except ResultError:  # there is nothing yet
-        pass
+def _report(outcome: Outcome, computed: Computed, progress: StudyProgress) -> None:
+    """Report jobs as done or failed, and keep their errors and pictures."""
+    for job in outcome.jobs:
+        error = outcome.errors.get(job.run.name)
+        if isinstance(error, MemoryError):
+            error = ResultError(f"{job.run.where}: not enough memory; use larger elements or --workers 1")
+        if isinstance(error, FingerslipError):
+            computed.failures[job.run.name] = error
+        progress.finish(job.run.name, "failed" if error else "done")
+    computed.pictures.update(outcome.pictures)
 
 
 def write_up(
@@ -281,7 +283,7 @@ def write_up(
     pictures: Mapping[str, RunPictures] | None = None,
     whole: Collection[str] = (),
 ) -> StudyResult:
-    """Write summary, report and manifest of the runs that are finished."""
+    """Write summary, report and manifest of the runs that are finished; `whole` names those that need no check."""
     finished, manifest = plan.finished_runs(whole), read_manifest(plan.folder)
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
@@ -301,36 +303,26 @@ def _write_tables(
     plan: Plan, finished: Mapping[str, RunResult], refused: tuple[RefusedRun, ...], report: str
 ) -> StudyResult:
     uncertainties = read_uncertainties(plan.folder, plan.identities)
-    runs = tuple(
-        _complete(plan, run, finished[run.name], uncertainties.get(run.name, {}))
-        for run in plan.runs
-        if run.name in finished
-    )
+    runs = []
+    for run in (run for run in plan.runs if run.name in finished):
+        uncertainty = uncertainties.get(run.name, {})
+        result = dataclasses.replace(finished[run.name], values=flatten(run.plain_values()), uncertainty=uncertainty)
+        derived = {name: derive(name, text, result) for name, text in plan.study.derived.items()}
+        runs.append(dataclasses.replace(result, derived=derived))
     sample = plan.study.sample
-    ranges, design = (sample.ranges, sample.design) if sample else ({}, {})
     study = StudyResult(
         plan.folder,
         plan.study.compare,
-        runs,
+        tuple(runs),
         title=plan.study.title,
         description=plan.study.description,
-        ranges=ranges,
+        ranges=sample.ranges if sample else {},
         refused=refused,
-        design=design,
+        design=sample.design if sample else {},
     )
     if runs:
         write_summary(study)
-        if ranges:
+        if sample:
             write_sensitivity(study)
         write_manifest(plan.source, study, report, given=plan.given)
     return study
-
-
-def _complete(plan: Plan, run: Run, result: RunResult, uncertainty: Mapping[str, float]) -> RunResult:
-    """Return the result of a run with its values, uncertainties and derived quantities."""
-    completed = dataclasses.replace(result, values=flatten(run.plain_values()), uncertainty=uncertainty)
-    return (
-        dataclasses.replace(completed, derived=derived_of(plan.study.derived, completed))
-        if plan.study.derived
-        else completed
-    )

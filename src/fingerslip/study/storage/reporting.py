@@ -8,6 +8,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fingerslip.errors import ResultError
 from fingerslip.history import read_history, stored_phases
 from fingerslip.published import published_set
@@ -15,25 +18,38 @@ from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.runs import events_table
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
-from fingerslip.storage.files import digest, new_folder, write_bytes
-from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
-from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand
+from fingerslip.slip.windows import slide_window
+from fingerslip.storage.files import digest, new_folder, read_json, write_bytes
 from fingerslip.study.storage.store import read_run
-from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
+from fingerslip.study.storage.summary import (
+    MANIFEST,
+    identities,
+    read_convergences,
+    read_manifest,
+    read_uncertainties,
+    stored_manifest,
+    stored_study,
+)
 from fingerslip.study.storage.values import read_run_values, value_rows
 from fingerslip.tables.table import Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fingerslip.report.page.comparison import ComparedStudy
     from fingerslip.report.page.content import ReportContent
+    from fingerslip.report.page.films import Film
     from fingerslip.report.page.pictures import RunPictures
 
 __all__ = [
+    "CAMERAS",
+    "ERRORS",
     "REPORT",
+    "compare_studies",
     "event_tables",
+    "film_keys",
     "provenance_of",
+    "read_films",
     "read_results",
     "read_stored_run",
     "report_again",
@@ -45,6 +61,10 @@ __all__ = [
 
 #: File in the folder of a study.
 REPORT = "report.html"
+#: Folder of the cameras in that of a run, and file that says how good the tracks of a camera are.
+CAMERAS, ERRORS = "cameras", "errors.json"
+
+_FILM_REPAIR = "remove its folder and run the study again"
 
 
 def read_results(folder: str | Path) -> StudyResult:
@@ -114,44 +134,37 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
     from fingerslip.report.page.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.notes import notes_html
-    from fingerslip.study.storage.films import read_films
+    from fingerslip.report.page.samples import representatives
+    from fingerslip.study.running.build import build_mesh
 
     manifest = read_manifest(study.folder)
     convergences = read_convergences(study.folder, identities(manifest))
-    specified = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
-    first = [] if study.ranges else _first_of_meshes(study)
-    # The models of all meshes are shown, of other runs no more than the first.
-    meshed = [name for name in first if name not in pictures or pictures[name].model is None]
+    runs = {run.name: read_run_values(study.folder / run.name / RUN) for run in study.runs}
+    # The models of all meshes are shown, of other runs no more than the first; of samples none.
+    first = {run.mesh_hash: run.name for run in reversed(study.runs) if not study.ranges}.values()
+    meshed = [name for name in runs if name in first and (name not in pictures or pictures[name].model is None)]
     drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
     histories = {name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))}
     starts = slide_starts(study)
+    # Of samples those are seen in motion that stand for others.
+    typical = [sample.run.name for sample in representatives(study, starts)] if study.ranges else []
     return ReportContent(
         study=study,
         histories=histories,
-        meshes={name: _mesh(study, name) for name in meshed},
+        meshes={name: build_mesh(runs[name]) for name in meshed},
         pictures={
             name: picture if name in first else dataclasses.replace(picture, model=None)
             for name, picture in pictures.items()
         },
         references=tuple(published_set(name) for name in study.compare),
-        values=value_rows(specified, manifest.get("given") or None),
+        values=value_rows(list(runs.values()), manifest.get("given") or None),
         provenance=provenance_of(study.folder, manifest),
         convergences={name: convergence.quantities for name, convergence in convergences.items()},
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
         starts=starts,
         notes=notes_html(study.folder),
-        representatives=_representatives(study, starts),
+        representatives={name: read_history(study.folder / name / HISTORY) for name in typical},
     )
-
-
-def _representatives(study: StudyResult, starts: Mapping[str, float]) -> dict[str, xr.Dataset]:
-    """Return the histories of samples that are seen in motion."""
-    if not study.ranges:
-        return {}
-    from fingerslip.report.page.samples import representatives
-
-    names = [representative.run.name for representative in representatives(study, starts)]
-    return {name: read_history(study.folder / name / HISTORY) for name in names}
 
 
 def slide_starts(study: StudyResult) -> dict[str, float]:
@@ -177,17 +190,73 @@ def provenance_of(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(value) for name, value in words.items() if value}
 
 
-def _first_of_meshes(study: StudyResult) -> list[str]:
-    """Return the names of the first runs with each mesh."""
-    first: dict[str, str] = {}
-    for run in study.runs:
-        first.setdefault(run.mesh_hash, run.name)
-    return list(first.values())
+def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
+    """Return what tells the films of some runs from others, for the key of a report."""
+    return [str(read_json(path, _FILM_REPAIR)["key"]) for run in runs for path in _stored_films(folder / run)]
 
 
-def _mesh(study: StudyResult, name: str) -> Any:
-    """Build the mesh of a run again; it is not stored."""
-    from fingerslip.study.running.build import build_mesh
+def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film, ...]:
+    """Read the films of the runs whose histories are shown, as far as a report shows them."""
+    return tuple(
+        _film(run, path.parent, history) for run, history in histories.items() for path in _stored_films(folder / run)
+    )
 
-    source = study.folder / name / RUN
-    return build_mesh(expand(read_study(source), source)[0])
+
+def _stored_films(run: Path) -> list[Path]:
+    return sorted(run.glob(f"{CAMERAS}/*/{ERRORS}"))
+
+
+def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
+    # Pictures and videos are slow to load, and few studies have cameras.
+    from fingerslip.report.page.films import Film
+    from fingerslip.vision.tracks import read_tracks
+
+    numbers = read_json(folder / ERRORS, _FILM_REPAIR)
+    truth = read_tracks(folder / "truth.nc")
+    displayed = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
+    tracks = read_tracks(folder / "tracks" / "matched.nc")
+    return Film(run, folder.name, tracks, truth, displayed, _frames(folder / "video.avi", truth, history))
+
+
+def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
+    """Return the frames that a report shows by their times [s]; none without a video or a slide."""
+    from fingerslip.report.figures.film import film_times
+    from fingerslip.vision.video import read_frames
+
+    window, times = slide_window(history), truth["time"].values
+    if not video.is_file() or window is None:
+        return {}
+    wanted = [int(np.abs(times - time).argmin()) for time in film_times(window.start, window.end, float(times[0]))]
+    frames = {}
+    for number, frame in enumerate(read_frames(video)):
+        if number in wanted:
+            frames[float(times[number])] = frame
+        if number >= max(wanted):
+            break
+    return frames
+
+
+def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:
+    """Write the page of two studies side by side, from their stored results."""
+    from fingerslip.report.page.comparison import comparison_report
+    from fingerslip.report.page.page import write_page
+
+    folders = Path(first), Path(second)
+    compared = [_compare(folder) for folder in folders]
+    provenance = {
+        f"{side}: {name}": value
+        for side, folder in zip("AB", folders, strict=True)
+        for name, value in provenance_of(folder, read_manifest(folder)).items()
+    }
+    path = output or folders[0] / f"comparison-{folders[1].resolve().name}.html"
+    write_page(comparison_report(compared[0], compared[1], provenance), path)
+    return path
+
+
+def _compare(folder: Path) -> ComparedStudy:
+    from fingerslip.report.page.comparison import ComparedStudy
+
+    study = read_results(folder)
+    specified = [read_run_values(folder / run.name / RUN) for run in study.runs]
+    values = value_rows(specified, read_manifest(folder).get("given") or None)
+    return ComparedStudy(study, values, slide_starts(study))

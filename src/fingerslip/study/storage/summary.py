@@ -1,9 +1,12 @@
-"""The summary of a study: a row per run, and what made the results."""
+"""The folder of a study: a row for each run, what made the results, and how they converge."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
+import logging
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NotRequired
 
@@ -15,19 +18,25 @@ from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import sensitivity_rows
 from fingerslip.results import Quantity, RefusedRun, RunResult, StudyResult
 from fingerslip.sampling import fits_of
-from fingerslip.storage.files import read_json, write_json, write_text
-from fingerslip.study.storage.provenance import commit, versions
+from fingerslip.storage.files import read_json, write_json, write_text, writing
+from fingerslip.study.storage.store import commit, versions
 from fingerslip.tables.table import to_csv
+from fingerslip.uncertainty import Convergence, Series
 
 __all__ = [
+    "CONVERGENCE",
     "MANIFEST",
     "SENSITIVITY",
     "SUMMARY",
+    "RunConvergence",
     "identities",
+    "read_convergences",
     "read_manifest",
+    "read_uncertainties",
     "refused_in",
     "stored_manifest",
     "stored_study",
+    "write_convergences",
     "write_manifest",
     "write_sensitivity",
     "write_summary",
@@ -36,7 +45,12 @@ __all__ = [
 #: Files in the folder of a study.
 MANIFEST, SUMMARY, SENSITIVITY = "manifest.json", "summary.csv", "sensitivity.csv"
 
+#: Name of the folder in a study's results that holds the refined runs, their tables and figures.
+CONVERGENCE = "convergence"
+_CONVERGENCE_FILE = "convergence.json"
+
 _REPAIR = "run the study again"
+_logger = logging.getLogger("fingerslip.study")
 
 
 class _Run(TypedDict):
@@ -93,12 +107,24 @@ def write_manifest(source: Path, study: StudyResult, report: str, *, given: Sequ
         "compare": list(study.compare),
         "given": list(given),
         **_samples(study),
-        "versions": versions(),
+        "versions": dict(versions()),
         "commit": commit(),
         "wall_time_s": round(sum(run.seconds for run in study.runs), 3),
         "report": report,
-        "derived": {run.name: _plain(run.derived) for run in study.runs if run.derived},
-        "runs": {run.name: _entry(run) for run in study.runs},
+        "derived": {
+            run.name: {name: [quantity.value, quantity.unit] for name, quantity in run.derived.items()}
+            for run in study.runs
+            if run.derived
+        },
+        "runs": {
+            run.name: {
+                "identity": run.identity,
+                "mesh_hash": run.mesh_hash,
+                "wall_time_s": round(run.seconds, 3),
+                "versions": dict(run.versions),
+            }
+            for run in study.runs
+        },
     }
     write_json(study.folder / MANIFEST, manifest)
 
@@ -127,11 +153,14 @@ def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
 
 def stored_study(folder: Path, manifest: Mapping[str, Any], runs: Iterable[RunResult]) -> StudyResult:
     """Return the results of a study from its manifest and its runs."""
-    derived = manifest.get("derived", {})
+    derived = {
+        run: {name: Quantity(name, unit, value) for name, (value, unit) in quantities.items()}
+        for run, quantities in manifest.get("derived", {}).items()
+    }
     return StudyResult(
         folder,
         tuple(manifest["compare"]),
-        tuple(dataclasses.replace(run, derived=_quantities(derived.get(run.name, {}))) for run in runs),
+        tuple(dataclasses.replace(run, derived=derived.get(run.name, {})) for run in runs),
         unchanged=tuple(manifest["runs"]),
         title=manifest["title"],
         description=manifest.get("description", ""),
@@ -139,14 +168,6 @@ def stored_study(folder: Path, manifest: Mapping[str, Any], runs: Iterable[RunRe
         refused=refused_in(manifest),
         design=dict(manifest.get("design", {})),
     )
-
-
-def _plain(derived: Mapping[str, Quantity]) -> dict[str, list[Any]]:
-    return {name: [quantity.value, quantity.unit] for name, quantity in derived.items()}
-
-
-def _quantities(stored: Mapping[str, Sequence[Any]]) -> dict[str, Quantity]:
-    return {name: Quantity(name, unit, value) for name, (value, unit) in stored.items()}
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
@@ -173,10 +194,90 @@ def identities(manifest: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(run["identity"]) for name, run in manifest["runs"].items()}
 
 
-def _entry(result: RunResult) -> dict[str, Any]:
-    return {
-        "identity": result.identity,
-        "mesh_hash": result.mesh_hash,
-        "wall_time_s": round(result.seconds, 3),
-        "versions": dict(result.versions),
+@dataclass(frozen=True)
+class RunConvergence:
+    """The convergence of every number of one run."""
+
+    run: str  # its name
+    identity: str  # hash of its inputs
+    quantities: Mapping[str, Convergence]  # by key, see :func:`fingerslip.results.quantities`
+
+
+def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence]) -> None:
+    """Write the convergence of the runs of a study into its results."""
+    values = {
+        name: {
+            "identity": convergence.identity,
+            "quantities": {key: _quantity_mapping(quantity) for key, quantity in convergence.quantities.items()},
+        }
+        for name, convergence in convergences.items()
     }
+    with writing(folder):
+        (folder / CONVERGENCE).mkdir(exist_ok=True)
+    write_json(folder / CONVERGENCE / _CONVERGENCE_FILE, values)
+
+
+def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, RunConvergence]:
+    """Read back the convergence of the runs with these inputs."""
+    try:
+        stored = read_json(folder / CONVERGENCE / _CONVERGENCE_FILE, "run fingerslip converge again")
+    except (FileNotFoundError, NotADirectoryError):
+        return {}
+    except DamagedError as error:
+        _warn(f"{error}; without it no uncertainties are known")
+        return {}
+    return {
+        name: RunConvergence(
+            name, run["identity"], {key: _quantity_from(quantity) for key, quantity in run["quantities"].items()}
+        )
+        for name, run in stored.items()
+        if run["identity"] == identities.get(name)
+    }
+
+
+@functools.cache
+def _warn(message: str) -> None:
+    """Warn once, however often the file is read."""
+    _logger.warning("%s", message)
+
+
+def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str, dict[str, float]]:
+    """Return the known uncertainties of the runs with these inputs: run, then key, to the number [SI]."""
+    return {
+        name: {
+            key: quantity.uncertainty
+            for key, quantity in convergence.quantities.items()
+            if quantity.uncertainty is not None
+        }
+        for name, convergence in read_convergences(folder, identities).items()
+    }
+
+
+def _quantity_mapping(convergence: Convergence) -> dict[str, Any]:
+    """Return how a number converges as plain data, with what follows from its values."""
+    refinements = convergence.refinements
+    return {
+        "name": convergence.quantity,
+        "unit": convergence.unit,
+        "value": convergence.value,
+        "uncertainty": convergence.uncertainty,
+        "converges": not convergence.unsettled_settings,
+        "sources": {
+            setting: {
+                "sizes": list(series.sizes),
+                "values": list(series.values),
+                **{
+                    name: getattr(refinements[setting], name) for name in ("behaviour", "order", "limit", "uncertainty")
+                },
+            }
+            for setting, series in convergence.sources.items()
+        },
+    }
+
+
+def _quantity_from(stored: Mapping[str, Any]) -> Convergence:
+    sources = {
+        setting: Series(setting, tuple(source["sizes"]), tuple(source["values"]))
+        for setting, source in stored["sources"].items()
+    }
+    return Convergence(stored["name"], stored["unit"], stored["value"], sources)

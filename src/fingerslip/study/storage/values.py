@@ -18,10 +18,11 @@ from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
-from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, read_study
+from fingerslip.study.definition.runs import Run, read_runs
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study
 from fingerslip.units import Unit
 
-__all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "Specified", "read_run_values", "value_rows"]
+__all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "read_run_values", "value_rows"]
 
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
@@ -33,14 +34,6 @@ _ABOUT = ("title", *NOT_OF_A_RUN)
 
 
 @dataclass(frozen=True)
-class Specified:
-    """What makes a run: its study without a sweep, and its specimen with all values."""
-
-    study: Study
-    specimen: Specimen | None
-
-
-@dataclass(frozen=True)
 class _Row:
     """A shown value of one run, and its text in the unit of its field, for joining it with the texts of other runs."""
 
@@ -48,13 +41,12 @@ class _Row:
     text: str
 
 
-def read_run_values(path: Path) -> Specified:
-    """Read what makes a run from its ``run.yaml``."""
-    study = read_study(path)
-    return Specified(study, study.specimen(str(path)))
+def read_run_values(path: Path) -> Run:
+    """Read a run with all its values from its ``run.yaml``."""
+    return read_runs(path).runs[0]
 
 
-def value_rows(runs: Sequence[Specified], paths: Collection[str] | None = None) -> tuple[ShownValue, ...]:
+def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tuple[ShownValue, ...]:
     """Return every value of some runs of one study, in the order of the study file."""
     result: dict[str, list[_Row]] = {}
     for run in runs:
@@ -71,15 +63,11 @@ def _merge_rows(rows: Sequence[_Row], runs: int) -> ShownValue:
         return first
     partly = f"in {len(rows)} of {runs} runs" if len(rows) < runs else ""
     notes = dict.fromkeys(text for text in (partly, *(row.shown.note for row in rows)) if text)
-    return ShownValue(first.path, _list_texts(texts), SWEPT, "; ".join(notes))
+    listed = ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
+    return ShownValue(first.path, listed, SWEPT, "; ".join(notes))
 
 
-def _list_texts(texts: Sequence[str]) -> str:
-    """Return some values one after the other, of many the first and how many there are."""
-    return ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
-
-
-def _rows(run: Specified, paths: Collection[str] | None) -> Iterator[_Row]:
+def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
     if run.specimen is not None:
         yield from _specimen_rows(run, run.specimen, paths)
     if _is_solid(run.study) and run.study.formulation is None:
@@ -92,22 +80,25 @@ def _rows(run: Specified, paths: Collection[str] | None) -> Iterator[_Row]:
     for leaf in walk_values(run.study):
         is_named = any(is_below(leaf.path, path) for path in named)
         if not is_named and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
-            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if _is_given(leaf, paths) else DEFAULT)
+            is_given = not leaf.is_default if paths is None else any(is_below(path, leaf.path) for path in paths)
+            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if is_given else DEFAULT)
 
 
 def _row(path: str, value: str, source: str, note: str = "") -> _Row:
     return _Row(ShownValue(path, value, source, note), value)
 
 
-def _specimen_rows(run: Specified, specimen: Specimen, paths: Collection[str] | None) -> Iterator[_Row]:
+def _specimen_rows(run: Run, specimen: Specimen, paths: Collection[str] | None) -> Iterator[_Row]:
     """Yield the values of the specimen: the preset's with their sources, others with the preset's value beside."""
     kind = str(run.study.specimen_kind)
     presets, values = SPECIMENS[kind], getattr(run.study, kind)
     name, origins = str(values["preset"]), {}
     yield _row(f"{kind}.preset", name, STUDY_FILE)
-    for path, material in _named_materials(values).items():
-        yield _row(f"{kind}.{path}.{PRESET}", material, STUDY_FILE)
-        origins[f"{kind}.{path}"] = _origin_of(MATERIALS, material, f"{kind}.{path}")
+    for layer, material in (values.get("materials") or {}).items():
+        if isinstance(material, Mapping) and PRESET in material:
+            path, shipped = f"{kind}.materials.{layer}", str(material[PRESET])
+            yield _row(f"{path}.{PRESET}", shipped, STUDY_FILE)
+            origins[path] = _origin_of(MATERIALS, shipped, path)
     whole = _origin_of(presets, name, kind)
     for leaf in walk_values(specimen):
         if reason := _unused_reason(leaf.path, run.study, specimen):
@@ -115,15 +106,6 @@ def _specimen_rows(run: Specified, specimen: Specimen, paths: Collection[str] | 
             continue
         element = next((origin for path, origin in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
         yield _row_of(kind, leaf, element, paths)
-
-
-def _named_materials(values: Mapping[str, Any]) -> Mapping[str, str]:
-    """Return the names of materials that ship from which those of a specimen start, by their paths in it."""
-    materials = values.get("materials") or {}
-    named = {
-        name: material for name, material in materials.items() if isinstance(material, Mapping) and PRESET in material
-    }
-    return {f"materials.{name}": str(element[PRESET]) for name, element in named.items()}
 
 
 @dataclass(frozen=True)
@@ -163,27 +145,17 @@ def _unused_reason(path: str, study: Study, specimen: Specimen) -> str:
         return f"the study gives its own {group}"
     if group == "materials" and rest.partition(".")[0] in study.materials:
         return "the study gives its own material"
-    return specimen.unused_reason(path, _use(study))
-
-
-def _use(study: Study) -> ModelUse:
-    """Return what the model of a study takes from its specimen."""
-    return ModelUse(
+    use = ModelUse(
         dim=3 if _is_solid(study) else 2,
         meshed=study.mesh.needs_specimen,
         held=not study.supports,
         groups=frozenset(study.record.all_groups),
     )
+    return specimen.unused_reason(path, use)
 
 
 def _is_solid(study: Study) -> bool:
     return study.formulation == "solid" or study.mesh.dim == 3
-
-
-def _is_given(leaf: Leaf, paths: Collection[str] | None) -> bool:
-    if paths is None:
-        return not leaf.is_default
-    return any(other == leaf.path or other.startswith(f"{leaf.path}.") for other in paths)
 
 
 def _text(value: object, unit: Unit | None) -> str:

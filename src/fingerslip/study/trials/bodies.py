@@ -1,4 +1,4 @@
-"""The condensed body that all trials of a study share, kept on disk: made once, with its mesh.
+"""The condensed body that all trials of a study share, kept on disk: made once, with its mesh; and its plate.
 
 The whole sensor in a slide of any direction, from its half in a slide along +x.
 
@@ -10,6 +10,7 @@ that is tilted along the slide, the tilt turns with the slide.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,29 +22,49 @@ from fingerslip.contact.counterfaces import Plane
 from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.errors import InputError
 from fingerslip.linear.threads import limited_threads
-from fingerslip.model.model import Model
 from fingerslip.model.programme import Phase, Press
+from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.specimens.tactip.profile import MarkerPlaces
 from fingerslip.storage.files import digest
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
-from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
-from fingerslip.study.storage.bases import BasisFolder
-from fingerslip.study.trials.plates import programme_of
+from fingerslip.study.storage.store import BasisFolder
 
-__all__ = [
-    "body_key",
-    "shared_body",
-    "shared_key",
-    "turned_whole",
-]
+__all__ = ["body_key", "load_rate", "plate_of", "programme_of", "shared_body", "shared_key", "turned_whole"]
 
+Floats = NDArray[np.float64]
 
 _VERSION = 1
 # How far above the plate skin is watched, over the deepest press.
 _REACH = 1.5
 # What a body depends on, of the values of a run.
 _OF_BODY = ("materials", "supports", "integration", "kinematics", "formulation", "record")
+# Of a turn, by which markers may be beside their places.
+_ROUNDING = 1e-6
+
+
+def plate_of(study: Study) -> RigidBody | None:
+    """Return the rigid body that the plate of a study is; None where its contact has none."""
+    name = study.all_contacts[0].rigid_body
+    return None if name is None else study.bodies[name]
+
+
+def programme_of(study: Study) -> tuple[Phase, ...]:
+    """Return how the plate of a study moves in the directions in which it is not free."""
+    plate = plate_of(study)
+    return study.programme if plate is None else plate.programme
+
+
+def load_rate(plate: RigidBody) -> float:
+    """Return how fast the loads on a plate grow at most, each for itself [N/s]."""
+    total = 0.0
+    for load in plate.loads:
+        times, factors = np.asarray(load.ramp.times), np.asarray(load.ramp.factors)
+        slopes = np.abs(np.diff(factors) / np.diff(times))
+        total += math.hypot(load.x, load.y, load.z) * float(slopes.max(initial=0.0))
+    return total
 
 
 def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
@@ -92,27 +113,18 @@ def _press(run: Run) -> float:
 
 
 def _make(run: Run, settings: TrialSettings, reach: float) -> StaticBody:
-    model = _upright(build_model(run, build_mesh(run)), programme_of(run.study), reach)
-    with limited_threads(1):
-        return static_body(model, reach=reach, hidden=settings.hidden, patch=settings.patch)
-
-
-def _upright(model: Model, programme: Sequence[Phase], reach: float) -> Model:
-    """Return a model whose plate is square to the axis of the sensor, with candidates as far as they are watched.
+    """Condense the body of a run under a plate that is square to the axis, watched as far as `reach` [m].
 
     What the body answers does not depend on a plate that is free.
     """
+    model = build_model(run, build_mesh(run))
     contacts = tuple(
         dataclasses.replace(contact, counterface=Plane((0.0, 1.0, 0.0)), search_distance=reach, rigid_body=None)
         for contact in model.contacts
     )
-    return dataclasses.replace(model, contacts=contacts, bodies={}, programme=tuple(programme))
-
-
-Floats = NDArray[np.float64]
-
-# Of a turn, by which markers may be beside their places.
-_ROUNDING = 1e-6
+    upright = dataclasses.replace(model, contacts=contacts, bodies={}, programme=programme_of(run.study))
+    with limited_threads(1):
+        return static_body(upright, reach=reach, hidden=settings.hidden, patch=settings.patch)
 
 
 def turned_whole(positions: Floats, half: MarkerPlaces, whole: MarkerPlaces, turn: float) -> Floats:

@@ -14,13 +14,12 @@ from fingerslip.detect.trials import FILES, write_trial
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, new_folder, read_json
-from fingerslip.study.definition.file import line_numbers
+from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.definition.settings import TrialSettings
-from fingerslip.study.definition.spec import Study, read_study
-from fingerslip.study.definition.sweep import expand_samples
+from fingerslip.study.definition.spec import Study
+from fingerslip.study.running.pool import end_with_parent, without_main_module
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.running.spawning import end_with_parent, without_main_module
-from fingerslip.study.storage.provenance import commit
+from fingerslip.study.storage.store import commit
 
 if TYPE_CHECKING:
     from fingerslip.dynamics.statics.body import StaticBody
@@ -55,14 +54,13 @@ def simulate_trials(
     """
     source, final = Path(path), Path(output)
     check_replaceable(final, MANIFEST)
-    study = read_study(source)
+    expansion = read_runs(source)
+    study, runs = expansion.study, expansion.runs
     settings = _settings(study, source)
     # What simulates and films is slow to load: what is wrong with a study is said before.
     from fingerslip.study.trials.bodies import shared_body, shared_key
     from fingerslip.study.trials.trials import card_notes, trial_plans
 
-    with line_numbers(source):
-        runs = expand_samples(study, source).runs
     plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
     key = shared_key(runs, settings)
     keys = {plan.name: _trial_key(plan, settings, key) for plan in plans}

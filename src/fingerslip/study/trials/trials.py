@@ -1,7 +1,8 @@
-"""Simulated trials and the card of their data set."""
+"""Simulated trials: what they are to be, how they are filmed and labelled, and the card of their data set."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,16 +26,13 @@ from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.sweep import Run
-from fingerslip.study.running.build import contact_of
-from fingerslip.study.trials.bodies import turned_whole
-from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
-from fingerslip.study.trials.plates import load_rate, plate_of, programme_of
+from fingerslip.study.trials.bodies import load_rate, plate_of, programme_of, turned_whole
 from fingerslip.version import __version__
-from fingerslip.vision.cameras.camera import interpolate
-from fingerslip.vision.cameras.point import pair_tracks, plate_mark
+from fingerslip.vision.cameras.camera import Pose, interpolate
+from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, PositionErrors, pair_tracks, plate_mark
 from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:
@@ -42,11 +40,21 @@ if TYPE_CHECKING:
 
 __all__ = [
     "RECORDED",
+    "Eyes",
     "TrialPlan",
     "card_notes",
+    "drawn_cameras",
+    "drawn_eyes",
     "simulated_trial",
     "trial_plans",
 ]
+
+Floats = NDArray[np.float64]
+
+#: Groups of sites that a study of trials records, in this order.
+RECORDED = ("internal_markers", "external_markers")
+# A plate that falls is filmed until it is as far as plates slide in the paper [m].
+_FALL = 14e-3
 
 
 def card_notes(study: Study, settings: TrialSettings, body: StaticBody) -> str:
@@ -90,14 +98,6 @@ def card_notes(study: Study, settings: TrialSettings, body: StaticBody) -> str:
     )
 
 
-Floats = NDArray[np.float64]
-
-#: Groups of sites that a study of trials records, in this order.
-RECORDED = ("internal_markers", "external_markers")
-# A plate that falls is filmed until it is as far as plates slide in the paper [m].
-_FALL = 14e-3
-
-
 @dataclass(frozen=True)
 class TrialPlan:
     """What a trial is to be."""
@@ -131,7 +131,7 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     """Simulate a trial and film it."""
     _check(plan, settings)
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
-    contact = contact_of(study.all_contacts[0], 3)
+    contact = study.all_contacts[0].contact(3)
     step, plate = study.time.stepping.step, plate_of(study)
     motion = march_static(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
     span = _filmed_span(plan, settings, motion)
@@ -263,7 +263,7 @@ def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[st
     """Return what a trial was done with, in SI units."""
     study = plan.run.study
     press, _, task = _phases(plan)
-    contact = contact_of(study.all_contacts[0], 3)
+    contact = study.all_contacts[0].contact(3)
     law = contact.friction
     x, y, _ = contact.counterface.unit_normal
     return {
@@ -309,3 +309,45 @@ def _provenance(plan: TrialPlan, origin: Mapping[str, Any]) -> dict[str, Any]:
         "strains": "small",
         "steps": f"quasi-static, {plan.run.study.time.stepping.step:g} s, joined by straight lines",
     }
+
+
+@dataclass(frozen=True)
+class Eyes:
+    """The cameras of one trial."""
+
+    noise: float  # standard deviation of positions [px]
+    shift: tuple[float, float]  # (float, float), how far the cameras are beside the axis, along x and z [m]
+    turn: float  # how far they are turned about their own axis [rad]
+    seed: int  # seed of the errors
+
+
+def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
+    """Return the cameras of a trial, drawn from its number and the seed of the data set."""
+    draw = np.random.default_rng([settings.seed, number])
+    x, z, turn = draw.uniform(-1.0, 1.0, 3)
+    noise, seed = draw.uniform(*settings.noise), int(draw.integers(2**31))
+    return Eyes(float(noise), (settings.shift * float(x), settings.shift * float(z)), settings.turn * float(turn), seed)
+
+
+def drawn_cameras(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> CameraPair:
+    """Return the cameras of a trial, which look at its markers.
+
+    Units: markers [m].
+    """
+    cameras = {}
+    for kind in ("internal", "external"):
+        markers_of_kind = markers.isel(marker=np.flatnonzero(markers["kind"].values == kind))
+        heights = markers_of_kind["position"].values[0, :, 1]
+        camera = settings.camera(kind, heights, frame_rate=settings.frame_rate, exposure=0.0)
+        cameras[kind] = dataclasses.replace(camera, pose=_shift_pose(camera.pose, eyes))
+    share = eyes.noise / MEASURED_ERRORS.noise
+    errors = PositionErrors(eyes.noise, share * MEASURED_ERRORS.bias, MEASURED_ERRORS.correlation)
+    return CameraPair(cameras["internal"], cameras["external"], errors, eyes.seed)
+
+
+def _shift_pose(pose: Pose, eyes: Eyes) -> Pose:
+    x, z = eyes.shift
+    position, target = ((at[0] + x, at[1], at[2] + z) for at in (pose.position, pose.target))
+    side = np.sin(eyes.turn) * pose.rotation[0]
+    up = np.cos(eyes.turn) * np.asarray(pose.up) + side
+    return Pose(position, target, (float(up[0]), float(up[1]), float(up[2])))

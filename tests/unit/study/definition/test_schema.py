@@ -10,7 +10,10 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
+from fingerslip.contact.counterfaces import BuiltInCounterface
+from fingerslip.contact.friction import BuiltInLaw
 from fingerslip.materials.choice import LAWS
+from fingerslip.parameters import kinds_of
 from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import Study
@@ -101,3 +104,14 @@ def test_an_editor_marks_mistakes(schema: dict[str, Any], path: str, value: obje
 def test_quantities_pass(schema: dict[str, Any], text: str) -> None:
     values = copy.deepcopy(block_values()) | {"depth": text}
     assert mistakes(schema, values) == []
+
+
+def test_schema_knows_every_choice() -> None:
+    definitions = study_schema()["$defs"]
+    laws = {"coulomb", "static_kinetic", "pressure_dependent", "anisotropic"}
+    assert laws <= set(definitions["FrictionChoice"]["properties"]) == set(kinds_of(BuiltInLaw))
+    shapes = {"plane", "cylinder", "sphere"}
+    assert shapes <= set(definitions["CounterfaceChoice"]["properties"]) == set(kinds_of(BuiltInCounterface))
+    assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
+    assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
+    assert "Ramp" in definitions

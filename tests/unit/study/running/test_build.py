@@ -21,8 +21,8 @@ from fingerslip.model.programme import Hold, Press, Ramp
 from fingerslip.model.rigid_bodies import RigidBody, Springs
 from fingerslip.model.timing import QuasiStatic
 from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
+from fingerslip.study.definition.runs import Run, expand
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, mesh_key
 from places import ROOT
 from unit.fingers import coarse_solid
@@ -244,22 +244,6 @@ def test_rigid_bodies_reach_the_model_with_the_contacts_on_them() -> None:
     assert model.contacts[0].rigid_body == "jug"
     assert model.programmes == ((press,),)
     assert model.end == 1.0
-
-
-@pytest.mark.parametrize(
-    ("body", "message"),
-    [
-        ({"mass": "300 g", "free": ["y"], "springs": {"x": "1 N/m"}}, r"bodies.jug.springs.x: acts where"),
-        ({"mass": "300 N"}, r"bodies.jug.mass: got '300 N', needs a unit of \[kg\]"),
-        (
-            {"mass": "300 g", "programme": [{"press": {"depth": "1 mm"}}]},
-            r"bodies.jug.programme.0.press.speed: is miss",
-        ),
-    ],
-)
-def test_mistakes_in_bodies_are_named_as_the_study_writes_them(body: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=r"studies/x.yaml: " + message):
-        parse_study(block_values() | {"bodies": {"jug": body}}, SOURCE)
 
 
 def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it() -> None:

@@ -28,7 +28,7 @@ def test_a_worker_returns_files_that_become_finished_runs(write_study: Write) ->
     jobs = prepare(plan, plan.runs)
     outcome = cluster.compute_task(cluster._task(jobs), jobs[0].model.mesh)
     assert [sorted(files) for files in outcome.values()] == [["events.json", "history.nc", "log.txt", "run.yaml"]] * 3
-    assert [cluster._written(job, outcome[job.run.name]) for job in jobs] == [None] * 3
+    assert [cluster._write_files(job, outcome) for job in jobs] == [None] * 3
     assert {stored_result(job.folder).identity for job in jobs} == set(plan.identities.values())
     assert len(plan.finished_runs()) == 3
 
@@ -37,13 +37,14 @@ def test_damaged_files_are_not_written(write_study: Write) -> None:
     path = write_study()
     plan = plan_study(path, path.parent / "results")
     job = prepare(plan, plan.runs)[0]
-    files = dict(cluster.compute_task(cluster._task([job]), job.model.mesh)[job.run.name])
-    error = cluster._written(job, files | {"history.nc": files["history.nc"][:-7]})
+    name = job.run.name
+    files = dict(cluster.compute_task(cluster._task([job]), job.model.mesh)[name])
+    error = cluster._write_files(job, {name: files | {"history.nc": files["history.nc"][:-7]}})
     assert "its checksum is another" in str(error)
     assert not job.folder.exists()
-    assert "not enough memory on the worker" in str(cluster._written(job, MemoryError()))
+    assert "not enough memory on the worker" in str(cluster._write_files(job, {name: MemoryError()}))
     refused = ResultError("no")
-    assert cluster._written(job, refused) is refused
+    assert cluster._write_files(job, {name: refused}) is refused
 
 
 def test_a_worker_of_another_version_is_refused(write_study: Write) -> None:

@@ -17,8 +17,7 @@ from fingerslip.errors import InputError, ResultError, SlipOutsideContactError
 from fingerslip.history import read_history
 from fingerslip.slip import events_from_mapping, find_events
 from fingerslip.study.running import compute
-from fingerslip.study.running.jobs import Job
-from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.plan import Job, plan_study
 from fingerslip.study.running.prepare import prepare
 from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.study.storage import store
@@ -82,7 +81,7 @@ def job(write_study: Write, tmp_path: Path) -> Job:
 @pytest.mark.usefixtures("simulated")
 def test_what_is_stored_beside_the_history_says_what_happened(job: Job) -> None:
     told: list[float] = []
-    compute.compute(job, told.append)
+    compute.compute([job], told.append)
     assert told == [0.5]
     stored = json.loads((job.folder / "events.json").read_text())
     assert (stored["run"], stored["swept"]) == ("friction_coefficient-0.4", {"contact.friction_coefficient": 0.4})
@@ -101,7 +100,7 @@ def test_what_is_stored_beside_the_history_says_what_happened(job: Job) -> None:
 def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job: Job) -> None:
     logger = logging.getLogger("fingerslip")
     before = (logger.level, list(logger.handlers))
-    compute.compute(job, lambda _: None)
+    compute.compute([job], lambda _: None)
     assert (logger.level, list(logger.handlers)) == before
     text = (job.folder / "log.txt").read_text()
     assert f"identity {job.identity}" in text
@@ -115,7 +114,7 @@ def test_a_failing_run_leaves_neither_folder_nor_handler(job: Job, monkeypatch: 
 
     monkeypatch.setattr(compute, "simulate", failing)
     with pytest.raises(SlipOutsideContactError) as caught:
-        compute.compute(job, lambda _: None)
+        compute.compute([job], lambda _: None)
     assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
     assert not list(job.folder.parent.iterdir())
     assert not logging.getLogger("fingerslip").handlers
@@ -126,6 +125,6 @@ def test_progress_may_end_a_run(job: Job, simulated: list[float]) -> None:
         raise InputError("here", "stopped", "goes on")
 
     with pytest.raises(InputError, match="stopped"):
-        compute.compute(job, stop)
+        compute.compute([job], stop)
     assert simulated == [0.4]
     assert not list(job.folder.parent.iterdir())

@@ -11,7 +11,7 @@ from fingerslip.errors import InputError
 from fingerslip.history import write_history
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.pictures import camera_of, film_history, film_runs
-from fingerslip.study.storage.films import film_keys, read_films
+from fingerslip.study.storage.reporting import film_keys, read_films
 from fingerslip.vision.cameras.camera import pixels_of
 from fingerslip.vision.tracks import make_tracks, read_tracks
 from unit.filmed import filmed_history

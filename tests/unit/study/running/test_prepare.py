@@ -1,15 +1,22 @@
-"""Runs made ready: models share their mesh, and impossible samples are refused alone."""
+"""Runs made ready: models share their mesh, impossible samples are refused alone, and a basis is chosen."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import fingerslip as fs
 from fingerslip.errors import InputError
+from fingerslip.study.definition.file import read_mapping
+from fingerslip.study.running import prepare as preparing
+from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.prepare import prepare, prepare_samples
+from fingerslip.study.running.runner import run_study
 from unit.study.block import block_values, changed
 
 Write = Callable[..., Path]
@@ -35,3 +42,136 @@ def test_what_is_wrong_names_the_run(write_study: Write) -> None:
     plan = plan_study(write_study(changed("contact.boundary", "pulp")))
     with pytest.raises(InputError, match=r"block\.yaml \(contact\.friction_coefficient = 0\.2\).*'pulp' not in mesh"):
         prepare(plan, plan.runs)
+
+
+TOLERANCES = {"tolerance": 0.01, "acceleration_tolerance": 0.9}
+
+
+def values(basis: str, **changes: Any) -> dict[str, Any]:
+    return block_values() | {"dynamics": {"basis": basis, **TOLERANCES}} | changes
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, ...]]:
+    """Return what is asked of the estimate, which says that a basis saves from more than 50 steps on."""
+    asked = []
+
+    def saves(*sizes: int) -> bool:
+        asked.append(sizes)
+        return sizes[2] > 50
+
+    monkeypatch.setattr(preparing, "basis_saves", saves)
+    return asked
+
+
+def chosen(path: Path, tmp_path: Path) -> list[str]:
+    plan = plan_study(path, tmp_path)
+    jobs = prepare(plan, plan.runs)
+    assert all((job.model.basis is not None) == (job.run.study.dynamics.basis == "reduced") for job in jobs)
+    return [job.run.study.dynamics.basis for job in jobs]
+
+
+def test_runs_that_share_a_body_are_counted_together(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    path = write_study(values("automatic"))
+    assert chosen(path, tmp_path) == ["reduced"] * 3
+    ((unknowns, interface, steps, dim),) = asked
+    assert (unknowns, steps, dim) == (72, 2 * 30, 2)
+    assert 0 < interface < unknowns
+
+
+def test_a_run_alone_is_the_one_that_tries_its_basis_out(
+    write_study: Write, tmp_path: Path, asked: list[tuple[int, ...]]
+) -> None:
+    """Runs with matrices of their own: two of one body share a basis, two bodies have one each."""
+    shared = values("automatic", sweep={"time.alpha": [-0.05, -0.1]})
+    assert chosen(write_study(shared), tmp_path) == ["reduced"] * 2
+    assert {steps for _, _, steps, _ in asked} == {2 * 30}
+    asked.clear()
+    alone = values("automatic", sweep={"materials.block.poisson_ratio": [0.2, 0.3]})
+    assert chosen(write_study(alone), tmp_path) == ["full"] * 2
+    assert [steps for _, _, steps, _ in asked] == [30] * 2
+
+
+@pytest.mark.parametrize(("basis", "wanted"), [("full", "full"), ("reduced", "reduced")])
+def test_what_a_study_says_is_done(
+    write_study: Write, tmp_path: Path, asked: list[Any], basis: str, wanted: str
+) -> None:
+    assert chosen(write_study(values(basis)), tmp_path) == [wanted] * 3
+    assert asked == []
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("asked")
+def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study: Write, tmp_path: Path) -> None:
+    path = write_study(values("automatic"))
+    result = run_study(path, results_dir=tmp_path / "results", workers=1)
+    for run in result.runs:
+        assert read_mapping(result.folder / run.name / "run.yaml")["dynamics"] == TOLERANCES | {"basis": "reduced"}
+        attrs = fs.read_history(result.folder / run.name / "history.nc").attrs
+        assert attrs["basis"] == "reduced"
+    assert len(list((result.folder / BASES).glob("*.basis"))) == 1
+    again = run_study(path, results_dir=tmp_path / "results", workers=1)
+    assert len(again.unchanged) == 3
+
+
+@pytest.mark.slow
+def test_a_basis_of_another_study_file_serves_no_other_body(write_study: Write, tmp_path: Path) -> None:
+    path = write_study(values("reduced", sweep={"materials.block.density": ["900 kg/m^3", "1000 kg/m^3"]}))
+    result = run_study(path, results_dir=tmp_path / "results", workers=1)
+    assert len(list((result.folder / BASES).glob("*.basis"))) == 2
+
+
+def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    plan = plan_study(write_study(values("automatic")), tmp_path)
+    jobs = prepare(plan, plan.runs)
+    assert asked
+    for job, run in zip(jobs, plan.runs, strict=True):
+        assert job.identity == plan.identities[run.name]
+        assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"kinematics": "finite", "law": "neo_hookean"},
+        {"prony": [{"share": 0.3, "time": "0.1 s"}]},
+        {"time": {"step": "auto", "output": "2 ms"}},
+        {
+            "programme": [],
+            "bodies": {"plate": {"mass": "1 g", "free": ["y"], "dampers": {"y": "1 N s/m"}, "programme": []}},
+            "time": {"step": "2 ms", "end": "20 ms"},
+        },
+        {
+            "contact": {
+                "boundary": "bottom",
+                "friction": {"slip_weakening": {"static": 0.6, "kinetic": 0.5, "distance": "0.1 mm"}},
+            },
+            "sweep": {"contact.friction.slip_weakening.static": [0.6, 0.7, 0.8]},
+        },
+        {
+            "support_motions": {
+                "top": {"displacement": ["0 mm", "1 um"], "ramp": {"times": ["0 s", "0.1 s"], "factors": [0, 1]}}
+            }
+        },
+    ],
+    ids=[
+        *("large strain", "relaxing", "steps that control their error", "damped bodies"),
+        *("weakening friction", "moving supports"),
+    ],
+)
+def test_what_a_basis_does_not_know_takes_the_mesh(
+    write_study: Write, tmp_path: Path, asked: list[Any], changes: dict[str, Any]
+) -> None:
+    own = {key: changes.pop(key) for key in ("law", "prony") if key in changes}
+    block = block_values()["materials"]["block"] | own
+    path = write_study(values("automatic", materials={"block": block}, **changes))
+    assert chosen(path, tmp_path) == ["full"] * 3
+    assert asked == []
+
+
+def test_a_study_that_says_nothing_leaves_it_open(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    assert (
+        chosen(write_study({key: item for key, item in values("full").items() if key != "dynamics"}), tmp_path)
+        == ["reduced"] * 3
+    )
+    assert asked

@@ -198,18 +198,6 @@ def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simul
     assert simulated == []
 
 
-def test_runs_with_one_mesh_share_it(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fingerslip.study.running import prepare
-
-    built: list[str] = []
-    whole = prepare.build_mesh
-    monkeypatch.setattr(prepare, "build_mesh", lambda run: built.append(run.name) or whole(run))
-    plan = plan_study(write_study())
-    jobs = prepare.prepare(plan, plan.runs)
-    assert built == [NAMES[0]]
-    assert len(jobs) == 3
-
-
 @pytest.mark.usefixtures("simulated", "reports")
 def test_written_run_is_a_study_that_gives_the_same_run(write_study: Write) -> None:
     result = run(write_study())

@@ -1,4 +1,4 @@
-"""From stored runs to tables, figures and page."""
+"""From stored runs to tables, figures and pages, of one study or of two side by side."""
 
 from __future__ import annotations
 
@@ -18,20 +18,29 @@ from fingerslip.report.page import assemble
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.storage.files import write_json
+from fingerslip.study.definition.settings import CameraSettings
+from fingerslip.study.running.pictures import film_history
+from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import (
+    compare_studies,
     event_tables,
+    film_keys,
     provenance_of,
+    read_films,
     read_results,
     read_stored_run,
     report_key,
     write_report,
 )
 from fingerslip.study.storage.summary import MANIFEST, read_manifest
+from unit.filmed import filmed_history
 from unit.report.pages import checked
 from unit.study.block import FRICTIONS
 
 Write = Callable[..., Path]
+
+
 NAMES = tuple(f"friction_coefficient-{friction}" for friction in FRICTIONS)
 
 
@@ -155,3 +164,29 @@ def test_dates_are_written_in_any_time_zone(tmp_path: Path, monkeypatch: pytest.
     finally:
         monkeypatch.undo()
         time.tzset()
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_the_page_stands_in_the_folder_of_the_first(write_study: Callable[..., Path], tmp_path: Path) -> None:
+    path = write_study()
+    folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
+    written = compare_studies(folder, folder)
+    assert written == folder / f"comparison-{folder.name}.html"
+    page = written.read_text(encoding="utf-8")
+    assert "Both studies have the same values." in page
+    assert "<dt>B: commit</dt>" in page or "<dt>B: study</dt>" in page
+    assert compare_studies(folder, folder, tmp_path / "x.html") == tmp_path / "x.html"
+    with pytest.raises(ResultError, match="holds no results of a study"):
+        compare_studies(folder, tmp_path / "nowhere")
+
+
+CAMERA = CameraSettings(width=160, height=120, view_width=14e-3, distance=30e-3, rest=0.4, marker_radius=0.3e-3)
+
+
+def test_frames_at_rest_at_the_start_in_the_slide_and_at_its_end(tmp_path):
+    film_history(filmed_history(), "external", CAMERA, tmp_path / "run" / "cameras" / "external", "key")
+    assert film_keys(tmp_path, ["run"]) == ["key"]
+    (film,) = read_films(tmp_path, {"run": filmed_history()})
+    assert list(film.frames) == pytest.approx([-0.4, 1.0, 1.33, 2.0], abs=0.02)
+    assert {frame.shape for frame in film.frames.values()} == {(120, 160)}
+    assert film.truth["position"].shape == film.tracks["position"].shape

@@ -1,4 +1,4 @@
-"""The summary and the manifest of a study."""
+"""The folder of a study: summary, manifest and convergence."""
 
 from __future__ import annotations
 
@@ -19,17 +19,25 @@ from fingerslip.slip import MEASURES, Events, Found, SlipEvents
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.summary import (
+    CONVERGENCE,
+    RunConvergence,
     identities,
+    read_convergences,
     read_manifest,
+    read_uncertainties,
     refused_in,
+    write_convergences,
     write_manifest,
     write_sensitivity,
     write_summary,
 )
+from fingerslip.uncertainty import Convergence, Series
 from unit.sampled import study_of
 from unit.study.block import FRICTIONS
 
 Write = Callable[..., Path]
+
+
 NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
 
 
@@ -131,3 +139,49 @@ def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path: 
     assert (clearance["unit"], clearance["low"], clearance["high"]) == ("mm", "0", "0.4")
     assert float(clearance["slope_s_per_unit"]) == pytest.approx(-0.5)
     assert clearance["fingertip.phalanx.variant"] == "original"
+
+
+SIZES = (1.0, 0.5, 0.25)
+
+
+KNOWN = Convergence("overall slip", "s", 1.7, {"step": Series("step", SIZES, (1.7, 1.65, 1.625))})
+
+
+LACKING = Convergence("incipient slip", "s", 1.2, {"step": Series("step", SIZES, (1.2, None, 1.1))})
+
+
+FOUND = RunConvergence("run", "key", {"slip.overall": KNOWN, "slip.incipient": LACKING})
+
+
+def test_series_come_back_as_they_were(tmp_path: Path) -> None:
+    write_convergences(tmp_path, {"run": FOUND})
+    assert read_convergences(tmp_path, {"run": "key"}) == {"run": FOUND}
+    assert (tmp_path / CONVERGENCE / "convergence.json").is_file()
+
+
+def test_only_known_uncertainties_are_given(tmp_path: Path) -> None:
+    write_convergences(tmp_path, {"run": FOUND})
+    assert read_uncertainties(tmp_path, {"run": "key"}) == {"run": {"slip.overall": pytest.approx(1.25 * 0.1)}}
+
+
+def test_runs_with_other_inputs_have_no_uncertainty(tmp_path: Path) -> None:
+    write_convergences(tmp_path, {"run": FOUND})
+    assert read_uncertainties(tmp_path, {"run": "changed"}) == {}
+    assert read_uncertainties(tmp_path, {"other": "key"}) == {}
+
+
+@pytest.mark.parametrize("text", [None, "", "{"])
+def test_without_a_readable_file_nothing_is_known(tmp_path: Path, text: str | None) -> None:
+    if text is not None:
+        (tmp_path / CONVERGENCE).mkdir()
+        (tmp_path / CONVERGENCE / "convergence.json").write_text(text)
+    assert read_uncertainties(tmp_path, {"run": "key"}) == {}
+
+
+def test_a_damaged_file_is_named_in_a_warning(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / CONVERGENCE).mkdir()
+    (tmp_path / CONVERGENCE / "convergence.json").write_bytes(b"\xff")
+    for _ in range(2):
+        assert read_uncertainties(tmp_path, {"run": "key"}) == {}
+    (message,) = caplog.messages
+    assert "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it" in message

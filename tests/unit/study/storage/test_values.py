@@ -17,10 +17,10 @@ from fingerslip.report.page.page import Report, ReportSection, render_page
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
 from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.definition.file import write_mapping
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_model
-from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, Specified, read_run_values, value_rows
+from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, read_run_values, value_rows
 from fingerslip.units import parse_quantity
 from unit.study.block import block_values
 
@@ -384,8 +384,8 @@ def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
 
 def test_what_another_law_brings_is_shown_as_its_default(tmp_path: Path) -> None:
     law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
-    study = parse_study({**PLANE, "fingertip": {"preset": "wang2014-2d", "materials": {"tissue": law}}}, Path("x.yaml"))
-    run = Specified(study, study.specimen("x.yaml"))
+    fingertip = {"preset": "wang2014-2d", "materials": {"tissue": law}}
+    (run,) = expand(parse_study({**PLANE, "fingertip": fingertip}, Path("x.yaml")), Path("x.yaml"))
     given = tuple(f"fingertip.materials.tissue.{name}" for name in law)
     rows = {row.path.removeprefix("fingertip.materials.tissue."): row for row in value_rows([run], given)}
     assert {rows[name].source for name in law} == {STUDY_FILE}

@@ -1,4 +1,4 @@
-"""The body that trials share."""
+"""The body that trials share, its plate, and a slide of the half turned into slides of the whole."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
+import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
+from fingerslip.specimens.tactip import PRESETS, marker_places
+from fingerslip.specimens.tactip.sites import modelled_places, points_at
+from fingerslip.study.definition.runs import expand
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand_samples
 from fingerslip.study.trials import bodies
-from fingerslip.study.trials.bodies import body_key, shared_body
+from fingerslip.study.trials.bodies import body_key, load_rate, plate_of, programme_of, shared_body, turned_whole
 from places import ROOT
 
 STUDY = ROOT / "studies" / "bulens2023_dataset_small.yaml"
@@ -25,7 +28,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def runs(study):
-    return expand_samples(study, STUDY).runs
+    return expand(study, STUDY)
 
 
 def test_friction_tilt_and_depth_need_no_other_body(study, runs):
@@ -58,3 +61,64 @@ def test_a_body_is_made_once(study, runs, tmp_path, monkeypatch):
     assert [reach for _, _, reach in made] == [pytest.approx(1.5 * 2e-3)]
     for field in dataclasses.fields(StaticBody):
         assert (getattr(kept, field.name) == getattr(body, field.name)).all()
+
+
+HALF = PRESETS.read("tactip-ridged-3d")
+
+
+WHOLE = dataclasses.replace(HALF, part="whole")
+
+
+PLACES = modelled_places(HALF), marker_places(HALF.markers)
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_the_layout_is_the_same_after_an_eighth_of_a_turn(number):
+    at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
+    whole = points_at(WHOLE, PLACES[1], HALF.marker_depth)
+    assert len(whole) == 81
+    assert turned_whole(at_rest[None], *PLACES, number * np.pi / 4)[0] == pytest.approx(whole, abs=1e-12)
+
+
+def test_displacements_turn_with_the_slide():
+    at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
+    moved = at_rest + np.array([1e-3, 2e-4, 0.0])
+    whole = points_at(WHOLE, PLACES[1], HALF.marker_depth)
+    found = turned_whole(moved[None], *PLACES, np.pi / 2)[0] - whole
+    assert found == pytest.approx(np.tile([0.0, 2e-4, 1e-3], (81, 1)), abs=1e-12)
+
+
+def test_the_other_half_is_the_mirror_image():
+    half, whole = PLACES
+    moved = np.zeros((1, len(half.ring), 3))
+    moved[0, :, 2] = half.across
+    found = turned_whole(moved, half, whole, 0.0)[0, :, 2]
+    assert found == pytest.approx(whole.across, abs=1e-12)
+
+
+def test_a_turn_that_changes_the_layout_is_refused():
+    at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
+    with pytest.raises(InputError, match=r"trials\.directions: turns ring 1 by 36 degrees"):
+        turned_whole(at_rest[None], *PLACES, np.pi / 5)
+
+
+def test_a_plate_without_a_body_moves_as_the_study_says():
+    study = read_study(ROOT / "studies" / "bulens2023_dataset.yaml")
+    assert plate_of(study) is None
+    assert [type(phase) for phase in programme_of(study)] == [fs.Press, fs.Hold, fs.Slide]
+
+
+def test_a_plate_that_is_a_body_has_a_programme_of_its_own():
+    study = read_study(ROOT / "studies" / "bulens2023_pouring_3d.yaml")
+    plate = plate_of(study)
+    assert plate is not None
+    assert plate.free == ("x",)
+    assert [type(phase) for phase in programme_of(study)] == [fs.Press, fs.Hold, fs.Hold]
+    # Half of 10 g/s.
+    assert load_rate(plate) == pytest.approx(0.5 * 0.010 * 9.81, rel=1e-3)
+
+
+def test_loads_grow_as_fast_as_the_steepest_part_of_their_ramps():
+    ramps = fs.Ramp((0.0, 1.0, 3.0), (0.0, 1.0, 0.0)), fs.Ramp((0.0,), (1.0,))
+    plate = fs.RigidBody(mass=1.0, free=("x", "z"), loads=tuple(fs.BodyLoad(x=3.0, z=4.0, ramp=ramp) for ramp in ramps))
+    assert load_rate(plate) == pytest.approx(5.0)

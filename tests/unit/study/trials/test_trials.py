@@ -1,4 +1,4 @@
-"""What a trial of a study is."""
+"""What a trial of a study is, the cameras that film it, and the notes of a data card."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
+from fingerslip.study.definition.runs import expand
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.definition.sweep import expand_samples
-from fingerslip.study.trials.trials import simulated_trial, trial_plans
+from fingerslip.study.trials.trials import Eyes, card_notes, drawn_cameras, drawn_eyes, simulated_trial, trial_plans
+from fingerslip.vision.cameras.point import pair_tracks
+from fingerslip.vision.tracks import make_tracks
 from places import ROOT
 
 STUDY = ROOT / "studies" / "bulens2023_dataset.yaml"
@@ -23,14 +27,14 @@ def study():
 
 @pytest.fixture(scope="module")
 def runs(study):
-    return expand_samples(study, STUDY).runs
+    return expand(study, STUDY)
 
 
 def test_there_are_the_320_trials_of_the_paper(study, runs):
     plans = trial_plans(runs, study.trials, study.sample.count)
     cells = {}
     for plan in plans:
-        depth = plan.run.study.programme[0].press.depth
+        depth = plan.run.study.programme[0].depth
         cells.setdefault((depth, round(np.degrees(plan.direction))), []).append(plan.repeat)
     assert len(plans) == 320
     assert sorted({depth for depth, _ in cells}) == pytest.approx([2e-3, 3e-3, 4e-3, 5e-3])
@@ -51,7 +55,7 @@ def test_without_samples_every_run_goes_in_all_directions(study, runs):
 
 
 def test_static_friction_is_above_kinetic_friction(runs):
-    laws = [run.study.contact.friction.static_kinetic for run in runs]
+    laws = [run.study.contact.friction for run in runs]
     assert all(law.static > law.kinetic for law in laws)
     assert len({law.static for law in laws}) == 80
 
@@ -72,7 +76,7 @@ def test_other_programmes_are_refused(study, runs):
 def test_a_plate_falls_along_the_plane_of_symmetry_alone():
     path = ROOT / "studies" / "bulens2023_pouring_3d.yaml"
     pours = read_study(path)
-    run = expand_samples(pours, path).runs[0]
+    run = expand(pours, path)[0]
     plate = dataclasses.replace(run.study.bodies["plate"], free=("x", "z"))
     wrong = dataclasses.replace(run, study=dataclasses.replace(run.study, bodies={"plate": plate}))
     (plan,) = trial_plans((wrong,), pours.trials, 1)
@@ -84,3 +88,67 @@ def test_both_kinds_of_markers_have_to_be_recorded(study, runs):
     record = dataclasses.replace(study.record, groups=())
     with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
         simulated_trial(refused(study, runs, record=record), study.trials, None, {})
+
+
+SETTINGS = TrialSettings(frame_rate=20.0)
+
+
+def filmed(settings, eyes, markers):
+    return pair_tracks(drawn_cameras(settings, eyes, markers), markers)
+
+
+def markers():
+    position = np.zeros((3, 4, 3))
+    position[:, :2, 1], position[:, 1::2, 0] = 5e-3, 3e-3
+    position[:, :2, 0] += np.array([0.0, 0.0, 1e-3])[:, None]
+    position[:, 3] = np.nan
+    kind = ["internal", "internal", "external", "external"]
+    return make_tracks(position, [0.0, 1.0, 2.0], units="m", kind=kind, ring=[0, 1, 0, 1], angle=[0.0] * 4)
+
+
+def test_both_cameras_see_their_markers_and_what_is_hidden_is_missing():
+    found = filmed(SETTINGS, Eyes(0.0, (0.0, 0.0), 0.0, 1), markers())
+    assert found.sizes == {"time": 41, "marker": 4, "axis": 2}
+    assert found["position"].values[0, 0] == pytest.approx([319.5, 239.5], abs=1e-3)
+    moved = found["position"].values[-1, 0, 0] - 319.5
+    assert moved == pytest.approx(1e-3 / SETTINGS.metres_per_pixel, rel=0.01)
+    assert np.isnan(found["position"].values[:, 3]).all()
+    assert found["kind"].values.tolist() == ["internal", "internal", "external", "external"]
+
+
+def test_a_camera_that_is_turned_and_moved_sees_markers_elsewhere():
+    straight, turned = (
+        filmed(SETTINGS, Eyes(0.0, shift, turn, 1), markers())["position"].values[0, :2]
+        for shift, turn in (((0.0, 0.0), 0.0), ((1e-3, 0.0), 0.1))
+    )
+    sides = [two[1] - two[0] for two in (straight, turned)]
+    assert np.linalg.norm(sides[0]) == pytest.approx(np.linalg.norm(sides[1]), rel=1e-2)
+    angle = np.arccos(sides[0] @ sides[1] / np.prod([np.linalg.norm(one) for one in sides]))
+    assert angle == pytest.approx(0.1, abs=1e-3)
+    assert not np.allclose(straight[0], turned[0], atol=1.0)
+
+
+def test_noise_is_that_of_the_trial():
+    found = filmed(TrialSettings(frame_rate=500.0, width=640), Eyes(0.05, (0.0, 0.0), 0.0, 3), markers())
+    still = found["position"].values[:500, 2]
+    assert still.std(axis=0).mean() == pytest.approx(0.05, rel=0.1)
+
+
+def test_trials_draw_their_own_cameras():
+    first, again, other = drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 5)
+    assert first == again != other
+    assert SETTINGS.noise[0] <= first.noise <= SETTINGS.noise[1]
+    assert max(map(abs, first.shift)) <= SETTINGS.shift
+
+
+NONE = np.zeros((0, 3))
+
+
+def test_the_card_names_every_range_and_the_strains():
+    study = read_study(ROOT / "studies" / "bulens2023_dataset.yaml")
+    body = StaticBody(np.arange(7), np.zeros((7, 3)), np.ones(7), NONE, NONE, NONE, NONE)
+    notes = card_notes(study, study.trials, body)
+    assert "Strains are small" in notes
+    assert "Contact: 7 patches of 0.8 mm" in notes
+    for path, (low, high) in study.sample.ranges.items():
+        assert f"| `{path}` | {low} to {high} |" in notes

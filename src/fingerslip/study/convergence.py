@@ -1,0 +1,268 @@
+"""Error bars: refining the runs of a study, and what their numbers approach."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fingerslip.errors import InputError
+from fingerslip.model.model import Model
+from fingerslip.report.tables.compare import convergence_table, series_table
+from fingerslip.results import RunResult, quantities, stored_result
+from fingerslip.storage.files import new_folder, write_text
+from fingerslip.study.definition.runs import Run
+from fingerslip.study.definition.spec import Study
+from fingerslip.study.running.plan import Plan, plan_study
+from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.runner import StudyFailedError, compute_jobs, run_studies, write_up
+from fingerslip.study.storage.store import identity
+from fingerslip.study.storage.summary import CONVERGENCE, RunConvergence, read_convergences, write_convergences
+from fingerslip.tables.table import Table, to_csv, to_markdown
+from fingerslip.uncertainty import SETTINGS, Convergence, Series
+
+__all__ = [
+    "Level",
+    "StudyConvergence",
+    "converge",
+    "level_folders",
+    "levels_of",
+    "run_at",
+]
+
+
+@dataclass(frozen=True)
+class Level:
+    """One change of one setting."""
+
+    setting: str  # what is changed
+    value: float  # factor on element sizes, time step or contact stiffness
+
+    @property
+    def label(self) -> str:
+        """Its name in folders and tables."""
+        return f"{self.setting}-{self.value:g}"
+
+
+def levels_of(study: Study) -> tuple[Level, ...]:
+    """Return the levels that a study asks for and can have.
+
+    A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
+    stiffness.
+    """
+    levels = [Level(setting.name, value) for setting in SETTINGS for value in getattr(study.converge, setting.name)]
+    return tuple(level for level in levels if _applies(level, study))
+
+
+def _applies(level: Level, study: Study) -> bool:
+    match level.setting:
+        case "mesh":
+            return study.mesh.refined(level.value) is not None
+        case "penalty":
+            return bool(study.all_contacts)
+        case "alpha":
+            return study.time.scheme == "hht_alpha" and level.value != study.time.alpha
+        case _:
+            return True
+
+
+def run_at(run: Run, level: Level, model: Model) -> Run:
+    """Return a run with one setting changed, and without snapshots."""
+    record = dataclasses.replace(run.study.record, snapshots_every=0.0)
+    study = dataclasses.replace(run.study, record=record, **_change(run.study, level, model))
+    return dataclasses.replace(
+        run, name=f"{run.name}_{level.label}", where=f"{run.where} at {level.label}", study=study
+    )
+
+
+def _change(study: Study, level: Level, model: Model) -> dict[str, Any]:
+    """Return the fields of a study that are others at a level."""
+    match level.setting:
+        case "mesh":
+            return {"mesh": study.mesh.refined(level.value)}
+        case "step":
+            return {"time": study.time.refined(level.value)}
+        case "alpha":
+            return {"time": dataclasses.replace(study.time, alpha=level.value)}
+    from fingerslip.dynamics.system.penalties import contact_penalties
+
+    stiffer = []
+    for settings, contact in zip(study.all_contacts, model.contacts, strict=True):
+        normal, tangential = (level.value * penalty for penalty in contact_penalties(model, contact))
+        stiffer.append(dataclasses.replace(settings, normal_penalty=normal, tangential_penalty=tangential))
+    return {"contacts": tuple(stiffer)} if study.contact is None else {"contact": stiffer[0]}
+
+
+@dataclass(frozen=True)
+class StudyConvergence:
+    """The convergence of a study."""
+
+    folder: Path  # folder of the results of the study
+    runs: tuple[RunConvergence, ...]  # the runs that were refined
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """A table for each run."""
+        return tuple(convergence_table(convergence.quantities, convergence.run) for convergence in self.runs)
+
+    @property
+    def markdown(self) -> str:
+        """The tables in Markdown, each under its title."""
+        return "\n".join(f"## {table.title}\n\n{to_markdown(table)}" for table in self.tables)
+
+    @property
+    def figures(self) -> Path:
+        """Folder of the figures."""
+        return self.folder / CONVERGENCE / "figures"
+
+
+def converge(
+    path: str | Path,
+    *,
+    results_dir: str | Path = "results",
+    only: Sequence[str] = (),
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+) -> StudyConvergence:
+    """Run a study, repeat its runs with other settings, and find the numerical uncertainty of every result.
+
+    Element sizes, time step and contact stiffness are refined and the numerical damping is changed, one at a time, as
+    the study's section `converge` says. Runs that are finished with the same inputs are not computed again.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    results_dir : path, optional
+        Results go to the folder of the study in it.
+    only : sequence of str, optional
+        Names of the runs to refine; all without it.
+    workers : int, optional
+        How many runs are computed at once.
+    progress : StudyProgress, optional
+        Receives the progress.
+
+    Returns
+    -------
+    StudyConvergence
+        Orders, limits and uncertainties of every run; also written as ``convergence.json``, ``convergence.csv`` and
+        figures. Tables and report of the study then show them.
+
+    Raises
+    ------
+    InputError
+        Where the study, or a name in `only`, is wrong.
+    StudyFailedError
+        Where runs failed.
+    ResultError
+        Where results cannot be written or read.
+    """
+    reporter = progress or SilentProgress()
+    plan = plan_study(path, results_dir)
+    _check_only(only, plan)
+    run_studies([path], results_dir=results_dir, workers=workers, progress=reporter)
+    from fingerslip.study.running.prepare import prepare
+
+    jobs = prepare(plan, [run for run in plan.runs if not only or run.name in only])
+    levels = [{level: run_at(job.run, level, job.model) for level in levels_of(job.run.study)} for job in jobs]
+    _compute(plan, [run for of_run in levels for run in of_run.values()], workers, reporter)
+    new = {job.run.name: _run_convergence(plan, job.run, of_run) for job, of_run in zip(jobs, levels, strict=True)}
+    convergences = {**read_convergences(plan.folder, plan.identities), **new}
+    write_convergences(plan.folder, convergences)
+    result = StudyConvergence(plan.folder, tuple(new.values()))
+    _write_pictures(result, convergences)
+    write_up(plan)
+    return result
+
+
+def level_folders(path: str | Path, results_dir: str | Path) -> dict[Level, tuple[Path, ...]]:
+    """Return where :func:`converge` keeps the repetitions of a study's runs: a folder for each run at each level."""
+    plan = plan_study(path, results_dir)
+    folder = plan.folder / CONVERGENCE
+    return {level: tuple(folder / f"{run.name}_{level.label}" for run in plan.runs) for level in levels_of(plan.study)}
+
+
+def _check_only(only: Sequence[str], plan: Plan) -> None:
+    names = [run.name for run in plan.runs]
+    for name in only:
+        if name not in names:
+            raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
+
+
+def _compute(plan: Plan, runs: Sequence[Run], workers: int, progress: StudyProgress) -> None:
+    """Compute the repetitions of runs that are not finished."""
+    from fingerslip.study.running.prepare import prepare
+
+    identities = {run.name: identity(run) for run in runs}
+    plan = dataclasses.replace(plan, folder=plan.folder / CONVERGENCE, runs=tuple(runs), identities=identities)
+    finished = plan.finished_runs()
+    jobs = prepare(plan, [run for run in plan.runs if run.name not in finished])
+    with progress:
+        failures = compute_jobs(plan, jobs, workers, progress).failures
+    if failures:
+        raise StudyFailedError({f"{plan.source.stem}/{name}": error for name, error in failures.items()}, ())
+
+
+def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunConvergence:
+    """Read the numbers of a run and of its repetitions, and put them in series."""
+    base = stored_result(plan.folder / run.name)
+    others = {level: stored_result(plan.folder / CONVERGENCE / other.name) for level, other in levels.items()}
+    _check_meshes(run, base, others)
+    numbers = {level: quantities(result) for level, result in others.items()}
+    settings: dict[str, list[Level]] = {}
+    for level in others:
+        settings.setdefault(level.setting, []).append(level)
+    sizes = {
+        setting: (
+            run.study.time.alpha if setting == "alpha" else 1.0,
+            *(_size(level, base, others[level]) for level in of_setting),
+        )
+        for setting, of_setting in settings.items()
+    }
+    convergences = {
+        key: Convergence(
+            quantity.label,
+            quantity.unit,
+            quantity.value,
+            {
+                setting: Series(
+                    setting, sizes[setting], (quantity.value, *(numbers[level][key].value for level in of_setting))
+                )
+                for setting, of_setting in settings.items()
+            },
+        )
+        for key, quantity in quantities(base).items()
+    }
+    return RunConvergence(run.name, plan.identities[run.name], convergences)
+
+
+def _size(level: Level, base: RunResult, result: RunResult) -> float:
+    """Return the size of a level over that in use; for alpha its value."""
+    if level.setting == "mesh":
+        return result.mesh_size / base.mesh_size
+    return 1.0 / level.value if level.setting == "penalty" else level.value
+
+
+def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) -> None:
+    """Refuse factors that give the same mesh twice: element sizes are fitted to ridges and outlines."""
+    hashes = {base.mesh_hash: "the study itself"}
+    for level, result in levels.items():
+        if level.setting != "mesh":
+            continue
+        twin = hashes.setdefault(result.mesh_hash, level.label)
+        if twin != level.label:
+            fault = f"factor {level.value:g} gives the same mesh as {twin}"
+            raise InputError(f"{run.where}: converge.mesh", fault, "needs factors with meshes of their own")
+
+
+def _write_pictures(result: StudyConvergence, convergences: Mapping[str, RunConvergence]) -> None:
+    from fingerslip.report.figures.study import convergence_figure
+    from fingerslip.report.figures.style import save_figure
+
+    table = series_table({name: convergence.quantities for name, convergence in convergences.items()})
+    write_text(result.folder / CONVERGENCE / "convergence.csv", to_csv(table))
+    with new_folder(result.figures) as figures:
+        for name, convergence in convergences.items():
+            save_figure(convergence_figure(convergence.quantities, name), figures / f"{name}.png")

@@ -1,0 +1,222 @@
+"""The runs of a study, each with all its values and a name for its folder.
+
+Names of runs are short, safe on every file system, and different.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from fingerslip.errors import InputError
+from fingerslip.materials.choice import PRESET, material_of
+from fingerslip.parameters import as_mapping
+from fingerslip.parameters.dotted import flatten
+from fingerslip.results import REPEAT, SAMPLE, RefusedRun
+from fingerslip.specimens.protocol import Specimen
+from fingerslip.storage.files import digest
+from fingerslip.study.definition.file import line_numbers, read_with_base
+from fingerslip.study.definition.samples import drawn, scatter_values
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, Definition, Study, given_in, study_mapping
+from fingerslip.study.definition.sweep import combinations
+from fingerslip.units import without_rounding
+
+__all__ = ["Expansion", "Run", "expand", "expand_mapping", "read_runs", "run_names"]
+
+_EMPTY: Mapping[str, Any] = MappingProxyType({})
+_LONGEST = 100
+_UNSAFE = re.compile(r"[^A-Za-z0-9.+-]+")
+_UNSAFE_IN_LABELS = re.compile(r"[^A-Za-z0-9_+-]+")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a study."""
+
+    name: str  # name of its folder, from the swept values and the number of the sample
+    where: str  # its name in errors: the study file, the swept values and the number of the sample
+    swept: Mapping[str, Any]  # the swept values by dotted path, as the study file writes them
+    study: Study  # the study with these values, without a sweep and without samples
+    specimen: Specimen | None  # the specimen with all its values
+    sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
+
+    def plain_values(self) -> dict[str, Any]:
+        """Return everything that makes the run as plain data, which is a study file of its own."""
+        return dict(self._all_values)
+
+    @cached_property
+    def _all_values(self) -> dict[str, Any]:
+        mapping = study_mapping(self.study)
+        kind = self.study.specimen_kind
+        if kind is not None:
+            mapping[kind] = {"preset": mapping[kind]["preset"], **self._specimen_values(mapping[kind])}
+        for name, entry in self.study.materials.items():
+            if isinstance(entry, Mapping):
+                mapping["materials"][name] = {PRESET: entry[PRESET], **as_mapping(material_of(entry))}
+        named = f"{mapping['title']}: {self.name}" if self.swept else mapping["title"]
+        run_values = {key: value for key, value in mapping.items() if key not in ("title", *NOT_OF_A_RUN)}
+        result: dict[str, Any] = _without_empty({"title": named, **run_values})
+        return result
+
+    def _specimen_values(self, written: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all values of the specimen; a material that starts from one that ships keeps its name."""
+        values: dict[str, Any] = as_mapping(self.specimen)
+        for name, element in (written.get("materials") or {}).items():
+            if PRESET in element:
+                values["materials"][name] = {PRESET: element[PRESET], **values["materials"][name]}
+        return values
+
+
+def _without_empty(value: Any) -> Any:
+    """Leave out what was not given, so that the written run reads like a study file."""
+    if isinstance(value, Mapping) and PRESET in value and "law" in value:
+        # A material that starts from one that ships may differ from it in that something is empty.
+        return dict(value)
+    if isinstance(value, Mapping):
+        return {key: _without_empty(item) for key, item in value.items() if item is not None and item not in ({}, [])}
+    return [_without_empty(item) for item in value] if isinstance(value, list) else value
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """A study and the runs that it makes."""
+
+    study: Study  # the study
+    runs: tuple[Run, ...]  # the runs, all of them checked
+    refused: tuple[RefusedRun, ...]  # samples whose values do not fit together
+    given: tuple[str, ...]  # dotted paths of the values that it gives
+
+
+def read_runs(path: str | Path) -> Expansion:
+    """Read a study file with its runs; errors as of :func:`~fingerslip.study.definition.spec.read_study`."""
+    source = Path(path)
+    mapping = read_with_base(source)
+    with line_numbers(source):
+        return expand_mapping(mapping, source)
+
+
+def expand(study: Study, source: Path) -> tuple[Run, ...]:
+    """Return the runs of a study, all of them checked, without refused samples."""
+    return expand_mapping(study_mapping(study), source).runs
+
+
+def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
+    """Return a study from plain data with its runs; the first swept path varies slowest, samples vary fastest.
+
+    Runs whose values do not fit together are refused: an error where all are, and where nothing is sampled.
+    """
+    definition = Definition(mapping, source)
+    study = definition.study
+    key, total = (REPEAT, study.repeats.count) if study.repeats else (SAMPLE, study.sample.total if study.sample else 0)
+    draws = [(swept, *draw) for swept in combinations(study.sweep) for draw in _draws(definition, swept)]
+    numbered = [{**swept, key: f"{number:0{len(str(total))}}"} if total else swept for swept, number, *_ in draws]
+    runs: list[Run] = []
+    refused: list[RefusedRun] = []
+    for name, (swept, number, drawn_values, changes) in zip(run_names(numbered), draws, strict=True):
+        shown = {**swept, key: number} if total else swept
+        try:
+            runs.append(_run(definition, changes, name, shown, drawn_values))
+        except InputError as error:
+            refused.append(RefusedRun(name, shown, drawn_values, str(error)))
+            if len(refused) == len(draws) or not total:
+                raise
+    return Expansion(study, tuple(runs), tuple(refused), given_in(mapping))
+
+
+def _draws(definition: Definition, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
+    """Yield the number of each sample or repeat of swept values, what is drawn, and all values that it changes."""
+    study = definition.study
+    if study.repeats is not None:
+        values = flatten(_run(definition, swept).plain_values())
+        for number in range(1, study.repeats.count + 1):
+            try:
+                scattered = scatter_values(study.repeats, number, values)
+            except InputError as error:
+                raise error.moved(lambda where: f"{definition.source}: {where}") from None
+            yield number, scattered, {**swept, **scattered}
+    elif study.sample is not None:
+        for number, sampled in enumerate(drawn(study.sample), start=1):
+            yield number, sampled, {**swept, **study.sample.values(sampled)}
+    else:
+        yield 0, {}, swept
+
+
+def _run(
+    definition: Definition,
+    changes: Mapping[str, Any],
+    name: str = "",
+    swept: Mapping[str, Any] = _EMPTY,
+    sampled: Mapping[str, Any] = _EMPTY,
+) -> Run:
+    study = definition.with_values(changes)
+    words = ", ".join(f"{path} = {value}" for path, value in swept.items())
+    where = f"{definition.source} ({words})" if swept else str(definition.source)
+    return Run(name, where, dict(swept), study, study.specimen(str(definition.source)), dict(sampled))
+
+
+def run_names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return a name for each run of a sweep, from the values that it has.
+
+    Names keep signs, and twelve digits, or all where that does not tell runs apart. Where two values still look alike
+    once what no folder may be called is taken out, as ``a b`` and ``a-b``, or differ only in case, a hash of the values
+    does.
+
+    Examples
+    --------
+    >>> run_names([{"fingertip.finger_angle": "-15 deg"}, {"fingertip.finger_angle": "15 deg"}])
+    ['finger_angle--15deg', 'finger_angle-15deg']
+    """
+    exact = [_name(swept, str) for swept in combinations]
+    names = _apart([_name(swept, without_rounding) for swept in combinations], exact)
+    hashed = [f"{name}-{digest(dict(swept))[:8]}" for name, swept in zip(names, combinations, strict=True)]
+    return _apart(names, hashed)
+
+
+def _apart(names: Sequence[str], longer: Sequence[str]) -> list[str]:
+    """Return names, and longer ones in the place of those that several runs have."""
+    alike = Counter(name.lower() for name in names)
+    return [name if alike[name.lower()] == 1 else other for name, other in zip(names, longer, strict=True)]
+
+
+def _name(swept: Mapping[str, Any], digits: Callable[[str], str]) -> str:
+    labels = _labels(tuple(swept))
+    name = "_".join(f"{labels[path]}-{_slug(value, digits)}" for path, value in swept.items()) or "run"
+    if len(name) <= _LONGEST:
+        return name
+    return f"{name[: _LONGEST - 9]}-{digest(name.encode())[:8]}"
+
+
+def _labels(paths: Sequence[str]) -> dict[str, str]:
+    """Return the shortest endings of the paths that tell them apart; 'x.enabled' is called 'x'."""
+    keys_of_path = {path: path.removesuffix(".enabled").split(".") for path in paths}
+    last = Counter(keys[-1] for keys in keys_of_path.values())
+    return {
+        path: _UNSAFE_IN_LABELS.sub("-", keys[-1] if last[keys[-1]] == 1 else "-".join(keys))
+        for path, keys in keys_of_path.items()
+    }
+
+
+def _slug(value: object, digits: Callable[[str], str]) -> str:
+    """Return a value as part of a name; `digits` rounds the numbers of a text, or leaves them."""
+    if isinstance(value, Mapping):
+        return "-".join(f"{_safe(str(key))}-{_slug(item, digits)}" for key, item in value.items()) or "none"
+    if isinstance(value, list | tuple):
+        return "_".join(_slug(item, digits) for item in value) or "none"
+    if isinstance(value, float):
+        value = float(digits(repr(value)))
+        short = f"{value:g}"
+        return short if float(short) == value else repr(value)
+    text = str(value).lower() if isinstance(value, bool) else digits(str(value))
+    compact = re.sub(r"(?<=\d)\s+(?=[A-Za-z])", "", text).replace("/", "-per-").replace("µ", "u")
+    return _safe(compact).rstrip("-.") or "value"
+
+
+def _safe(text: str) -> str:
+    """Return text with every stretch of characters replaced that no folder should have in its name."""
+    return _UNSAFE.sub("-", text)

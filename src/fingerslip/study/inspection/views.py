@@ -1,0 +1,225 @@
+"""Stored results seen: one figure or film for ``fingerslip figure``, a window, picture or film for ``view``."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.history import is_solid, read_history
+from fingerslip.parameters import from_mapping
+from fingerslip.published import published_set
+from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
+from fingerslip.report.labels import run_title
+from fingerslip.report.page.content import MOST_RUNS
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.served import Served, require_free
+from fingerslip.report.tables.runs import swept_paths
+from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.slip import find_events
+from fingerslip.study.storage.reporting import read_results, read_stored_run, slide_starts
+from fingerslip.study.storage.summary import read_manifest
+from fingerslip.units import parse_quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["FILM", "FORMATS", "FigureChoice", "film_size", "kinds_text", "time_of_run", "view_result", "write_figure"]
+
+#: Formats of figures, and the kind that is a film.
+FORMATS, FILM = ("pdf", "svg", "png"), "film"
+# OpenCV brings an encoder for it, and browsers play it.
+_CODEC, _MP4 = "vp09", ".mp4"
+
+
+@dataclass(frozen=True)
+class FigureChoice:
+    """Which figure is wanted, and how it looks."""
+
+    kind: str  # its name
+    style: str = "paper"  # one of ``page``, ``paper`` and ``slides``
+    form: str = "pdf"  # one of :data:`FORMATS`; films are ``mp4``
+    run: str = ""  # name of the run, of a study with several
+    path: str = ""  # dotted path of the swept value on the axis
+    times: Sequence[str] = ()  # times with their units
+    options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    film: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+
+def kinds_text() -> str:
+    """Return the kinds of figures with what they show, in lines."""
+    every = {**OF_STUDIES, **OF_RUNS, FILM: "a film, as MP4"}
+    return "\n".join(f"{name}: {words}" for name, words in every.items())
+
+
+def film_size(text: str) -> tuple[int, int]:
+    """Return width and height [pixels] of a text such as '1280x720'."""
+    words = text.lower().split("x")
+    if len(words) != 2 or not all(part.isdigit() for part in words):
+        raise InputError("figure: --size", f"got '{text}'", "needs a width and a height in pixels", "write 1280x720")
+    return int(words[0]), int(words[1])
+
+
+def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
+    """Write a figure or a film of stored results."""
+    _check(choice)
+    named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
+    path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
+    if choice.kind == FILM and path.suffix.lower() != _MP4:
+        raise InputError("figure: --output", f"got '{path}'", f"needs a name that ends in {_MP4}", "films are MP4")
+    if choice.kind in OF_STUDIES:
+        _save(_study_subject(target, choice), path, choice)
+        return path
+    subject = _run_subject(_run_folder(target, choice.run), choice)
+    if choice.kind == FILM:
+        _write_film(subject, path, choice)
+    else:
+        _save(subject, path, choice)
+    return path
+
+
+def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) -> None:
+    # Libraries that draw are slow to load: what is wrong with the results is said before.
+    from fingerslip.report.figures.catalogue import draw_of_run, draw_of_study
+    from fingerslip.report.figures.style import looking, save_figure
+
+    with looking(choice.style):
+        if isinstance(subject, StudySubject):
+            figure = draw_of_study(choice.kind, subject)
+        else:
+            figure = draw_of_run(choice.kind, subject)
+        save_figure(figure, path)
+
+
+def _check(choice: FigureChoice) -> None:
+    allowed = {
+        "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, FILM)),
+        "--style": (choice.style, STYLES),
+        "--format": (choice.form, FORMATS),
+    }
+    for option, (value, names) in allowed.items():
+        if value not in names:
+            raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
+
+
+def _study_subject(target: Path, choice: FigureChoice) -> StudySubject:
+    if not read_manifest(target).get("runs"):
+        needed = "this figure needs the folder of a study that fingerslip run wrote"
+        raise ResultError(f"{target}: holds no study; {needed}")
+    study = read_results(target)
+    paths = [path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1]
+    if choice.path and choice.path not in paths:
+        needs = f"one of {', '.join(paths)}" if paths else "a study with a sweep"
+        raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs {needs}")
+    with_panels = () if choice.kind in {"latency", "events"} else study.runs[:MOST_RUNS]
+    drawn = {run_title(run, study.title): run for run in with_panels}
+    references = [published_set(name) for name in study.compare]
+    values = tuple(value for reference in references for value in reference.values)
+    return StudySubject(
+        runs=study.runs,
+        histories={title: read_history(study.folder / run.name / HISTORY) for title, run in drawn.items()},
+        events={title: run.events for title, run in drawn.items()},
+        reference=dataclasses.replace(references[0], values=values) if references else None,
+        starts=slide_starts(study),
+        path=choice.path or (paths[0] if paths else ""),
+    )
+
+
+def _run_folder(target: Path, name: str) -> Path:
+    """Return the folder of the run: that of a study with one run, or of the named one."""
+    names = list(read_manifest(target).get("runs", {}))
+    if not names and name not in ("", target.name):
+        raise InputError("figure: --run", f"got '{name}' with the folder of a run", "needs the folder of its study")
+    if not names:
+        return target
+    if name and name not in names:
+        raise InputError("figure: --run", f"'{name}' is not there", f"needs one of {', '.join(names)}")
+    if not name and len(names) > 1:
+        raise InputError(
+            "figure", f"this kind shows one run of {len(names)}", f"needs --run, one of {', '.join(names)}"
+        )
+    return target / (name or names[0])
+
+
+def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
+    result, history = read_stored_run(folder), read_history(folder / HISTORY)
+    opened = {"cut": "z", "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
+    options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
+    times = tuple(time_of_run(history, time, "figure: --time") for time in choice.times)
+    return RunSubject(history, result.events, options, times)
+
+
+def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> None:
+    import matplotlib as mpl
+
+    from fingerslip.report.figures.film import Film, film_frames
+    from fingerslip.vision.video import write_video
+
+    film = Film(**choice.film)
+    # Films show numbers by pixels, whatever the user's own settings of figures are.
+    with mpl.rc_context():
+        frames = film_frames(subject.history, subject.events, subject.options, film)
+        write_video(path, (frame[..., ::-1] for frame in frames), film.frame_rate, codec=_CODEC)
+
+
+def view_result(
+    target: str | Path,
+    options: Mapping[str, Any],
+    *,
+    time: str = "",
+    screenshot: Path | None = None,
+    movie: Path | None = None,
+    served: Served | None = None,
+) -> tuple[Path, ...]:
+    """Show a stored run."""
+    chosen = from_mapping(SceneOptions, dict(options), "view")
+    if served is not None:
+        require_free(served)
+    history = _stored_history(Path(target))
+    moment = time_of_run(history, time, "view: --time") if time else None
+    # Libraries that draw are slow to load: what is wrong with the result is said before.
+    from fingerslip.report.scene.viewer import open_window, save_movie, save_still
+
+    if screenshot is not None:
+        save_still(history, screenshot, moment, chosen)
+    if movie is not None:
+        save_movie(history, movie, chosen)
+    title = f"fingerslip: {target}"
+    if screenshot is None and movie is None and served is None:
+        open_window(history, chosen, title, find_events(history))
+    elif screenshot is None and movie is None and served is not None:
+        from fingerslip.report.scene.web import serve
+
+        serve(history, find_events(history), chosen, title, served)
+    return tuple(path for path in (screenshot, movie) if path is not None)
+
+
+def _stored_history(target: Path) -> xr.Dataset:
+    if target.is_file():
+        return read_history(target)
+    if (target / HISTORY).is_file():
+        return _whole_history(target)
+    runs = sorted(path.parent.name for path in target.glob(f"*/{HISTORY}"))
+    if len(runs) == 1:
+        return _whole_history(target / runs[0])
+    if runs:
+        raise InputError(str(target), f"holds {len(runs)} runs", f"needs one of {', '.join(runs)}", "name its folder")
+    raise ResultError(f"{target}: holds no run; needs a folder that fingerslip run wrote")
+
+
+def _whole_history(folder: Path) -> xr.Dataset:
+    """Read the history of a run, not one that is known to be damaged."""
+    if (folder / RESULT).exists():
+        stored_result(folder)
+    return read_history(folder / HISTORY)
+
+
+def time_of_run(history: xr.Dataset, text: str, where: str) -> float:
+    """Return a time of a run [s]."""
+    time, end = parse_quantity(text, "s", where=where), float(history["time"].values[-1])
+    if not 0.0 <= time <= end:
+        raise InputError(where, f"got {text}", f"needs a time of the run, 0 to {end:.4g} s")
+    return time

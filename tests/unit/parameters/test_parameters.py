@@ -1,0 +1,291 @@
+"""Parameter sets: made, read from plain data, written back, and with one of several kinds in a field."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import pydantic
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.contact.counterfaces import BuiltInCounterface, Plane
+from fingerslip.contact.friction import BuiltInLaw, Coulomb, StaticKinetic
+from fingerslip.errors import InputError, MeshError
+from fingerslip.materials.elastic import Elastic
+from fingerslip.model.programme import Hold, Phase, Press
+from fingerslip.model.timing import TimeStepping
+from fingerslip.parameters import (
+    FileName,
+    PositiveLength,
+    SignedLength,
+    as_mapping,
+    from_mapping,
+    kinds_of,
+    one_of,
+    parameters,
+    plain_fields,
+    valid_fields,
+    walk_values,
+)
+from fingerslip.parameters.fields import unit_of
+from fingerslip.parameters.schema import json_schema
+
+
+@parameters
+class Inner:
+    """A part."""
+
+    width: PositiveLength
+    places: tuple[SignedLength, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.width > 1.0:
+            raise MeshError("width", f"got {self.width} m", "needs <= 1 m")
+
+
+@parameters
+class Outer:
+    """A whole."""
+
+    inner: Inner
+    parts: Mapping[str, Inner] = pydantic.Field(default_factory=dict)
+    count: Annotated[int, pydantic.Field(ge=1)] = 1
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if self.name == "wrong":
+            raise InputError("", "is wrong as a whole", "needs another name")
+
+
+def test_python_passes_si_numbers_or_text() -> None:
+    assert Inner(width=0.5) == Inner(width="50 cm")  # type: ignore[arg-type]
+
+
+def test_files_must_write_units() -> None:
+    with pytest.raises(InputError, match=r"f\.yaml: inner\.width: '0\.5' has no unit"):
+        from_mapping(Outer, {"inner": {"width": 0.5}}, "f.yaml")
+
+
+def test_units_inside_tuples_are_read() -> None:
+    assert from_mapping(Inner, {"width": "1 mm", "places": ["-1 mm", "2 mm"]}, "f").places == (-0.001, 0.002)
+
+
+def test_parameter_sets_are_frozen() -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Inner(width=0.5).width = 1.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"inner": {"width": "-1 mm"}}, "f: inner.width: got '-1 mm', needs a value > 0"),
+        ({"inner": {}}, "f: inner.width: is missing, needs a value"),
+        ({"inner": 3}, "f: inner: got 3, needs keys and values"),
+        ({"inner": None}, "f: inner: is empty, needs keys and values"),
+        ({"inner": {"width": True}}, "f: inner.width: got true, needs a quantity such as '1.5 mm'"),
+        ({"inner": {"width": "1 mm"}, "count": 0}, "f: count: got 0, needs a number >= 1"),
+        ({"inner": {"width": "1 mm"}, "count": 1.5}, "f: count: got 1.5, needs a whole number"),
+        ({"inner": {"width": "1 mm"}, "name": "wrong"}, "f: is wrong as a whole, needs another name"),
+        ({"inner": {"width": "2 m"}}, "f: inner.width: got 2.0 m, needs <= 1 m"),
+        ({"inner": {"width": "1 mm"}, "parts": {"a": {"width": "2 m"}}}, "f: parts.a.width: got 2.0 m, needs <= 1 m"),
+    ],
+)
+def test_errors_name_the_path(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        from_mapping(Outer, values, "f")
+    assert str(caught.value) == message
+
+
+def test_kind_of_an_error_is_kept() -> None:
+    with pytest.raises(MeshError):
+        from_mapping(Outer, {"inner": {"width": "2 m"}}, "f")
+
+
+def test_place_inside_a_file_is_continued_with_a_dot() -> None:
+    with pytest.raises(InputError) as caught:
+        from_mapping(Inner, {"width": "0 mm"}, "f.yaml: fingertip")
+    assert caught.value.where == "f.yaml: fingertip.width"
+
+
+def test_python_errors_name_the_class() -> None:
+    with pytest.raises(InputError, match=r"^Elastic\.poisson_ratio: got 0\.6, needs a number <= 0\.5$"):
+        Elastic(34e3, 0.6, 1000.0)
+
+
+def test_truth_values_are_no_numbers() -> None:
+    with pytest.raises(InputError, match=r"^f: poisson_ratio: got true, needs a number$"):
+        from_mapping(Elastic, {"youngs_modulus": "1 kPa", "poisson_ratio": True, "density": "1000 kg/m^3"}, "f")
+    with pytest.raises(InputError, match=r"^Coulomb\.coefficient: got false, needs a number$"):
+        Coulomb(False)
+
+
+def test_unknown_key_beats_a_missing_one() -> None:
+    """A misspelt key is both; the spelling is what helps."""
+    with pytest.raises(InputError) as caught:
+        from_mapping(Press, {"dept": "1 mm", "speed": "1 mm/s"}, "f")
+    assert str(caught.value) == "f: dept: is not known, may be one of depth, speed; did you mean 'depth'?"
+
+
+@pytest.mark.parametrize("value", ["inf m", "1e999 m"])
+def test_infinite_values_are_refused(value: str) -> None:
+    with pytest.raises(InputError):
+        from_mapping(Inner, {"width": value}, "f")
+
+
+@given(
+    width=st.floats(1e-12, 1.0),
+    places=st.lists(st.floats(-1e6, 1e6), max_size=3),
+    modulus=st.floats(1e-3, 1e12),
+)
+def test_written_parameters_read_back_exactly(width: float, places: list[float], modulus: float) -> None:
+    part = Inner(width=width, places=tuple(places))
+    whole = Outer(inner=part, parts={"a": part}, count=3, name="n")
+    assert from_mapping(Outer, as_mapping(whole), "f") == whole
+    material = Elastic(modulus, 0.3, 1000.0)
+    assert from_mapping(Elastic, as_mapping(material), "f") == material
+
+
+def test_units_and_quantities_are_known_by_path() -> None:
+    whole = Outer(inner=Inner(width=0.5), parts={"a": Inner(width=0.1)})
+    found = {leaf.path: (leaf.value, leaf.unit.si if leaf.unit else None) for leaf in walk_values(whole)}
+    assert found["inner.width"] == (0.5, "m")
+    assert found["parts.a.width"] == (0.1, "m")
+    assert found["count"] == (1, None)
+    assert unit_of(Inner, "places") is not None
+    assert unit_of(Outer, "name") is None
+
+
+@parameters
+class Nested:
+    """Parts of parts, some of them optional."""
+
+    outer: Outer
+    around: Inner = Inner(width=0.25, places=(1.0,))
+    several: tuple[Inner, ...] = ()
+    loads: Mapping[str, tuple[SignedLength, ...]] = pydantic.Field(default_factory=dict)
+    nothing: PositiveLength | None = None
+
+
+def test_every_value_is_walked_once_and_what_is_empty_is_left_out() -> None:
+    whole = Nested(Outer(inner=Inner(width=0.5)), several=(Inner(width=0.1),), loads={"left": (1.0, 2.0)})
+    found = {leaf.path: leaf.value for leaf in walk_values(whole)}
+    assert found == {
+        "outer.inner.width": 0.5,
+        "outer.count": 1,
+        "around.width": 0.25,
+        "around.places": (1.0,),
+        "several.0.width": 0.1,
+        "loads.left": (1.0, 2.0),
+    }
+    (load,) = (leaf for leaf in walk_values(whole) if leaf.path == "loads.left")
+    assert load.unit is not None
+    assert load.unit.si == "m"
+
+
+def test_defaults_are_those_of_the_field_or_of_the_part_it_is_in() -> None:
+    def defaults(whole: Nested) -> set[str]:
+        return {leaf.path for leaf in walk_values(whole) if leaf.is_default}
+
+    inner = Inner(width=0.5)
+    assert defaults(Nested(Outer(inner))) == {"outer.count", "around.width", "around.places"}
+    assert defaults(Nested(Outer(inner, count=2), Inner(width=0.25))) == {"around.width"}
+
+
+@pytest.mark.parametrize("value", [Hold(0.5), TimeStepping(step=0.005), Elastic(1.0, 0.3, 1.0)])
+def test_parameter_sets_go_to_worker_processes(value: object) -> None:
+    assert pickle.loads(pickle.dumps(value)) == value
+
+
+def test_all_mistakes_come_together_from_files_and_from_python() -> None:
+    with pytest.raises(InputError) as caught:
+        from_mapping(Outer, {"name": 3, "count": 0, "inner": {"width": 1, "places": ["1 mm", 2]}}, "f")
+    assert str(caught.value).splitlines() == [
+        "f: name: got 3, needs text",
+        "f: count: got 0, needs a number >= 1",
+        "f: inner.width: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'",
+        "f: inner.places.1: '2' has no unit, needs a unit of [m]; write '2 mm' or '2 m'",
+    ]
+    with pytest.raises(InputError) as caught:
+        Elastic(-1.0, 0.6, "1 m")  # type: ignore[arg-type]
+    assert [error.where for error in caught.value.all] == [
+        "Elastic.youngs_modulus",
+        "Elastic.poisson_ratio",
+        "Elastic.density",
+    ]
+
+
+def test_fields_that_are_right_on_their_own() -> None:
+    found = valid_fields(Outer, {"inner": {"width": 1}, "count": 3})
+    assert found == {"parts": {}, "count": 3, "name": ""}
+    assert plain_fields(Inner, {"width": 0.5, "places": (1.0,)}) == {"width": "0.5 m", "places": ["1.0 m"]}
+
+
+def test_the_name_of_a_file_holds_no_null() -> None:
+    @parameters
+    class Named:
+        file: FileName
+
+    assert Named("a.msh").file == "a.msh"
+    with pytest.raises(InputError, match=r"file: got 'a\\x00b', needs the name of a file"):
+        Named("a\0b")
+
+
+@parameters
+class Cat:
+    """A small one."""
+
+    age: int
+
+
+@parameters
+class WildDog:
+    """A large one."""
+
+    age: int
+
+
+ANIMAL = one_of(Cat | WildDog, "animal", "Animal", "One of several.")
+
+
+@parameters
+class Owner:
+    """Somebody."""
+
+    pet: Annotated[Cat | WildDog, ANIMAL]
+
+
+def test_kinds_are_named_in_snake_case() -> None:
+    assert list(kinds_of(BuiltInLaw))[:4] == ["coulomb", "static_kinetic", "pressure_dependent", "anisotropic"]
+    assert list(kinds_of(BuiltInCounterface))[:3] == ["plane", "cylinder", "sphere"]
+    assert list(kinds_of(Phase)) == ["press", "hold", "slide", "lift"]
+    assert kinds_of(BuiltInLaw)["static_kinetic"] is StaticKinetic
+    assert list(kinds_of(Plane | Coulomb)) == ["plane", "coulomb"]
+
+
+def test_a_member_is_written_under_its_key_and_held_as_it_is() -> None:
+    owner = from_mapping(Owner, {"pet": {"wild_dog": {"age": 3}}}, "file")
+    assert owner == Owner(WildDog(3))
+    assert as_mapping(owner) == {"pet": {"cat": None, "wild_dog": {"age": 3}}}
+    animal = json_schema(Owner)["$defs"]["Animal"]
+    assert animal["properties"]["cat"]["description"] == "A small one."
+    assert set(animal["properties"]) == {"cat", "wild_dog"}
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({}, "file: pet: has no animal, needs one of cat, wild_dog"),
+        ({"cat": {"age": 1}, "wild_dog": {"age": 2}}, "file: pet: has cat and wild_dog, needs one of cat, wild_dog"),
+        ({"wolf": {}}, "file: pet.wolf: is not known, may be one of cat, wild_dog"),
+        (3, "file: pet: got 3, needs keys and values"),
+        ({"cat": {"age": "x"}}, "file: pet.cat.age: got 'x', needs a whole number"),
+    ],
+)
+def test_mistakes_name_the_kinds(values: object, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        from_mapping(Owner, {"pet": values}, "file")
+    assert str(caught.value).startswith(message)

@@ -1,1 +1,0 @@
-"""Tests of fingerslip.slip, module by module."""

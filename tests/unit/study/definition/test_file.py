@@ -1,0 +1,216 @@
+"""Study files as plain data: YAML 1.2, no key twice, errors with the line, and files that start from another one."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.errors import InputError, InputErrors
+from fingerslip.study.definition.file import line_numbers, read_mapping, read_with_base, write_mapping
+from fingerslip.study.definition.runs import read_runs
+from fingerslip.study.definition.spec import read_study
+from unit.study.block import block_values
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: 1\nb: [1\n", r"line \d, column \d: found expected .*, needs 'key: value' lines"),
+        ("a: 1\na: 2\n", "line 2, column 1: found key 'a' twice, needs 'key: value' lines, each key once"),
+        ("t: {a: 1, a: 2}\n", "line 1, column 11: found key 'a' twice"),
+        ("? [a]\n: 1\n", "found a key that is not plain text"),
+        ("- 1\n- 2\n", "holds a list, needs 'key: value' lines"),
+        ("", "is empty, needs 'key: value' lines"),
+        ("a: !!python/object/apply:os.getcwd []\n", "line 1, column 4: found the tag !!python/object/apply:os.getcwd"),
+    ],
+)
+def test_text_that_is_no_study(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_mapping(path)
+
+
+def test_missing_file_names_the_others(tmp_path: Path) -> None:
+    (tmp_path / "there.yaml").write_text("")
+    with pytest.raises(
+        InputError, match=r"gone\.yaml: is not there, needs a study file; in that folder: .*there\.yaml"
+    ):
+        read_mapping(tmp_path / "gone.yaml")
+
+
+def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
+    (tmp_path / "x.yaml").write_bytes(b"\xff\xfe\x00")
+    long = tmp_path / f"{'x' * 300}.yaml"
+    for path, message in (
+        (tmp_path, "is a folder"),
+        (tmp_path / "x.yaml", "is not text in UTF-8, needs a study file; save it as UTF-8"),
+        (long, "cannot be read"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_mapping(path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names are Unicode there")
+def test_a_name_that_is_not_utf_8_is_refused_before_results_are_written_under_it(tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"a\xff.yaml")
+    path.write_text("time: {step: 1 ms}")
+    with pytest.raises(
+        InputError, match=r"'a\\udcff.yaml': is a name that is not UTF-8, needs a study file; rename the file"
+    ):
+        read_mapping(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("no", "no"),
+        ("on", "on"),
+        ("true", True),
+        ("1e-3", 1e-3),
+        ("010", 10),
+        ("1:30", "1:30"),
+        ("~", None),
+        ("-.5", -0.5),
+    ],
+)
+def test_scalars_are_those_of_yaml_1_2(tmp_path: Path, text: str, value: object) -> None:
+    (tmp_path / "x.yaml").write_text(f"a: {text}\n")
+    assert read_mapping(tmp_path / "x.yaml") == {"a": value}
+
+
+plain = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-1000, 1000)
+    | st.floats(allow_nan=False)
+    | st.sampled_from(["no", "1.5 mm", "a b"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("abc"), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(values=st.dictionaries(st.sampled_from(["x", "y", "on"]), plain, min_size=1))
+def test_what_is_written_reads_back(tmp_path_factory: pytest.TempPathFactory, values: dict[str, Any]) -> None:
+    path = tmp_path_factory.mktemp("yaml") / "x.yaml"
+    write_mapping(values, path, comment="a comment")
+    assert read_mapping(path) == values
+
+
+def test_keys_keep_their_order_below_the_comment(tmp_path: Path) -> None:
+    write_mapping({"z": 1, "a": {"é": "1 µm"}}, tmp_path / "x.yaml", comment="how it was made")
+    assert (tmp_path / "x.yaml").read_text(encoding="utf-8") == "# how it was made\nz: 1\na:\n  é: 1 µm\n"
+
+
+def test_keys_are_text_whatever_they_look_like(tmp_path: Path) -> None:
+    (tmp_path / "x.yaml").write_text("1: a\ntrue: b\n")
+    assert read_mapping(tmp_path / "x.yaml") == {"1": "a", "true": "b"}
+
+
+def test_anchors_are_followed_and_nothing_is_merged(tmp_path: Path) -> None:
+    """YAML 1.2 knows no merge keys: '<<' is a key like any other, which a study then does not know."""
+    (tmp_path / "x.yaml").write_text("a: &a {x: 1}\nb: *a\nc: {<<: *a}\n")
+    assert read_mapping(tmp_path / "x.yaml") == {"a": {"x": 1}, "b": {"x": 1}, "c": {"<<": {"x": 1}}}
+
+
+def test_mistakes_get_the_line_of_their_value_or_of_its_group(tmp_path: Path) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text("# a study\ntime:\n  step: 1\ndepth: x\n")
+    places = ("depth", "time.step", "time.end", "mesh")
+    mistakes = [InputError(f"{path}: {place}", "is wrong", "needs another") for place in places]
+    with pytest.raises(InputErrors) as caught, line_numbers(path):
+        raise InputErrors(mistakes)
+    assert [(error.where.removeprefix(f"{path}: "), error.line) for error in caught.value.all] == [
+        ("time.step", 3),
+        ("time.end", 2),
+        ("depth", 4),
+        ("mesh", None),
+    ]
+
+
+def test_mistakes_of_something_else_stay_as_they_are(tmp_path: Path) -> None:
+    error = InputError("preset x", "is wrong", "needs another")
+    for path in (tmp_path / "gone.yaml", tmp_path / "x.yaml"):
+        (tmp_path / "x.yaml").write_text("a: 1\n")
+        with pytest.raises(InputError) as caught, line_numbers(path):
+            raise error
+        assert (caught.value.line, str(caught.value)) == (None, str(error))
+
+
+def write(folder: Path, name: str, values: dict[str, Any]) -> Path:
+    path = folder / name
+    path.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def test_what_is_not_written_comes_from_the_base(tmp_path: Path) -> None:
+    write(tmp_path, "block.yaml", block_values())
+    changes = {
+        "base": "block.yaml",
+        "title": "Faster",
+        "contact": {"friction_coefficient": 0.3},
+        "time": {"step": "1 ms"},
+    }
+    path = write(tmp_path, "fast.yaml", changes)
+    study = read_study(path)
+    assert (study.title, study.time.step) == ("Faster", 1e-3)
+    assert (study.all_contacts[0].boundary, study.all_contacts[0].friction_coefficient) == ("bottom", 0.3)
+    assert study.programme == read_study(tmp_path / "block.yaml").programme
+    assert "formulation" in read_runs(path).given
+
+
+def test_sweeps_and_lists_replace_those_of_the_base(tmp_path: Path) -> None:
+    write(tmp_path, "block.yaml", block_values())
+    press = [{"press": {"depth": "0.2 mm", "speed": "5 mm/s"}}]
+    path = write(tmp_path, "own.yaml", {"base": "block.yaml", "sweep": {"time.step": ["1 ms"]}, "programme": press})
+    assert read_with_base(path)["sweep"] == {"time.step": ["1 ms"]}
+    assert read_with_base(path)["programme"] == press
+
+
+def test_a_base_may_have_a_base(tmp_path: Path) -> None:
+    write(tmp_path, "a.yaml", {"x": 1, "group": {"one": 1, "two": 2}})
+    write(tmp_path, "b.yaml", {"base": "a.yaml", "group": {"two": 3}})
+    assert read_with_base(write(tmp_path, "c.yaml", {"base": "b.yaml", "y": 2})) == {
+        "x": 1,
+        "group": {"one": 1, "two": 3},
+        "y": 2,
+    }
+
+
+@pytest.mark.parametrize(
+    ("base", "message"),
+    [
+        ("", r"own\.yaml: base: got '', needs the name of a study file in the same"),
+        ("nothing.yaml", r"nothing\.yaml: is not there, needs a study file"),
+        (
+            "../other/block.yaml",
+            r"own\.yaml: base: got '\.\./other/block\.yaml', needs the name of a study file in the same",
+        ),
+        (3, r"own\.yaml: base: got 3, needs the name"),
+        ("own.yaml", r"own\.yaml: base: leads back to own\.yaml \(own\.yaml -> own\.yaml\)"),
+    ],
+)
+def test_a_base_that_is_none_is_refused(tmp_path: Path, base: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read_study(write(tmp_path, "own.yaml", {"base": base}))
+
+
+def test_files_that_are_each_others_base_are_refused(tmp_path: Path) -> None:
+    first, _ = (write(tmp_path, f"{own}.yaml", {"base": f"{other}.yaml"}) for own, other in ("ab", "ba"))
+    with pytest.raises(InputError, match=r"leads back to a\.yaml \(a\.yaml -> b\.yaml -> a\.yaml\)"):
+        read_study(first)
+
+
+def test_a_long_ring_of_bases_is_one_line(tmp_path: Path) -> None:
+    for number in range(1200):
+        (tmp_path / f"{number}.yaml").write_text(f"title: x\nbase: {(number + 1) % 1200}.yaml\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"1199.yaml: base: leads back to 0.yaml") as caught:
+        read_with_base(tmp_path / "0.yaml")
+    assert len(str(caught.value)) < 500
