@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import gmsh
 import numpy as np
+import pygmsh
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
@@ -38,24 +39,25 @@ _POINT, _LINE, TRIANGLE, TETRAHEDRON = 15, 1, 2, 4
 _FRONTAL, _DELAUNAY = 6, 5
 
 
-@contextmanager
-def gmsh_session() -> Iterator[None]:
-    """Open Gmsh for one mesh, one at a time, and close it whatever happens.
+class _QuietGeometry(pygmsh.geo.Geometry):  # type: ignore[misc]
+    """Geometry that leaves Python's handling of Ctrl-C alone and reads no configuration of the user's."""
 
-    It leaves Python's handling of Ctrl-C alone and reads no configuration of the user's.
-    """
+    def __enter__(self) -> _QuietGeometry:
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        for option, value in (("General.Terminal", 0), ("General.NumThreads", 1), ("Mesh.RandomSeed", 1)):
+            gmsh.option.setNumber(option, value)
+        gmsh.model.add("fingertip")
+        return self
+
+
+@contextmanager
+def gmsh_session() -> Iterator[pygmsh.geo.Geometry]:
+    """Open Gmsh for one mesh, one at a time, and close it whatever happens."""
     with _GMSH_IN_USE, _broken_pipes_as_before():
         if gmsh.isInitialized():
             raise MeshError("gmsh", "is already initialised", "needs a Gmsh of its own", "call gmsh.finalize() first")
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-        try:
-            for option, value in (("General.Terminal", 0), ("General.NumThreads", 1), ("Mesh.RandomSeed", 1)):
-                gmsh.option.setNumber(option, value)
-            gmsh.model.add("fingertip")
-            yield
-        finally:
-            gmsh.model.mesh.removeSizeCallback()
-            gmsh.finalize()
+        with _QuietGeometry() as geometry:
+            yield geometry
 
 
 @contextmanager

@@ -35,7 +35,7 @@ from fingerslip.study.running.plan import Job, Plan
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
-from fingerslip.vision.cameras.camera import Camera, aimed_camera, true_tracks
+from fingerslip.vision.cameras.camera import Camera, true_tracks
 from fingerslip.vision.cameras.looks import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,

@@ -155,7 +155,7 @@ def test_gmsh_is_closed_after_success_failure_and_interruption(monkeypatch):
         def fail(*_, error=error):
             raise error
 
-        monkeypatch.setattr(section_module.gmsh.model.mesh, "generate", fail)
+        monkeypatch.setattr(section_module.pygmsh.geo.Geometry, "generate_mesh", lambda *_, fail=fail, **__: fail())
         with pytest.raises(seen):
             build_section(preset("wang2014-2d"))
         assert not gmsh.isInitialized()
@@ -294,7 +294,7 @@ def test_gmsh_is_loaded_only_where_a_section_is_built() -> None:
     script = (
         "import sys, fingerslip as fs\n"
         "fs.Model, fs.read_mesh, fs.simulate, fs.build_section\n"
-        "print(*sorted({'gmsh'} & set(sys.modules)))"
+        "print(*sorted({'gmsh', 'pygmsh'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []

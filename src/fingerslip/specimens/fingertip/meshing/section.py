@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import gmsh
 import numpy as np
+import pygmsh
 import skfem
 from numpy.typing import NDArray
 
@@ -153,8 +154,9 @@ def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: GradedMesh) 
     stops = [skin[-1], contour[-1], contour[0], skin[0]] if reaches_cut(contour) else [skin[-1], skin[0]]
     # The pieces of the proximal cut, from its dorsal to its palmar end.
     cuts = [] if closed else [divide(np.linspace(a, b, 200)) for a, b in itertools.pairwise(stops)]
-    with gmsh_session():
-        core = _generate(_draw(skin, divide(contour), cuts), largest, quadrilaterals)
+    with gmsh_session() as geometry:
+        surfaces = _draw(geometry, skin, divide(contour), cuts)
+        core = _generate(geometry, surfaces, largest, quadrilaterals)
     if not quadrilaterals:
         return core
     counts = [len(nodes) for nodes in core.cells.values()]
@@ -167,14 +169,14 @@ def mesh_ring(outer: Floats, inner: Floats | None, largest: float) -> CoreMesh:
 
     Inside the inner ring (m, 2), where there is one, is the phalanx; `largest` [m] is the largest size.
     """
-    with gmsh_session():
+    with gmsh_session() as geometry:
         if inner is None:
-            ring = _points(outer)
-            loop = gmsh.model.geo.addCurveLoop(_lines([*ring, ring[0]]))
-            surfaces = {"tissue": gmsh.model.geo.addPlaneSurface([loop])}
+            ring = _points(geometry, outer)
+            loop = geometry.add_curve_loop(_polyline(geometry, [*ring, ring[0]]))
+            surfaces = {"tissue": geometry.add_plane_surface(loop).dim_tags[0][1]}
         else:
-            surfaces = _draw(outer, np.vstack([inner, inner[:1]]), [])
-        return _generate(surfaces, largest, quadrilaterals=False)
+            surfaces = _draw(geometry, outer, np.vstack([inner, inner[:1]]), [])
+        return _generate(geometry, surfaces, largest, quadrilaterals=False)
 
 
 def _spacing(border: Floats, closed: bool) -> Floats:
@@ -185,56 +187,65 @@ def _spacing(border: Floats, closed: bool) -> Floats:
     return np.asarray((around[1:] + around[:-1]) / 2)
 
 
-def _draw(skin: Floats, phalanx: Floats, cuts: Sequence[Floats]) -> dict[str, int]:
+_Points = Sequence[pygmsh.common.point.Point]
+
+
+def _draw(geometry: pygmsh.geo.Geometry, skin: Floats, phalanx: Floats, cuts: Sequence[Floats]) -> dict[str, int]:
     """Draw the surfaces of tissue and phalanx inside the nodes of the skin; return their tags in Gmsh."""
-    ring = _points(skin)
+    ring = _points(geometry, skin)
     # The phalanx divides the cut in three where it reaches it, else it lies in a hole of the tissue.
     if len(cuts) == 3:
-        inner = _points(phalanx)
-        dorsal, through, palmar = (_points(cut[1:-1]) for cut in cuts)
-        around = _lines(inner)
-        outside = _lines([inner[0], *palmar, *ring, *dorsal, inner[-1]])
-        loops = [gmsh.model.geo.addCurveLoop([*outside, *(-line for line in reversed(around))])]
-        bone = gmsh.model.geo.addCurveLoop([*around, *_lines([inner[-1], *through, inner[0]])])
+        inner = _points(geometry, phalanx)
+        dorsal, through, palmar = (_points(geometry, cut[1:-1]) for cut in cuts)
+        around = _polyline(geometry, inner)
+        outside = _polyline(geometry, [inner[0], *palmar, *ring, *dorsal, inner[-1]])
+        tissue = geometry.add_curve_loop([*outside, *(-line for line in reversed(around))])
+        bone = geometry.add_curve_loop([*around, *_polyline(geometry, [inner[-1], *through, inner[0]])])
+        holes = []
     else:
-        inner = _points(phalanx[:-1])
-        bone = gmsh.model.geo.addCurveLoop(_lines([*inner, inner[0]]))
-        back = _points(cuts[0][1:-1]) if cuts else []
-        loops = [gmsh.model.geo.addCurveLoop(_lines([*ring, *back, ring[0]])), bone]
-    return {"tissue": gmsh.model.geo.addPlaneSurface(loops), "phalanx": gmsh.model.geo.addPlaneSurface([bone])}
+        inner = _points(geometry, phalanx[:-1])
+        bone = geometry.add_curve_loop(_polyline(geometry, [*inner, inner[0]]))
+        back = _points(geometry, cuts[0][1:-1]) if cuts else []
+        tissue = geometry.add_curve_loop(_polyline(geometry, [*ring, *back, ring[0]]))
+        holes = [bone]
+    return {
+        "tissue": geometry.add_plane_surface(tissue, holes=holes).dim_tags[0][1],
+        "phalanx": geometry.add_plane_surface(bone).dim_tags[0][1],
+    }
 
 
-def _points(points: Floats) -> list[int]:
-    return [gmsh.model.geo.addPoint(x * MILLIMETRES, y * MILLIMETRES, 0.0) for x, y in points]
+def _points(geometry: pygmsh.geo.Geometry, points: Floats) -> list[pygmsh.common.point.Point]:
+    return [geometry.add_point([x * MILLIMETRES, y * MILLIMETRES, 0.0]) for x, y in points]
 
 
-def _lines(points: Sequence[int]) -> list[int]:
-    return [gmsh.model.geo.addLine(a, b) for a, b in itertools.pairwise(points)]
+def _polyline(geometry: pygmsh.geo.Geometry, points: _Points) -> list[pygmsh.common.line.Line]:
+    """Join points by lines that Gmsh does not divide."""
+    lines = [geometry.add_line(a, b) for a, b in itertools.pairwise(points)]
+    for line in lines:
+        geometry.set_transfinite_curve(line, 2, "Progression", 1.0)
+    return lines
 
 
-def _generate(surfaces: dict[str, int], largest: float, quadrilaterals: bool) -> CoreMesh:
-    """Mesh what was drawn, its lines undivided, with sizes that grow from them to the largest one [m]."""
+def _generate(
+    geometry: pygmsh.geo.Geometry, surfaces: dict[str, int], largest: float, quadrilaterals: bool
+) -> CoreMesh:
+    """Mesh what was drawn, with sizes that grow from all lines to the largest one [m]."""
     size, fields = largest * MILLIMETRES, gmsh.model.mesh.field
+    gmsh.model.geo.synchronize()
+    field = fields.add("Extend")
+    fields.setNumbers(field, "CurvesList", [tag for _, tag in gmsh.model.getEntities(1)])
+    fields.setNumbers(field, "SurfacesList", [tag for _, tag in gmsh.model.getEntities(2)])
+    for name, value in (("SizeMax", size), ("DistMax", size / GROWTH), ("Power", 1)):
+        fields.setNumber(field, name, value)
+    fields.setAsBackgroundMesh(field)
     sizes_from_fields_alone()
     for option in ("RecombineAll", "SubdivisionAlgorithm"):
         gmsh.option.setNumber(f"Mesh.{option}", int(quadrilaterals))
     # A pair of triangles that makes a poor quadrilateral divides better as two triangles.
     gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 0)
     gmsh.option.setNumber("Mesh.RecombineMinimumQuality", 0.4)
-    gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_FOR_QUADRILATERALS if quadrilaterals else _FRONTAL)
-    # Once more than needed: Gmsh then takes edges in the order that all meshes so far were made with.
-    for _ in range(2):
-        gmsh.model.geo.synchronize()
-    field, lines = fields.add("Extend"), [tag for _, tag in gmsh.model.getEntities(1)]
-    for line in lines:
-        gmsh.model.mesh.setTransfiniteCurve(line, 2)
-    fields.setNumbers(field, "CurvesList", lines)
-    fields.setNumbers(field, "SurfacesList", [tag for _, tag in gmsh.model.getEntities(2)])
-    for name, value in (("SizeMax", size), ("DistMax", size / GROWTH), ("Power", 1)):
-        fields.setNumber(field, name, value)
-    fields.setAsBackgroundMesh(field)
     with gmsh_errors("tissue and phalanx", "needs a section that Gmsh can mesh"):
-        gmsh.model.mesh.generate(2)
+        geometry.generate_mesh(dim=2, algorithm=_FRONTAL_FOR_QUADRILATERALS if quadrilaterals else _FRONTAL)
     cells = {name: _cell_nodes(surface, 4 if quadrilaterals else 3) for name, surface in surfaces.items()}
     used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
     points = node_positions(used)[:, :2] / MILLIMETRES
