@@ -19,55 +19,16 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
+from numpy.typing import NDArray
 
-from fingerslip.report.colours import (
-    AREA_COLOURS,
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RECEPTOR_COLOURS,
-    REGION_COLOURS,
-    SKY,
-    VERMILLION,
-    YELLOW,
-    region_colours,
-)
+from fingerslip.report.colours import BLACK, FIELD_MAP, GREY, STATE_COLOURS, STATE_NAMES, region_colours
 from fingerslip.storage.files import write_bytes
-
-__all__ = [
-    "AREA_COLOURS",
-    "BLACK",
-    "BLUE",
-    "GREEN",
-    "GREY",
-    "LOOKS",
-    "ORANGE",
-    "PURPLE",
-    "RECEPTOR_COLOURS",
-    "REGION_COLOURS",
-    "SKY",
-    "VERMILLION",
-    "YELLOW",
-    "add_legend",
-    "columns_for",
-    "figure_bytes",
-    "figure_grid",
-    "join_title",
-    "looking",
-    "name_panel",
-    "region_colours",
-    "run_panels",
-    "save_figure",
-    "say",
-    "with_style",
-]
-
 
 _LEAST_WIDTH = 5.2  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
@@ -146,6 +107,13 @@ def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     return drawn
 
 
+def _scale_settings(look: Look) -> Any:
+    """Return the settings that a look changes."""
+    letters = {name: look.letters * _STYLE[name] for name in _STYLE if name.endswith("size")}
+    lines = {name: look.lines * _STYLE[name] for name in _STYLE if name.endswith("width")}
+    return {**letters, **lines, "lines.markersize": look.lines * 6.0}
+
+
 def _write_texts_as_they_are(figure: Figure) -> None:
     """Keep matplotlib from reading the dollars of titles and names as mathematics; numbers on axes keep theirs."""
     texts = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
@@ -172,17 +140,6 @@ def looking(name: str) -> Iterator[None]:
         _look.reset(token)
 
 
-def _scale_settings(look: Look) -> Any:
-    """Return the settings that a look changes."""
-    letters = [name for name in _STYLE if name.endswith("size")]
-    lines = [name for name in _STYLE if name.endswith("width")]
-    return {
-        **{name: look.letters * _STYLE[name] for name in letters},
-        **{name: look.lines * _STYLE[name] for name in lines},
-        "lines.markersize": look.lines * 6.0,
-    }
-
-
 def figure_grid(
     count: int,
     columns: int,
@@ -193,10 +150,7 @@ def figure_grid(
     share: str = "all",
     widths: Sequence[float] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure of `count` panels.
-
-    Units: panel [inch].
-    """
+    """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label."""
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
     size = _figure_size(wide, rows, panel)
@@ -288,6 +242,30 @@ def _legend_columns(widths: Sequence[float], available: float) -> int:
     return 1
 
 
+def region_keys(names: Sequence[str]) -> dict[str, Artist]:
+    """Return keys of layers for a legend."""
+    colours = region_colours(names)
+    return {name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in colours.items()}
+
+
+def state_keys(states: Sequence[int]) -> dict[str, Artist]:
+    """Return keys of states of the contact for a legend."""
+    return {STATE_NAMES[state]: Patch(color=STATE_COLOURS[state]) for state in states}
+
+
+def add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
+    """Put a bar of the colours of a field beside panels."""
+    colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
+    figure.colorbar(colours, ax=list(panels), label=label, extend="max", shrink=0.8, pad=0.01)
+
+
+def show_picture(axes: Axes, picture: NDArray[np.uint8], title: str = "") -> None:
+    """Fill a panel with a picture."""
+    axes.imshow(picture)
+    axes.set_axis_off()
+    axes.set_title(title)
+
+
 def join_title(title: str, more: str) -> str:
     """Join the title of a figure with what it is of, such as the title of a run."""
     return f"{title}: {more}" if more else title
@@ -318,19 +296,6 @@ def _write_png(figure: Figure, stream: io.BytesIO) -> None:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Save a figure, whole or not at all; the ending of the path says the format.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    path : path
-        A ``.png``, ``.svg`` or ``.pdf`` file.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Save a figure, whole or not at all, to a path whose ending says the format: ``.png``, ``.svg`` or ``.pdf``."""
     path = Path(path)
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))

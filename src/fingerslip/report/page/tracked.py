@@ -9,8 +9,6 @@ from typing import Any
 
 from fingerslip.vision.video import open_frames
 
-__all__ = ["track_video"]
-
 
 def track_video(
     video: Path,

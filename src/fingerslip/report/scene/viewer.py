@@ -22,7 +22,7 @@ from PIL import Image
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
-from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
+from fingerslip.report.figures.marks import event_keys, mark_run
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 from fingerslip.report.scene.names import CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
@@ -128,7 +128,7 @@ def picked_figure(history: xr.Dataset, node: int, events: Events | None = None) 
     below.set_ylim(bottom=0.0)
     for axes in (above, below):
         mark_run(axes, history, events.slip if events else None)
-    add_legend(figure, event_keys(events_that_happen([events.slip] if events else ())))
+    add_legend(figure, event_keys([events.slip] if events else []))
     return figure
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "differing_paths",
     "energies_table",
     "events_table",
     "measures_table",
@@ -94,6 +95,12 @@ def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
 def swept_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
     """Return the dotted paths that are swept in any of the runs."""
     return tuple(dict.fromkeys(path for run in runs for path in run.swept))
+
+
+def differing_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
+    """Return the dotted paths that are swept and have more than one value in the runs."""
+    values = {path: {swept_text(run.swept[path]) for run in runs if path in run.swept} for path in swept_paths(runs)}
+    return tuple(path for path in values if len(values[path]) > 1)
 
 
 def swept_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:

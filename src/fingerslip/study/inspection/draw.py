@@ -10,8 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from fingerslip.errors import InputError
-from fingerslip.report.figures.fingertip import fingertip_figure
-from fingerslip.report.figures.sensor import tactip_figure
+from fingerslip.report.figures.specimens import fingertip_figure, tactip_figure
 from fingerslip.report.figures.style import save_figure
 from fingerslip.specimens.choice import SPECIMENS, presets_of
 from fingerslip.storage.files import writing

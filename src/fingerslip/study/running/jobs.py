@@ -18,7 +18,7 @@ from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.cost import most_together
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.pictures import RunPictures
+    from fingerslip.report.page.content import RunPictures
 
 __all__ = ["Computed", "Job", "Prepared", "groups"]
 

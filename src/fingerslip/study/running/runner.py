@@ -25,7 +25,7 @@ from fingerslip.study.storage.reporting import REPORT, report_key, write_report
 from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.pictures import RunPictures
+    from fingerslip.report.page.content import RunPictures
     from fingerslip.study.running.pictures import Drawing
 
 __all__ = [

@@ -15,7 +15,7 @@ from fingerslip.storage.files import read_json
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.report.page.films import Film
+    from fingerslip.report.page.content import Film
 
 __all__ = ["CAMERAS", "ERRORS", "film_keys", "read_films"]
 
@@ -43,7 +43,7 @@ def _stored_films(run: Path) -> list[Path]:
 
 def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
     # Pictures and videos are slow to load, and few studies have cameras.
-    from fingerslip.report.page.films import Film
+    from fingerslip.report.page.content import Film
     from fingerslip.vision.tracks import read_tracks
 
     numbers = read_json(folder / ERRORS, _REPAIR)
@@ -55,7 +55,7 @@ def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
     """Return the frames that a report shows by their times [s]; none without a video or a slide."""
-    from fingerslip.report.figures.film import film_times
+    from fingerslip.report.figures.sensor import film_times
     from fingerslip.vision.video import read_frames
 
     window, times = slide_window(history), truth["time"].values

@@ -27,8 +27,7 @@ from fingerslip.tables.table import Table
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.report.page.content import ReportContent
-    from fingerslip.report.page.pictures import RunPictures
+    from fingerslip.report.page.content import ReportContent, RunPictures
 
 __all__ = [
     "REPORT",

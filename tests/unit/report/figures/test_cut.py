@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.solid import crop, cut_frames_figure
+from fingerslip.report.figures.deformed import crop, cut_frames_figure
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.marker_tracks import filmed_tracks
-from fingerslip.report.figures.film import film_times, frames_figure, onsets, slip_order_figure
+from fingerslip.report.figures.sensor import film_times, frames_figure, onsets, slip_order_figure
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.presets import external_camera
 from unit.filmed import NODES, filmed_history

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.report.figures.fingertip import fingertip_figure
+from fingerslip.report.figures.specimens import fingertip_figure
 from unit.fingers import change, change_solid
 from unit.report.figures.made import words
 

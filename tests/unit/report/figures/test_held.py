@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.report.figures.deformed import held_figure, is_held
+from fingerslip.report.figures.contact import held_figure
+from fingerslip.report.figures.marks import is_held
 from unit.report.figures.made import HISTORY, panels
 
 HELD = HISTORY.assign(phase_kind=("phase", ["press", "hold"]))

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.report.figures.contact import slip_onset_figure
+from fingerslip.report.figures.solid import slip_onset_figure
 from fingerslip.slip import slide_window
 from unit.report.scenes import block_history
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.contact import slip_frames_figure, surface_strain_figure, touched_frame
+from fingerslip.report.figures.solid import slip_frames_figure, surface_strain_figure, touched_frame
 from fingerslip.slip import Events, SlipEvents, contact_patch
 from unit.report.scenes import block_history
 

@@ -10,13 +10,18 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from fingerslip.errors import ResultError
-from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure
+from fingerslip.report.figures.contact import (
+    contact_displacement_figure,
+    energy_figure,
+    force_figure,
+    force_overview_figure,
+    slip_maps_figure,
+)
 from fingerslip.report.figures.receptors import (
     acceleration_figure,
     acceleration_overview_figure,
     strain_energy_density_figure,
 )
-from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
 from fingerslip.report.figures.style import figure_bytes, save_figure
 from fingerslip.slip import Events
 from unit.report.figures.made import APART, BARE, HISTORY, NO_SLIDE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.report.figures.fingertip import receptor_positions, section_figure
+from fingerslip.report.figures.specimens import receptor_positions, section_figure
 from unit.report.figures.made import BARE, HISTORY, panels, words
 from unit.synthetic import KINDS
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
+from fingerslip.report.figures.contact import contact_displacement_figure, slip_maps_figure
 from fingerslip.slip import Events
 from unit.report.figures.made import ALL, APART, EVENTS, HISTORIES, HISTORY, NO_SLIDE, marked, panels, words
 from unit.synthetic import HALF_WIDTH, PRESS_END

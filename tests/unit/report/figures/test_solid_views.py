@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.solid import solid_views_figure, view_times
+from fingerslip.report.figures.deformed import solid_views_figure, view_times
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.contact import stick_ratio_figure
+from fingerslip.report.figures.solid import stick_ratio_figure
 from unit.report.scenes import block_history
 
 

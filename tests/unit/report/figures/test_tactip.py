@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fingerslip.report.figures.sensor import sensor_colours, tactip_figure
+from fingerslip.report.figures.specimens import sensor_colours, tactip_figure
 from fingerslip.specimens.tactip import PRESETS
 from unit.report.figures.made import panels, words
 

@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure
+from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure, slip_maps_figure
+from fingerslip.report.figures.marks import shown_time, shown_times
 from fingerslip.report.figures.receptors import strain_energy_density_figure
-from fingerslip.report.figures.slip import shown_time, shown_times, slip_maps_figure
 from unit.report.figures.made import HISTORY, panels
 from unit.synthetic import PRESS_END
 

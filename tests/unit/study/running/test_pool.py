@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
-from fingerslip.report.page.pictures import RunPictures
+from fingerslip.report.page.content import RunPictures
 from fingerslip.study.running import pool, together
 from fingerslip.study.running.jobs import Computed
 from fingerslip.study.running.pool import WorkerLostError, compute_all
