@@ -1,18 +1,31 @@
-"""Figures of markers: a line for each, in the colour of its ring, and panels of all fields."""
+"""Figures of markers, of their tracks and of what detectors make of them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.quiver import Quiver
 
+from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.marker_layouts import ring_layout
-from fingerslip.report.figures.markers import fields_figure, marker_tracks_figure, ring_colours
+from fingerslip.report.figures.markers import (
+    count_figure,
+    fields_figure,
+    importance_figure,
+    jump_figure,
+    learning_curve_figure,
+    marker_tracks_figure,
+    noise_figure,
+    ring_colours,
+    robustness_figure,
+)
 from fingerslip.vision.fields.fields import marker_fields
 from fingerslip.vision.tracks import make_tracks
 from unit.report.figures.made import panels, words
 
 LAYOUT = ring_layout(1e-3, (1, 8, 16))
+
 TIMES = np.arange(31) / 30
 
 
@@ -72,3 +85,61 @@ def test_fields_without_a_triangle_say_so():
 def test_no_times_have_no_lines():
     empty = make_tracks(np.empty((0, 2, 2)), [], units="px")
     assert len(panels(marker_tracks_figure(empty))[0].lines) == 2
+
+
+@pytest.fixture
+def still() -> xr.Dataset:
+    rest = np.array([[10.0, 10.0], [30.0, 10.0], [10.0, 30.0], [30.0, 30.0]])
+    position = rest + np.random.default_rng(0).normal(0, 0.1, (12, 4, 2))
+    position[4:6, 2] = np.nan
+    made = make_tracks(position, np.arange(12) / 10.0, units="px", attributes={"rest_frames": 3, "frame_rate": 10.0})
+    state = np.zeros(12, dtype=np.int8)
+    state[5] = 1
+    dims = ("marker", "axis")
+    return made.assign(frame_state=("time", state), reference=(dims, rest), rest_noise=(dims, np.full((4, 2), 0.1)))
+
+
+def test_count_and_lost_intervals(still: xr.Dataset) -> None:
+    count, lost = count_figure(still).axes
+    assert count.get_lines()[0].get_ydata().tolist() == [4, 4, 4, 4, 3, 3, 4, 4, 4, 4, 4, 4]
+    (bar,) = lost.patches
+    assert (bar.get_x(), bar.get_width()) == pytest.approx((0.35, 0.2))
+
+
+def test_noise_is_drawn_where_markers_rest(still: xr.Dataset) -> None:
+    axes, _ = noise_figure(still, np.zeros((40, 40), dtype=np.uint8)).axes
+    assert np.asarray(axes.collections[0].get_offsets()) == pytest.approx(still["reference"].values, abs=0.3)
+    assert [text.get_text() for text in axes.texts] == ["0", "1", "2", "3"]
+
+
+def test_jumps_count_all_pairs_of_frames(still: xr.Dataset) -> None:
+    (axes,) = jump_figure(still).axes
+    # A marker without three neighbours that were seen is not judged.
+    assert sum(patch.get_height() for patch in axes.patches) == 8 * 4
+    (empty,) = jump_figure(still.isel(time=slice(0, 1))).axes
+    assert "no two frames" in empty.texts[0].get_text()
+
+
+def test_a_learning_curve_shows_accuracy_and_f1() -> None:
+    (axes,) = learning_curve_figure(
+        [(4, Estimate(0.7, 0.6, 0.8), Estimate(0.6, 0.5, 0.7)), (8, Estimate(0.8, 0.7, 0.9), Estimate(0.75))]
+    ).axes
+    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[0.7, 0.8], [0.6, 0.75]]
+    bars = [path.vertices[:, 1].tolist() for path in axes.collections[0].get_paths()]
+    assert bars == [[0.6, 0.8], [0.7, 0.9]]
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["4", "8"]
+
+
+def test_every_ring_has_a_bar() -> None:
+    (axes,) = importance_figure({0: Estimate(0.02, 0.01, 0.03), 1: Estimate(-0.01, -0.02, 0.0)}).axes
+    assert [bar.get_height() for bar in axes.patches] == pytest.approx([0.02, -0.01])
+
+
+def test_every_disturbance_has_a_panel_and_no_accuracy_where_nothing_is_classified() -> None:
+    right = Estimate(0.9, 0.8, 1.0)
+    rows = [("lost", 0.0, right, 0.0), ("lost", 0.7, Estimate(None), 1.0), ("noise", 0.1, right, 0.0)]
+    figure = robustness_figure(rows)
+    first, second = figure.axes[:2]
+    assert [axes.get_title(loc="left") for axes in (first, second)] == ["lost", "noise"]
+    assert first.get_lines()[0].get_xdata().tolist() == [0.0]
+    assert first.get_lines()[1].get_ydata().tolist() == [0.0, 1.0]

@@ -1,25 +1,31 @@
-"""Marked and named events, and the time that is shown."""
+"""The axis of time: what is shown of it, lines at events, their names and keys."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.figure import Figure
 
 from fingerslip.report.colours import EVENT_COLOURS
+from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure, slip_maps_figure
 from fingerslip.report.figures.marks import (
     event_keys,
     limit_to_slides,
     mark_events,
     mark_run,
-    mark_slide,
     name_events,
     name_run,
+    shown_time,
+    shown_times,
     shown_until,
 )
+from fingerslip.report.figures.receptors import strain_energy_density_figure
 from fingerslip.report.figures.style import figure_grid
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS as EVENT_NAMES
-from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked
+from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked, panels
+from unit.synthetic import PRESS_END
 
 
 def test_time_shown_ends_after_the_last_overall_slip() -> None:
@@ -31,9 +37,8 @@ def test_time_shown_ends_after_the_last_overall_slip() -> None:
 
 def test_events_that_happened_are_marked_in_their_colours() -> None:
     _, (axes,) = figure_grid(1, 1, (3.0, 2.0), "", ("", ""))
-    mark_slide(axes, 1.0)
     mark_events(axes, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7))
-    assert marked(axes) == [1.0, 1.5, 1.7]
+    assert marked(axes) == [1.5, 1.7]
     colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
     assert (colours[1.5], colours[1.7]) == (EVENT_COLOURS["incipient"], EVENT_COLOURS["overall"])
 
@@ -93,7 +98,11 @@ def test_nothing_is_named_where_nothing_happened() -> None:
 def test_every_event_has_a_name_a_colour_of_its_own_and_a_key() -> None:
     assert set(EVENT_NAMES) == set(EVENT_COLOURS)
     assert len(set(EVENT_COLOURS.values())) == 4
-    assert list(event_keys(("incipient", "overall"))) == ["slide starts", "incipient", "overall"]
+    assert list(event_keys([SlipEvents(overall=1.0), None, SlipEvents(incipient=1.0)])) == [
+        "slide starts",
+        "incipient",
+        "overall",
+    ]
 
 
 def test_a_run_is_named_like_it_is_marked() -> None:
@@ -104,3 +113,62 @@ def test_a_run_is_named_like_it_is_marked() -> None:
     _, (bare,) = figure_grid(1, 1, (6.0, 2.0), "", ("", ""))
     name_run([bare], NO_SLIDE, None)
     assert not bare.texts
+
+
+def growing(history: xr.Dataset, kinds: tuple[str, str] = ("press", "hold")) -> xr.Dataset:
+    """Return a history whose second phase is of another kind and whose records grow apart in it."""
+    times = history["time"].values
+    later = times > PRESS_END
+    since = np.geomspace(0.01, 100.0, int(later.sum()))
+    held = history.assign_coords(time=np.concatenate([times[~later], PRESS_END + since]))
+    return held.assign(phase_kind=("phase", list(kinds)), phase_end=("phase", [PRESS_END, PRESS_END + 100.0]))
+
+
+def test_even_records_are_shown_over_the_time_of_the_run() -> None:
+    shown = shown_time(HISTORY)
+    assert (shown.logarithmic, shown.label) == (False, "time [s]")
+    np.testing.assert_array_equal(shown.values, HISTORY["time"].values)
+
+
+def test_records_that_grow_apart_are_shown_since_the_hold_began() -> None:
+    history = growing(HISTORY)
+    shown = shown_time(history)
+    assert (shown.logarithmic, shown.label) == (True, "time since the hold began [s]")
+    later = history["time"].values > PRESS_END
+    assert np.isnan(shown.values[~later]).all()
+    assert np.nanmin(shown.values) == pytest.approx(0.01)
+    assert np.nanmax(shown.values) == pytest.approx(100.0)
+
+
+def test_without_a_hold_the_time_is_that_of_the_run() -> None:
+    history = growing(HISTORY, ("press", "press")).isel(time=slice(int(PRESS_END / 5e-3), None))
+    history = history.assign_coords(time=history["time"].values - PRESS_END)
+    shown = shown_time(history)
+    assert (shown.logarithmic, shown.label) == (True, "time [s]")
+    assert np.isnan(shown.values[0])
+
+
+def test_runs_that_share_an_axis_are_logarithmic_together() -> None:
+    held = growing(HISTORY)
+    assert [one.logarithmic for one in shown_times((held, held))] == [True, True]
+    assert [one.logarithmic for one in shown_times((held, HISTORY))] == [False, False]
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        force_figure,
+        energy_figure,
+        strain_energy_density_figure,
+        lambda history: force_overview_figure({"held": history}, {}),
+        lambda history: slip_maps_figure({"held": history}, {}),
+    ],
+)
+def test_figures_over_time_take_the_axis(draw: object) -> None:
+    figure = draw(growing(HISTORY))  # type: ignore[operator]
+    assert isinstance(figure, Figure)
+    figure.canvas.draw()
+    lowest = panels(figure)[-1]
+    assert lowest.get_xscale() == "log"
+    assert lowest.get_xlabel() == "time since the hold began [s]"
+    assert lowest.get_xlim() == pytest.approx((0.01, 100.0), rel=0.1)

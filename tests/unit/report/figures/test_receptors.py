@@ -1,17 +1,20 @@
-"""Signals of receptors over time: accelerations and strain energy density."""
+"""Figures of what receptors record."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from fingerslip.afferents.model import Spikes
 from fingerslip.report.figures.receptors import (
     acceleration_figure,
     acceleration_overview_figure,
+    spike_figure,
     strain_energy_density_figure,
 )
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import ALL, APART, BARE, EVENTS, HISTORIES, HISTORY, NO_SLIDE, marked, panels, words
+from unit.report.scenes import block_history
 from unit.synthetic import PRESS_END, Process, make
 
 
@@ -93,3 +96,17 @@ def test_overview_has_keys_for_the_events_that_happened_alone() -> None:
 def test_the_label_of_a_single_low_panel_is_wrapped() -> None:
     one = HISTORY.isel(site=np.flatnonzero(HISTORY["site_kind"].values == "FA-I"))
     assert acceleration_figure(one).get_supylabel() == "acceleration along\nthe plate [m/s²]"
+
+
+TIMES = (np.array([0.1, 0.2]), np.array([0.3]), np.array([0.15, 0.35]))
+
+SPIKES = Spikes(("a", "b", "c"), ("SA-I", "SA-I", "FA-I"), TIMES, 0.0, 0.5)
+
+
+def test_every_type_has_its_raster_with_a_row_for_each_afferent_and_rates_come_last() -> None:
+    slow, fast, rates = spike_figure(SPIKES, block_history()).axes
+    assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
+    assert slow.get_ylabel() == "SA-I\n2 afferents"
+    drawn = [collection.get_positions() for collection in slow.collections]
+    np.testing.assert_allclose(np.concatenate(drawn), [0.1, 0.2, 0.3])
+    assert rates.get_ylabel() == "mean rate [1/s]"

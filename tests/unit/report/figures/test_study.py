@@ -1,4 +1,4 @@
-"""Event times and latencies over the runs of a study, beside the published ones."""
+"""Figures over the runs of a study."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fingerslip.published import published_set
-from fingerslip.report.figures.study import event_times_figure, latency_figure
+from fingerslip.report.figures.study import convergence_figure, event_times_figure, latency_figure
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
+from fingerslip.uncertainty import Convergence, Series
 from unit.report.figures.made import panels, words
 
 
@@ -148,3 +149,34 @@ def test_of_many_combinations_as_many_as_can_be_read_have_a_panel(draw: Callable
     assert titles[0].endswith("0")
     assert titles[-1].endswith("19")
     assert "12 of 20 combinations of the other values" in " ".join(figure.get_suptitle().split())
+
+
+SIZES = (1.0, 0.5, 0.25)
+
+
+def event(*values: float | None) -> Convergence:
+    sources = {name: Series(name, SIZES, values) for name in ("mesh", "step")}
+    return Convergence("event", "s", values[0], sources)
+
+
+QUANTITIES = {
+    "slip.incipient": event(1.2, 1.3, 1.25),
+    "slip.three_quarter": event(None, None, None),
+    "slip.overall": event(1.8, 1.75, 1.725),
+}
+
+
+def test_there_is_a_panel_for_each_refined_setting() -> None:
+    figure = convergence_figure(QUANTITIES, "run")
+    labels = [axes.get_xlabel() for axes in figure.axes if axes.get_visible()]
+    assert labels == ["element size / that in use", "time step / that in use"]
+
+
+def test_changes_are_in_milliseconds_and_the_curve_ends_at_the_limit() -> None:
+    axes = convergence_figure(QUANTITIES, "run").axes[0]
+    points = [line for line in axes.lines if line.get_marker() == "o"]
+    assert len(points) == 2  # the event that did not happen is left out
+    changes = sorted(np.asarray(points[1].get_ydata()).tolist())
+    assert changes == pytest.approx([-75.0, -50.0, 0.0])
+    (limit,) = (line for line in axes.lines if line.get_marker() == "D")
+    assert list(limit.get_ydata()) == pytest.approx([-100.0], abs=1e-3)

@@ -1,4 +1,4 @@
-"""The section: its layers, receptors, the plate and the close view."""
+"""Figures of specimens at rest."""
 
 from __future__ import annotations
 
@@ -6,9 +6,36 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.report.figures.specimens import receptor_positions, section_figure
+from fingerslip.report.figures.specimens import (
+    SENSOR_COLOURS,
+    fingertip_figure,
+    receptor_positions,
+    section_figure,
+    tactip_figure,
+)
+from fingerslip.specimens.tactip import PRESETS
+from unit.fingers import change, change_solid
 from unit.report.figures.made import BARE, HISTORY, panels, words
 from unit.synthetic import KINDS
+
+
+def test_sections_and_the_finger_in_space_are_drawn():
+    figure = fingertip_figure(change_solid(), "mine")
+    sagittal, transverse, solid = figure.axes[:3]
+    assert {"x [mm]", "z [mm]", "epidermis", "phalanx"} <= words(figure)
+    tip = max(path.vertices[:, 0].max() for path in sagittal.collections[0].get_paths())
+    side = max(path.vertices[:, 0].max() for path in transverse.collections[0].get_paths())
+    assert (tip, side) == (pytest.approx(8.0, abs=1e-3), pytest.approx(8.0, abs=1e-3))
+    assert solid.name == "3d"
+    assert len(solid.collections) == 2
+
+
+def test_section_alone_has_no_third_panel():
+    figure = fingertip_figure(change(fingerprint={"enabled": True}))
+    assert all(axes.name != "3d" for axes in figure.axes)
+    ring = figure.axes[0].collections[0].get_paths()[0].vertices
+    assert ring[:, 1].min() == pytest.approx(-7.05, abs=0.01)
+    assert np.isfinite(ring).all()
 
 
 def test_section_fills_regions_and_moves_with_the_displacement() -> None:
@@ -60,3 +87,13 @@ def test_a_mesh_without_regions_is_drawn_whole() -> None:
     mesh = skfem.MeshQuad().refined(1).scaled(1e-3)
     (cells,) = panels(section_figure(mesh, {}))[0].collections
     assert len(cells.get_paths()) == 4
+
+
+def test_a_sensor_is_drawn_cut_open_and_with_all_its_markers():
+    figure = tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged")
+    section, inside, below = panels(figure)
+    assert section.get_title(loc="left") == "cut open along the axis"
+    assert len(section.collections[2].get_paths()) == 9, "rods in the plane of the axis"
+    for axes in (inside, below):
+        assert len(axes.collections[0].get_offsets()) == 81
+    assert set(SENSOR_COLOURS) <= words(figure)
