@@ -251,10 +251,11 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
     plane = scale * now["rest"].values
     mesh = Triangulation(plane[:, 0], plane[:, 1], corners)
     mesh.set_mask(lost)
-    colours: dict[str, Any] = {"facecolors": np.nan_to_num(values)}
+    colours = np.nan_to_num(values)
     if by_marker:
-        colours = {"C": np.nan_to_num(values), "shading": "gouraud"}
-    drawn = axes.tripcolor(mesh, **colours, **options)
+        drawn = axes.tripcolor(mesh, colours, shading="gouraud", **options)
+    else:
+        drawn = axes.tripcolor(mesh, facecolors=colours, **options)
     colorbar(drawn, ax=axes, shrink=0.75)
 
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import read_history
 from fingerslip.parameters import from_mapping
-from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.served import Served, require_free
+from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.study.inspection.times import time_of_run

@@ -126,8 +126,10 @@ def test_all_that_misses_is_said_beside_what_agrees() -> None:
         ({"flattened": None}, "Overall slip, for which a time is published, is not reached."),
         (
             {"original": 1.70, "flattened": 1.75, "scaled": None},
-            "Beside 3 published times, overall slip comes 10 ms earlier to 30 ms later; "
-            "it is not reached in 1 of these runs.",
+            (
+                "Beside 3 published times, overall slip comes 10 ms earlier to 30 ms later; "
+                "it is not reached in 1 of these runs."
+            ),
         ),
     ],
 )

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.report.scene.served import LOCAL, Served, require_free
+from fingerslip.report.scene.options import LOCAL, Served, require_free
 
 
 def test_only_this_machine_can_look_unless_told_otherwise() -> None:
