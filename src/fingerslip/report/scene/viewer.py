@@ -136,7 +136,9 @@ def still(
     size: tuple[int, int] = _SIZE,
 ) -> NDArray[np.uint8]:
     """Render the snapshot nearest to a time [s] as a picture (height, width, 3), with or without a display."""
-    return next(stills(history, [nearest_snapshot(history, time)], options or SceneOptions(), size))
+    options = options or SceneOptions()
+    check_options(history, options)
+    return next(stills(history, [nearest_snapshot(history, time)], options, size))
 
 
 def stills(
