@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.frames import sliding_direction
 from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.errors import ResultError
 from fingerslip.history import nearest_record, site_kinds, sites_of_kinds
 from fingerslip.report.colours import BLACK, BLUE, ORANGE, STATE_COLOURS
 from fingerslip.report.figures.marks import event_keys, event_times, mark_run
@@ -246,6 +247,8 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
 def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node."""
     rows = sites_of_kinds(history, reference_kinds(history))
+    if not rows.size:
+        raise ResultError("the result has no reference nodes; write record: {reference_nodes: true} and run again")
     labels = ("time [s]", "displacement along the slide [mm]")
     heading = join_title("Reference nodes along the slide", title)
     figure, panels = figure_grid(len(rows), _NODE_COLUMNS, (2.2, 1.35), heading, labels)
