@@ -87,16 +87,13 @@ def render_page(report: Report) -> str:
     """Write a report as one HTML page that needs no other file."""
     # Only who writes a page needs templates.
     import jinja2
-    from markupsafe import Markup
 
-    templates = resources.files("fingerslip.report").joinpath("templates")
-
-    def asset(name: str) -> Markup:
-        return Markup(templates.joinpath(name).read_text(encoding="utf-8"))
+    def asset(name: str) -> str:
+        return resources.files("fingerslip.report").joinpath("templates", name).read_text(encoding="utf-8")
 
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"texts": texts, "kinds": _column_kinds, "source": _image_source, "json": _json}
-    template = environment.from_string(str(asset("page.html")))
+    template = environment.from_string(asset("page.html"))
     moving = any(section.motions for section in report.sections)
     return template.render(report=report, asset=asset, language=language() if moving else None)
 
@@ -118,8 +115,6 @@ def _image_source(picture: Picture | DrawnPicture) -> str:
     return f"data:image/png;base64,{base64.b64encode(picture.png).decode('ascii')}"
 
 
-def _json(values: Mapping[str, Any]) -> Any:
-    from markupsafe import Markup
-
-    text = json.dumps(values, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    return Markup(text)
+def _json(values: Mapping[str, Any]) -> str:
+    """Return plain data for the scripts of a page; no text in it can end the script, or keep it from ending."""
+    return json.dumps(values, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
