@@ -52,7 +52,7 @@ def has_markers(history: xr.Dataset) -> bool:
     return sites_of_kinds(history, MARKER_KINDS).size > 0
 
 
-def _draw_deformed(run: RunSubject) -> Figure:
+def _deformed_figure(run: RunSubject) -> Figure:
     times = run.times or None
     if is_solid(run.history):
         return deformed.solid_views_figure(run.history, run.events, run.options, times)
@@ -63,7 +63,7 @@ def _draw_deformed(run: RunSubject) -> Figure:
 #: those that have none there belong to a page only.
 RUN_FIGURES: Mapping[str, RunFigure] = MappingProxyType(
     {
-        "deformed": RunFigure(_draw_deformed),
+        "deformed": RunFigure(_deformed_figure),
         "slip-map": RunFigure(
             lambda run: contact.slip_maps_figure({run.title: run.history}, {run.title: run.events}),
             "Where and when the surface sticks and slips.",

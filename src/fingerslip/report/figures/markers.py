@@ -118,8 +118,8 @@ def robustness_figure(results: Sequence[tuple[str, float, _Interval, float]], ti
 def _estimates(places: Sequence[float], values: Sequence[_Interval]) -> tuple[Floats, Floats, Floats]:
     """Return places and values (n,) and the ends of their intervals (2, n), without what has no value."""
     rows = [
-        (place, value.value, value.low, value.high)
-        for place, value in zip(places, values, strict=True)
+        (x, value.value, value.low, value.high)
+        for x, value in zip(places, values, strict=True)
         if value.value is not None
     ]
     position, centre, *ends = np.array(rows, dtype=float).reshape(-1, 4).T

@@ -97,21 +97,16 @@ def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     def drawn(*args: P.args, **values: P.kwargs) -> R:
         with mpl.rc_context():
             mpl.rcdefaults()
-            mpl.rcParams.update(_STYLE)
-            mpl.rcParams.update(_scale_settings(_look.get()))
+            look = _look.get()
+            letters = {name: look.letters * size for name, size in _STYLE.items() if name.endswith("size")}
+            lines = {name: look.lines * width for name, width in _STYLE.items() if name.endswith("width")}
+            mpl.rcParams.update({**_STYLE, **letters, **lines, "lines.markersize": look.lines * 6.0})
             figure = draw(*args, **values)
             if isinstance(figure, Figure):
                 _write_texts_as_they_are(figure)
             return figure
 
     return drawn
-
-
-def _scale_settings(look: Look) -> Any:
-    """Return the settings that a look changes."""
-    letters = {name: look.letters * _STYLE[name] for name in _STYLE if name.endswith("size")}
-    lines = {name: look.lines * _STYLE[name] for name in _STYLE if name.endswith("width")}
-    return {**letters, **lines, "lines.markersize": look.lines * 6.0}
 
 
 def _write_texts_as_they_are(figure: Figure) -> None:
@@ -224,22 +219,16 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
     if not keys:
         return
     widths = [_look.get().letters * (_KEY_WIDTH + _LETTER_WIDTH * len(name)) for name in keys]
-    columns = _legend_columns(widths, figure.get_figwidth())
+    columns = len(widths)
+    # The widest keys of all columns have to fit, filled column by column as matplotlib shares keys out.
+    while columns > 1 and sum(float(part.max()) for part in np.array_split(widths, columns)) > figure.get_figwidth():
+        columns -= 1
     rows, row = math.ceil(len(keys) / columns), _KEY_HEIGHT * _look.get().letters
     figure.set_figheight(figure.get_figheight() + (rows - 1) * row)
     # The label of the vertical axes stays in the middle of what is above the legend.
     middle = 0.5 + 0.5 * rows * row / figure.get_figheight()
     figure.supylabel(figure.get_supylabel(), y=middle, fontsize=mpl.rcParams["axes.labelsize"])
     figure.legend(list(keys.values()), list(keys), loc="outside lower left", ncols=columns, columnspacing=1.4)
-
-
-def _legend_columns(widths: Sequence[float], available: float) -> int:
-    """Return the largest number of columns of a legend, filled column by column, whose widest keys fit."""
-    for columns in range(len(widths), 1, -1):
-        # As matplotlib shares keys out.
-        if sum(float(column_widths.max()) for column_widths in np.array_split(widths, columns)) <= available:
-            return columns
-    return 1
 
 
 def region_keys(names: Sequence[str]) -> dict[str, Artist]:
@@ -280,19 +269,15 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
     """Render a figure."""
     stream = io.BytesIO()
     if kind == "png":
-        _write_png(figure, stream)
+        # Drawn once: ``savefig`` draws twice, the first time only to find the layout. A report renders dozens of
+        # figures: time counts more than the last kilobytes.
+        write: Any = FigureCanvasAgg(figure).print_png
+        figure.set_dpi(_DOTS_PER_INCH)
+        write(stream, pil_kwargs={"compress_level": 2})
     else:
         with mpl.rc_context(_TEXT):
             figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
     return stream.getvalue()
-
-
-def _write_png(figure: Figure, stream: io.BytesIO) -> None:
-    """Draw a figure once: ``savefig`` draws it twice, the first time only to find its layout."""
-    write: Any = FigureCanvasAgg(figure).print_png
-    figure.set_dpi(_DOTS_PER_INCH)
-    # A report renders dozens of figures: time counts more than the last kilobytes.
-    write(stream, pil_kwargs={"compress_level": 2})
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:

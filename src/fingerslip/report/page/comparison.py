@@ -66,9 +66,10 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
     )
     count = len(differing.rows)
     said = f"{count} values differ between the studies; what follows is the effect of all of them."
-    if count < 2:
-        one = "One value differs between the studies; what follows is the effect of it."
-        said = one if count else "No value differs between the studies."
+    if count == 1:
+        said = "One value differs between the studies; what follows is the effect of it."
+    if not count:
+        said = "No value differs between the studies."
     return Report(
         f"{first.title} beside {second.title}",
         tuple(section for section in sections if not section.is_empty),

@@ -122,11 +122,10 @@ def samples_in_motion(content: ReportContent) -> ReportSection:
 
     histories = content.representatives
     chosen = [sample for sample in representatives(content.study, content.starts) if sample.run.name in histories]
-    motions = run_motions((histories[one.run.name], one.run.events, one.title.capitalize()) for one in chosen)
+    motions = run_motions((histories[s.run.name], s.run.events, s.title.capitalize()) for s in chosen)
     text = (
-        "Move the slider or the plots; a body that was recorded is drawn deformed, to scale. "
-        "Of all samples, the one in the middle and "
-        "those at both ends are shown."
+        "Move the slider or the plots; a body that was recorded is drawn deformed, to scale. Of all samples, the one "
+        "in the middle and those at both ends are shown."
     )
     tables = (_values_table(chosen[: len(motions)]),) if motions else ()
     return ReportSection("Samples in motion", (text,), tables, motions=motions)

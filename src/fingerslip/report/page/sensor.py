@@ -55,11 +55,11 @@ def _errors_table(films: Sequence[Film]) -> Table:
     )
     rows = []
     for film in films:
-        frames, markers, rms, largest, kept, swapped = (
-            film.numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")
-        )
-        share = None if kept is None else 100.0 * kept
-        rows.append((film.run, film.kind, frames, markers, rms, largest, share, swapped))
+        numbers = dict(film.numbers)
+        if (share := numbers["kept"]) is not None:
+            numbers["kept"] = 100.0 * share
+        names = ("frames", "markers", "rms", "largest", "kept", "swapped")
+        rows.append((film.run, film.kind, *(numbers[name] for name in names)))
     return Table("Tracks beside the truth", columns, tuple(rows))
 
 
@@ -136,7 +136,7 @@ def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -
 def _summary(tracks: xr.Dataset) -> Table:
     count, noise, jumped = seen_count(tracks), noise_at_rest(tracks), jumps(tracks)
     states = [f"{int((tracks['frame_state'] == n).sum())} {name}" for n, name in enumerate(STATES) if n]
-    known = noise[np.isfinite(noise)]
+    noise = noise[np.isfinite(noise)]
     rows = (
         ("frames", tracks.sizes["time"], ""),
         ("frame rate", float(tracks.attrs["frame_rate"]), "1/s"),
@@ -145,8 +145,8 @@ def _summary(tracks: xr.Dataset) -> Table:
         ("marker-frames with a position", 100.0 * seen_share(tracks), "%"),
         ("intervals in which a marker was lost", len(lost_intervals(tracks)), ""),
         ("mean quality", float(tracks["quality"].mean()), ""),
-        ("median noise at rest", float(np.median(known)) if known.size else None, "px"),
-        ("largest noise at rest", float(known.max()) if known.size else None, "px"),
+        ("median noise at rest", float(np.median(noise)) if noise.size else None, "px"),
+        ("largest noise at rest", float(noise.max()) if noise.size else None, "px"),
         ("largest jump", float(np.nanmax(jumped)) if np.isfinite(jumped).any() else None, "px"),
         ("frames marked", ", ".join(states), ""),
     )

@@ -89,20 +89,20 @@ class _Page:
             "cut": options.cut,
             "camera": options.camera,
             "layers": [name for name in self._layers if name not in options.hidden],
-            "shown": [name for name in EXTRAS if getattr(options, name)],
+            "extras": [name for name in EXTRAS if getattr(options, name)],
         }
         self._server.state.update({"trame__title": self._title, "picked": "", **choices})
         self._say()
         self._server.state.change(*choices)(self._change)
         self._lay_out()
 
-    def _change(self, frame: int, camera: str, layers: list[str], shown: list[str], **state: Any) -> None:
+    def _change(self, frame: int, camera: str, layers: list[str], extras: list[str], **state: Any) -> None:
         """Draw what the page has chosen; the camera moves where another one was chosen."""
         options, self._control.number = self._control.options, int(frame)
         hidden = tuple(name for name in self._layers if name not in layers) if layers else options.hidden
         aimed = {} if camera == options.camera else {"camera": camera}
-        extras = {name: name in shown for name in EXTRAS}
-        self._control.choose(scalar=state["field"], cut=state["cut"], hidden=hidden, **extras, **aimed)
+        switches = {name: name in extras for name in EXTRAS}
+        self._control.choose(scalar=state["field"], cut=state["cut"], hidden=hidden, **switches, **aimed)
         self._say()
         self._server.controller.view_update()
 
@@ -148,7 +148,7 @@ class _Page:
         choices = {"field": ("field", fields), "cut": ("cut across", list(CUTS)), "camera": ("camera", list(CAMERAS))}
         for model, (label, items) in choices.items():
             vuetify3.VSelect(label=label, v_model=(model,), items=(f"{model}s", items), density="compact")
-        for model, names in (("layers", self._layers), ("shown", EXTRAS)):
+        for model, names in (("layers", self._layers), ("extras", EXTRAS)):
             for name in names:
                 vuetify3.VCheckbox(v_model=(model,), value=name, label=name, density="compact", hide_details=True)
         states = [(STATE_NAMES[state], STATE_COLOURS[state]) for state in (1, 2)]
@@ -157,7 +157,7 @@ class _Page:
             for extra, entries in (("contact", states), ("receptors", receptor_legend(self._history))):
                 for name, colour in entries:
                     style = "margin-right: .8em; white-space: nowrap"
-                    with html.Span(v_show=f"shown.includes('{extra}')", style=style):
+                    with html.Span(v_show=f"extras.includes('{extra}')", style=style):
                         html.Span(style=f"{box}{colour}")
                         html.Span(f" {name}")
         html.Img(v_if="picked", src=("picked",), alt="signals of the picked node", style="width: 100%", id="picked")

@@ -86,7 +86,9 @@ def _event_cells(value: PublishedValue, unlike: Sequence[RunResult] = ()) -> tup
     low, high = _span(value)
     unmet = min((value.unmet(run.all_values) for run in unlike), key=len, default={})
     columns = swept_paths(unlike)
-    words = ", ".join(f"{path_label(path)} {swept_text(one)}" for path, one in unmet.items() if path not in columns)
+    words = ", ".join(
+        f"{path_label(path)} {swept_text(needed)}" for path, needed in unmet.items() if path not in columns
+    )
     event = f"{value.quantity.replace('_', '-')}{f' ({words})' if words else ''}"
     return event, f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
 

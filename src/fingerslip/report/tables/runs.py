@@ -186,12 +186,13 @@ def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _Summary
         return si_quantity(value(run)) if isinstance(value(run), str) else None
 
     def number(run: RunResult | RefusedRun) -> float | None:
-        return known[0] if (known := quantity(run)) else None
+        converted = quantity(run)
+        return converted[0] if converted else None
 
     def words(run: RunResult | RefusedRun) -> Cell:
         return swept_text(value(run))
 
-    units = {known[1] if (known := quantity(run)) else None for run in runs}
+    units = {pair[1] if pair else None for pair in map(quantity, runs)}
     unit = units.pop() if len(units) == 1 else None
     if unit is None:
         return _SummaryColumn(path, "", words, words)

@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import EVENT_COLOURS
-from fingerslip.report.figures import style
 from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure, slip_maps_figure
 from fingerslip.report.figures.marks import (
     event_keys,
@@ -103,9 +102,6 @@ def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels() -> None
     assert figure.get_figheight() > before + 0.5
     assert axes.get_window_extent().height > 0.5 * before * figure.dpi
     assert figure._supylabel.get_window_extent().y0 > legend.get_window_extent().y1  # type: ignore[attr-defined]
-    assert style._legend_columns([1.0] * 4, 4.0) == 4
-    assert style._legend_columns([1.0, 1.0, 3.0, 1.0], 4.5) == 2
-    assert style._legend_columns([9.0, 9.0], 5.0) == 1
     bare, _ = single_panel()
     add_legend(bare, {})
     assert bare.legends == []
