@@ -85,6 +85,12 @@ def test_solid_has_triangles_and_its_states() -> None:
     assert arrays["triangles"].max() < len(arrays["points"])
     assert set(np.unique(arrays["vertexState"])) <= {0, 1, 2, 255}
     assert {0, 1} <= set(np.unique(arrays["triangleCut"]))
+    # Vertices have means over cells, which are smaller than what single cells have: the colours reach what is drawn.
+    assert summed(arrays["stress"]).max() == 255
+    assert (summed(arrays["stress"]) == 255).mean() < 0.01
+    colours = language()
+    assert len(colours["states"]) == len(colours["stateNames"]) == 3
+    assert len(colours["map"]) == 33
 
 
 @pytest.mark.parametrize("element", ["Q4", "T4"])
@@ -97,20 +103,6 @@ def test_the_phalanx_does_not_set_the_colours(element: str) -> None:
     assert body["top"] <= 1e-3 * float(stress.where(stress < 1e9).max())
     assert "phalanx may exceed" in body["field"]
     assert "phalanx" not in soft["field"]
-
-
-def test_colours_of_a_solid_reach_what_is_drawn() -> None:
-    """Its vertices have means over cells, which are smaller than what single cells have."""
-    history = block_history("T4")
-    motion = run_motion(history, Events(), "t")
-    assert summed(unpack_arrays(motion)["stress"]).max() == 255
-    assert (summed(unpack_arrays(motion)["stress"]) == 255).mean() < 0.01
-
-
-def test_language_has_a_colour_for_each_state_and_a_map() -> None:
-    found = language()
-    assert len(found["states"]) == len(found["stateNames"]) == 3
-    assert len(found["map"]) == 33
 
 
 def test_arrays_come_back() -> None:

@@ -42,14 +42,8 @@ def test_sections_of_a_study_with_samples() -> None:
         "tornado-incipient",
     ]
     assert "clearance" in render_page(report)
-
-
-def test_too_few_samples_say_how_many_a_regression_needs() -> None:
     section = sample_sections(content(count=3))[1]
     assert section.text == ("Too few samples for 3 ranges: a regression needs 5.",)
-
-
-def test_refused_samples_are_listed() -> None:
     refused = (RefusedRun("sample-3", {}, {}, "too large"),)
     made = content()
     made = dataclasses.replace(made, study=dataclasses.replace(made.study, refused=refused))
@@ -86,10 +80,7 @@ def test_the_middle_and_both_ends_of_overall_slip_are_chosen() -> None:
     times = sorted(run.events.overall or 0.0 for run in study.runs)
     assert [one.since + 1.0 for one in found] == [times[5], times[0], times[-1]]
     assert [one.run.events.overall for one in found] == [times[5], times[0], times[-1]]
-
-
-def test_times_are_counted_from_the_start_of_each_slide() -> None:
-    study = study_of(count=5)
+    # Times are counted from the start of each slide.
     late = study.runs[0].name
     found = representatives(study, {**starts_of(study), late: -10.0})
     assert found[-1].run.name == late
@@ -129,8 +120,5 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
     page = render_page(alone)
     assert "Samples in motion" in page
     assert not [run.name for run in made.study.runs if run.name in page]
-
-
-def test_without_histories_there_is_no_such_section() -> None:
     made = dataclasses.replace(content_in_motion(study_of(count=5)), representatives={})
     assert samples_in_motion(made).is_empty
