@@ -153,10 +153,17 @@ class _Pair:
 def published_rows_beside(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[str, ...]:
     """Put overall slip, incipient slip and latency from accumulated slip beside published times, in plain sentences."""
     overall, incipient, latency = (_pairs(runs, references, name) for name in ("overall", "incipient", LATENCY))
-    second = ", and ".join(filter(None, (_early(incipient), _left(latency))))
+    early, left = [pair.change for pair in incipient if pair.change is not None], []
+    if early:
+        than = "than published" if _are_off(early) else "with the published one"
+        left.append(f"incipient slip {_off(early)} {than}")
+    if ours := [1e3 * pair.ours for pair in latency if pair.ours is not None]:
+        theirs = [1e3 * end for pair in latency if pair.ours is not None for end in pair.span]
+        left.append(f"{_span(ours, 0, 'ms')} are left to react, against {_span(theirs, 0, 'ms')} published")
+    second = f"{', and '.join(left)}."
     reasons = dict.fromkeys(pair.published.otherwise for pair in (*incipient, *latency) if pair.published.otherwise)
-    third = f"These do not compare like with like: {'; '.join(reasons)}." if second and reasons else ""
-    return tuple(filter(None, (_overall(overall), f"{second[0].upper()}{second[1:]}." if second else "", third)))
+    third = f"These do not compare like with like: {'; '.join(reasons)}." if left and reasons else ""
+    return tuple(filter(None, (_overall(overall), f"{second[0].upper()}{second[1:]}" if left else "", third)))
 
 
 def _pairs(runs: Sequence[RunResult], references: Sequence[PublishedSet], quantity: str) -> list[_Pair]:
@@ -184,19 +191,6 @@ def _overall(pairs: Sequence[_Pair]) -> str:
     missing = f"; it is not reached in {lacking} of these runs" if lacking else ""
     fitted = f"; the model was calibrated on {'it' if single else f'{calibrated} of them'}" if calibrated else ""
     return f"{said}{missing}{fitted}."
-
-
-def _early(pairs: Sequence[_Pair]) -> str:
-    changes = [pair.change for pair in pairs if pair.change is not None]
-    if not changes:
-        return ""
-    return f"incipient slip {_off(changes)}{' than published' if _are_off(changes) else ' with the published one'}"
-
-
-def _left(pairs: Sequence[_Pair]) -> str:
-    ours = [1e3 * pair.ours for pair in pairs if pair.ours is not None]
-    theirs = [1e3 * end for pair in pairs if pair.ours is not None for end in pair.span]
-    return f"{_span(ours, 0, 'ms')} are left to react, against {_span(theirs, 0, 'ms')} published" if ours else ""
 
 
 def _are_off(changes: Sequence[float]) -> bool:

@@ -10,7 +10,7 @@ from fingerslip.report.figures.contact import energy_figure
 from fingerslip.report.figures.kinds import RunSubject
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.report.page.answer import answer, definitions
-from fingerslip.report.page.content import MOST_RUNS, ReportContent
+from fingerslip.report.page.content import MOST_RUNS, ReportContent, RunPictures
 from fingerslip.report.page.motion import run_motions
 from fingerslip.report.page.notes import bibtex_entries
 from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
@@ -144,7 +144,7 @@ def _convergence_section(content: ReportContent) -> ReportSection:
 def _model_pictures(content: ReportContent) -> tuple[Picture | DrawnPicture, ...]:
     pictures: list[Picture | DrawnPicture] = []
     for run in content.study.runs:
-        drawn = content.drawn_already(run.name).model
+        drawn = content.pictures.get(run.name, RunPictures()).model
         if drawn is not None:
             pictures += drawn
         elif run.name in content.meshes and run.name in content.histories:
@@ -165,7 +165,7 @@ def _values_section(content: ReportContent) -> ReportSection:
 
 def run_section(content: ReportContent, run: RunResult) -> ReportSection:
     """Assemble the section of one run: all readings of its events, its measures, and its pictures; folded."""
-    history, drawn = content.histories[run.name], content.drawn_already(run.name).contact
+    history, drawn = content.histories[run.name], content.pictures.get(run.name, RunPictures()).contact
     tables = [readings_table(run), measures_table([run], ["value"])]
     if has_receptors(history):
         tables.append(peaks_table(acceleration_peaks(history, content.settings.peaks)))

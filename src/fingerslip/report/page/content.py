@@ -95,10 +95,6 @@ class ReportContent:
         """The runs that have a section of their own: all that are shown in figures, of a large study the first."""
         return self.drawn[: detailed_of(len(self.study.runs))]
 
-    def drawn_already(self, name: str) -> RunPictures:
-        """Return the pictures of a run that are drawn already."""
-        return self.pictures.get(name, RunPictures())
-
     def titled_histories(self) -> dict[str, xr.Dataset]:
         """Return the histories of the drawn runs by title."""
         return {self.titles[run.name]: self.histories[run.name] for run in self.drawn}
