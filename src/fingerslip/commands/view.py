@@ -51,7 +51,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
 
     Pictures and films need no display. The run needs snapshots: record: {snapshots_every: 50 ms}.
     """
-    from fingerslip.report.scene.served import Served
+    from fingerslip.report.scene.options import Served
     from fingerslip.study.inspection.views import view_result
 
     options = {"scalar": scalar, "hidden": list(hide or ()), "cut": cut, "camera": camera, "contact": contact}

@@ -15,29 +15,6 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip.windows import EVENTS, READINGS
 
-__all__ = [
-    "AREA_COLOURS",
-    "BLACK",
-    "BLUE",
-    "EVENT_COLOURS",
-    "EVENT_DASHES",
-    "FIELD_MAP",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "PURPLE",
-    "READING_COLOURS",
-    "RECEPTOR_COLOURS",
-    "RECEPTOR_MARKS",
-    "REGION_COLOURS",
-    "SKY",
-    "STATE_COLOURS",
-    "STATE_NAMES",
-    "VERMILLION",
-    "YELLOW",
-    "region_colours",
-]
-
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY = "#6e6e6e"

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.animation import FuncAnimation
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PathCollection
 from matplotlib.colors import to_rgba_array
@@ -18,14 +17,13 @@ from matplotlib.widgets import Slider
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
-from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, VERMILLION
+from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, STATE_NAMES, VERMILLION
 from fingerslip.report.figures.style import with_style
 from fingerslip.slip.windows import contact_forces, slide_tangent
 
 __all__ = ["HistoryPlot", "plot"]
 
 _COLOURS = {OPEN: GREY, STICK: BLUE, SLIP: ORANGE}
-_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
 _SIZE = (7.2, 5.4)  # inch
 _FRAMES = 40
 _MILLISECONDS = 150
@@ -51,7 +49,7 @@ class HistoryPlot:
 
     def at(self, time: float) -> HistoryPlot:
         """Show the record that is nearest to a time [s], and return the plot."""
-        self.parts.show(int(np.abs(self.history["time"].values - time).argmin()))
+        self.parts.show_nearest(time)
         return self
 
     def show(self) -> Slider:
@@ -59,25 +57,18 @@ class HistoryPlot:
         import matplotlib.pyplot as plt
 
         figure = plt.figure(figsize=_SIZE)
-        artists = _draw(figure, self.history)
+        changing = _draw(figure, self.history)
         figure.subplots_adjust(left=0.11, right=0.97, top=0.96, bottom=0.2, hspace=0.35)
-        times = self.history["time"].values
-        bar = figure.add_axes((0.15, 0.05, 0.7, 0.03))
+        bar, times = figure.add_axes((0.15, 0.05, 0.7, 0.03)), self.history["time"].values
         slider = Slider(bar, "time [s]", float(times[0]), float(times[-1]), valinit=float(times[0]))
-        slider.on_changed(lambda time: artists.show(int(np.abs(times - time).argmin())))
+        slider.on_changed(changing.show_nearest)
         plt.show()
         return slider
 
     def _repr_html_(self) -> str:
         """Return the plot with a slider, as notebooks show it; it works without the kernel."""
-        numbers = np.unique(np.linspace(0, self.history.sizes["time"] - 1, _FRAMES).round().astype(int))
-        animation = FuncAnimation(
-            self.figure,
-            lambda number: self.parts.show(int(number)),
-            numbers.tolist(),
-            interval=_MILLISECONDS,
-            repeat=False,
-        )
+        numbers = np.unique(np.linspace(0, self.history.sizes["time"] - 1, _FRAMES).round().astype(int)).tolist()
+        animation = FuncAnimation(self.figure, self.parts.show, numbers, interval=_MILLISECONDS, repeat=False)
         return str(animation.to_jshtml(default_mode="once"))
 
     def __repr__(self) -> str:
@@ -138,32 +129,30 @@ class _Parts:
         self.text.set_text(f"{self.times[number]:.3f} s")
         return [self.points, self.cursor, self.text]
 
+    def show_nearest(self, time: float) -> None:
+        self.show(int(np.abs(self.times - time).argmin()))
+
 
 def _draw(figure: Figure, history: xr.Dataset) -> _Parts:
     above, below = figure.subplots(2, 1)
-    times = history["time"].values
+    times, states = history["time"].values, history["contact_state"].values
     along = 1e3 * history["contact_position"].values @ slide_tangent(history)
     pressure = 1e-3 * history["normal_traction"].values
     offsets = np.stack([np.broadcast_to(along, pressure.shape), pressure], axis=-1)
-    table = to_rgba_array([_COLOURS[state] for state in sorted(_COLOURS)])
-    colours = table[np.searchsorted(sorted(_COLOURS), history["contact_state"].values)]
+    order = sorted(_COLOURS)
+    colours = to_rgba_array([_COLOURS[state] for state in order])[np.searchsorted(order, states)]
     points = above.scatter(offsets[0][:, 0], offsets[0][:, 1], c=colours[0], s=14)
-    _limit(above, along[(history["contact_state"].values != OPEN).any(axis=0)], pressure)
-    above.set(xlabel="position along the slide [mm]", ylabel="contact pressure [kPa]")
+    touched, top = along[(states != OPEN).any(axis=0)], max(pressure.max(), 1e-9)
+    low, high = (touched.min(), touched.max()) if touched.size else (0.0, 1.0)
+    margin = 0.05 * max(high - low, 1e-6)
+    limits: dict[str, Any] = {"xlim": (low - margin, high + margin), "ylim": (-0.03 * top, 1.1 * top)}
+    above.set(**limits, xlabel="position along the slide [mm]", ylabel="contact pressure [kPa]")
     keys = [Line2D([], [], color=colour, marker="o", linestyle="", markersize=4) for colour in _COLOURS.values()]
-    above.legend(keys, list(_NAMES.values()), loc="upper right")
+    above.legend(keys, [STATE_NAMES[state] for state in _COLOURS], loc="upper right")
     text = above.text(0.01, 0.95, f"{times[0]:.3f} s", transform=above.transAxes, va="top")
     forces = contact_forces(history)
     below.plot(times, forces.normal, color=BLACK, label="normal")
     below.plot(times, forces.friction, color=VERMILLION, label="friction")
     below.set(xlabel="time [s]", ylabel="force [N]", xlim=(times[0], times[-1]))
     below.legend(loc="upper left")
-    cursor = below.axvline(times[0], color=GREY)
-    return _Parts(points, cursor, text, times, offsets, colours)
-
-
-def _limit(axes: Axes, along: np.ndarray, pressure: np.ndarray) -> None:
-    ends = (along.min(), along.max()) if along.size else (0.0, 1.0)
-    margin = 0.05 * max(ends[1] - ends[0], 1e-6)
-    axes.set_xlim(ends[0] - margin, ends[1] + margin)
-    axes.set_ylim(-0.03 * max(pressure.max(), 1e-9), 1.1 * max(pressure.max(), 1e-9))
+    return _Parts(points, below.axvline(times[0], color=GREY), text, times, offsets, colours)

@@ -1,9 +1,8 @@
-"""Deformed sections with a field at several times: small multiples from the start of the slide to overall slip."""
+"""The deformed body at several times: sections with a field, lit views in 3D, cuts with their stress."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -13,48 +12,40 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
-from fingerslip.history import is_solid, nearest_record, nearest_snapshot, phase_times
-from fingerslip.report.colours import (
-    BLACK,
-    BLUE,
-    FIELD_MAP,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    STATE_COLOURS,
-    STATE_NAMES,
-    VERMILLION,
-    region_colours,
+from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds
+from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, region_colours
+from fingerslip.report.figures.marks import event_times
+from fingerslip.report.figures.style import (
+    add_field_bar,
+    add_legend,
+    columns_for,
+    figure_grid,
+    join_title,
+    name_panel,
+    region_keys,
+    show_picture,
+    state_keys,
+    with_style,
 )
-from fingerslip.report.figures.slip import shown_times
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, with_style
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names
-from fingerslip.slip import Events, contact_forces, slide_window
-from fingerslip.slip.windows import EVENTS
+from fingerslip.report.scene.viewer import stills
+from fingerslip.slip import Events, slide_window
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 from fingerslip.snapshot import flat_faces
 
-__all__ = [
-    "deformed_frames_figure",
-    "draw_section",
-    "has_frames",
-    "held_figure",
-    "is_held",
-    "snapshots_at",
-]
-
-
 Floats = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
 
-_OF_NODES = ("displacement", "velocity")
-_CORNERS: Mapping[str, int] = MappingProxyType({"Q4": 4, "T3": 3, "T6": 3})
+#: Nodes of a cell of a section that are its corners.
+CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
 _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
 
@@ -62,6 +53,25 @@ _MARGIN = 0.06
 def has_frames(history: xr.Dataset) -> bool:
     """Tell whether a history is one of a section with snapshots."""
     return not is_solid(history) and history.sizes.get("snapshot_time", 0) > 0
+
+
+def frame_times(history: xr.Dataset, events: Events | None, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
+    """Return times to show [s] and what happens then: the start of the slide and events; none without a slide."""
+    window = slide_window(history)
+    times = event_times(events.slip if events else None, names)
+    return {} if window is None else {window.start: "start of slide", **{times[name]: EVENTS[name] for name in times}}
+
+
+def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int, str]:
+    """Return the snapshots nearest to times [s], each once: their own times, how far from what happens."""
+    titles: dict[int, str] = {}
+    for moment, words in moments.items():
+        number = nearest_snapshot(history, float(moment))
+        time = float(history["snapshot_time"][number])
+        apart = round(1e3 * (time - moment))
+        away = f"{abs(apart)} ms {'before' if apart < 0 else 'after'} " if apart else ""
+        titles[number] = ", ".join(filter(None, (titles.get(number, f"{time:.3f} s"), words and away + words)))
+    return titles
 
 
 @with_style
@@ -72,49 +82,37 @@ def deformed_frames_figure(
     times: Sequence[float] | None = None,
     title: str = "",
 ) -> Figure:
-    """Draw the deformed section with a field, to scale, a panel for each time.
-
-    Units: times [s].
-    """
+    """Draw the deformed section with a field, to scale, a panel for each time [s]."""
     if not has_frames(history):
         raise ResultError(
             "the result has no deformed section: it needs two dimensions and record: {snapshots_every: 50 ms}"
         )
-    numbers = snapshots_at(history, _moments(history, events) if times is None else dict.fromkeys(times, ""))
-    label = SCALARS[scalar][0]
-    heading = join_title(f"Deformed section, {label.partition(' [')[0]}", title)
-    columns = columns_for(len(numbers))
-    size = _panel_size(history, 3.4 if columns > 1 else 6.0)
+    every = history["snapshot_time"].values
+    moments = dict.fromkeys(times or (), "")
+    if times is None:
+        even = np.linspace(every[0], every[-1], min(4, every.size))
+        moments = (frame_times(history, events) if events else {}) or {float(time): "" for time in even}
+    numbers = snapshots_at(history, moments)
+    columns, (width, height) = columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)
+    wide = 3.4 if columns > 1 else 6.0
+    heading = join_title(f"Deformed section, {SCALARS[scalar][0].partition(' [')[0]}", title)
+    size = (wide, wide * float(height / width) + 0.75)
     figure, panels = figure_grid(len(numbers), columns, size, heading, ("x [mm]", "y [mm]"))
     limits = field_limits(history, SceneOptions(scalar=scalar))
     for axes, (number, name) in zip(panels, numbers.items(), strict=True):
         draw_section(axes, history, number, scalar, limits)
         name_panel(axes, name, columns)
-    _add_keys(figure, panels, history, scalar, limits)
+    if scalar != "region":
+        add_field_bar(figure, panels, SCALARS[scalar][0], limits)
+    add_legend(figure, state_keys((STICK, SLIP)) | (region_keys(region_names(history)) if scalar == "region" else {}))
     return figure
-
-
-def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int, str]:
-    """Return the snapshots nearest to times [s], each once: their own times, how far from what happens.
-
-    Units: moments [s].
-    """
-    titles: dict[int, str] = {}
-    for moment, words in moments.items():
-        number = nearest_snapshot(history, float(moment))
-        time = float(history["snapshot_time"][number])
-        apart = round(1e3 * (time - moment))
-        away = f"{abs(apart)} ms {'before' if apart < 0 else 'after'} " if apart else ""
-        words_of_title = (titles.get(number, f"{time:.3f} s"), words and away + words)
-        titles[number] = ", ".join(filter(None, words_of_title))
-    return titles
 
 
 def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
     """Draw a snapshot of a section: its field, the skin by the state of its contact, and the plate with its motion."""
     moving = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values)
     points = moving[number]
-    cells = history["cell_nodes"].values[:, : _CORNERS[history.attrs["element"]]]
+    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
     colours = _cell_colours(history, number, cells, scalar, limits)
     axes.add_collection(
         PolyCollection(list(points[cells]), facecolors=colours, edgecolors="none", antialiaseds=False, rasterized=True)
@@ -135,11 +133,10 @@ def _cell_colours(
 ) -> Floats:
     if scalar == "region":
         names = region_names(history)
-        colour_of_region = region_colours(names)
-        colours = np.array([to_rgba(colour_of_region[name]) for name in names])
-        return np.asarray(colours[history["cell_region"].values])
+        colours = region_colours(names)
+        return np.asarray(np.array([to_rgba(colours[name]) for name in names])[history["cell_region"].values])
     values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
-    if scalar in _OF_NODES:
+    if scalar in {"displacement", "velocity"}:
         values = np.linalg.norm(values, axis=1)[cells].mean(axis=1)
     return np.asarray(ScalarMappable(Normalize(*limits), FIELD_MAP).to_rgba(values))
 
@@ -150,8 +147,7 @@ def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> 
     states = history["contact_state"].values[nearest_record(history, float(history["snapshot_time"][number]))]
     order = np.argsort(history["contact_position"].values[:, 0])
     joined = np.stack([order[:-1], order[1:]], axis=1)
-    both = states[joined]
-    facets = joined[(both != OPEN).all(axis=1)]
+    facets = joined[(states[joined] != OPEN).all(axis=1)]
     colours = [STATE_COLOURS[int(state)] for state in states[facets].max(axis=1)] if facets.size else []
     lines = list(points[nodes[facets]])
     axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=_SKIN_WIDTH + 1.2, zorder=4))
@@ -173,79 +169,81 @@ def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
             axes.annotate("", xy=tuple(middle + half), xytext=tuple(middle - half), arrowprops=style)
 
 
-def _moments(history: xr.Dataset, events: Events | None) -> dict[float, str]:
-    """Return the times of the panels and what happens then: the start of the slide and the events, or even times."""
-    window = slide_window(history)
-    if window is None or events is None:
-        times = history["snapshot_time"].values
-        return {float(time): "" for time in np.linspace(times[0], times[-1], min(4, times.size))}
-    named = {window.start: "start of slide"}
-    for name, words in EVENTS.items():
-        time = events.slip.time(name)
-        if time is not None and name != "noticed":
-            named[time] = words
-    return named
-
-
-def _panel_size(history: xr.Dataset, width: float) -> tuple[float, float]:
-    extent = np.ptp(history["node_position"].values, axis=0)
-    return width, width * float(extent[1] / extent[0]) + 0.75
-
-
-def _add_keys(
-    figure: Figure, panels: Sequence[Axes], history: xr.Dataset, scalar: Scalar, limits: tuple[float, float]
-) -> None:
-    keys: dict[str, Artist] = {STATE_NAMES[state]: Patch(color=STATE_COLOURS[state]) for state in (STICK, SLIP)}
-    if scalar == "region":
-        colour_of_region = region_colours(region_names(history))
-        keys |= {
-            name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in colour_of_region.items()
-        }
-    else:
-        colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
-        figure.colorbar(colours, ax=list(panels), label=SCALARS[scalar][0], extend="max", shrink=0.8, pad=0.01)
-    add_legend(figure, keys)
-
-
-_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK)
-
-
-def is_held(history: xr.Dataset) -> bool:
-    """Tell whether a counterface presses and nothing slides."""
-    return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
+_CUT_FRAMES = 6
+_WHITE = 250
 
 
 @with_style
-def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
-    """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run.
-
-    Units: returns [mN].
-    """
-    time_axes = shown_times(tuple(histories.values()))
-    drawn = {"normal force [mN]": _forces}
-    if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
-        drawn["displacement of the body [mm]"] = _displacements
-    labels, title = (time_axes[0].label, ""), "Normal force and motion while nothing slides"
-    figure, panels = figure_grid(len(drawn), 1, (6.6, 2.6), title, labels, share="x")
-    for axes, (label, values_of) in zip(panels, drawn.items(), strict=True):
-        axes.set_prop_cycle(color=_COLOURS)
-        for (name, history), time in zip(histories.items(), time_axes, strict=True):
-            for part, values in values_of(history).items():
-                axes.plot(time.values, values, label=", ".join(filter(None, (name, part))))
-        axes.set_ylabel(label)
-        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-        if len(axes.lines) > 1:
-            axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
-    max(time_axes, key=lambda time: float(np.nanmax(time.values))).fit(panels[0])
+def cut_frames_figure(
+    history: xr.Dataset, events: Events | None = None, options: SceneOptions | None = None, title: str = ""
+) -> Figure:
+    """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
+    options = options or SceneOptions(cut="z", camera="side", receptors=False, written=False)
+    times, window, overall = history["snapshot_time"].values, slide_window(history), events.overall if events else None
+    start, end = window.start if window else float(times[0]), float(times[-1])
+    if overall is not None:
+        end = min(end, overall + 0.1 * (overall - start))
+    numbers = sorted({nearest_snapshot(history, moment) for moment in np.linspace(start, end, _CUT_FRAMES)})
+    heading = join_title("Stress on a cut along the finger", title)
+    figure, panels = figure_grid(len(numbers), 3, (3.2, 1.75), heading, ("", ""), share="none")
+    pictures = crop(stills(history, numbers, options, (960, 660)))
+    for axes, number, picture in zip(panels, numbers, pictures, strict=True):
+        show_picture(axes, picture, f"{float(times[number]):.3f} s")
+    if options.scalar != "region":
+        add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
     return figure
 
 
-def _forces(history: xr.Dataset) -> dict[str, Floats]:
-    return {"": 1e3 * contact_forces(history).normal}
+@with_style
+def solid_views_figure(
+    history: xr.Dataset,
+    events: Events | None = None,
+    options: SceneOptions | None = None,
+    times: Sequence[float] | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw views of a solid, a panel for each time [s]."""
+    options = options or SceneOptions(cut="z", written=False)
+    last = {float(history["snapshot_time"].values[-1]): ""}
+    moments = (
+        frame_times(history, events, ("incipient", "overall")) or last if times is None else dict.fromkeys(times, "")
+    )
+    numbers = snapshots_at(history, moments)
+    pictures = crop(stills(history, list(numbers), options, (1200, 900)))
+    columns, ratio = columns_for(len(numbers)), pictures[0].shape[0] / pictures[0].shape[1]
+    heading = join_title(f"Deformed body, {SCALARS[options.scalar][0].partition(' [')[0]}", title)
+    width = 3.2 if columns > 1 else 6.0
+    figure, panels = figure_grid(len(numbers), columns, (width, width * ratio + 0.35), heading, ("", ""), share="none")
+    for axes, picture, name in zip(panels, pictures, numbers.values(), strict=True):
+        show_picture(axes, picture)
+        name_panel(axes, name, columns)
+    if options.scalar != "region":
+        add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
+    layers = region_keys(region_names(history)) if options.scalar == "region" else {}
+    add_legend(figure, layers | (state_keys((STICK, SLIP)) if options.contact else {}))
+    return figure
 
 
-def _displacements(history: xr.Dataset) -> dict[str, Floats]:
-    """Return the distances from where the bodies were at the start [mm], named where there are several."""
-    moved = 1e3 * np.linalg.norm(history["rigid_body_displacement"].values, axis=-1)
-    names = [str(name) for name in history["rigid_body"].values] if moved.shape[1] > 1 else [""]
-    return dict(zip(names, moved.T, strict=True))
+@with_style
+def scene_figure(history: xr.Dataset, title: str) -> Figure:
+    """Draw the layers of a solid, cut open, at the start."""
+    heading = join_title("Layers and mesh at the start, cut open", title)
+    figure, (axes,) = figure_grid(1, 1, (7.0, 3.4), heading, ("", ""))
+    options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
+    show_picture(axes, crop(stills(history, [nearest_snapshot(history, 0.0)], options))[0])
+    colours = region_colours(region_names(history))
+    keys: dict[str, Artist] = {name: Patch(color=colour) for name, colour in colours.items()}
+    if site_kinds(history).size:
+        keys["recorded sites"] = Line2D([], [], color=BLACK, marker="o", markersize=4.0, linestyle="none")
+    add_legend(figure, keys)
+    return figure
+
+
+def crop(pictures: Iterable[Pixels]) -> list[Pixels]:
+    """Cut the white margins off pictures (height, width, 3) of one size, the same off all of them."""
+    whole = list(pictures)
+    inked = np.any([(picture < _WHITE).any(axis=2) for picture in whole], axis=0)
+    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+    if rows.size == 0:
+        return whole
+    return [picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] for picture in whole]

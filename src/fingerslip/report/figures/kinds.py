@@ -15,8 +15,6 @@ from fingerslip.slip import Events
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["OF_RUNS", "OF_STUDIES", "STYLES", "RunSubject", "StudySubject"]
-
 #: How figures may look: :data:`fingerslip.report.figures.style.LOOKS` has the numbers.
 STYLES = ("page", "paper", "slides")
 
@@ -48,20 +46,24 @@ OF_RUNS: Mapping[str, str] = MappingProxyType(
         "reference-nodes": "motion of the reference nodes",
     }
 )
+#: Of these the history has to be one in 2D, or one in 3D.
+NEEDED_DIMENSIONS: Mapping[str, int] = MappingProxyType(
+    {
+        **dict.fromkeys(("slip-map", "slip-maps", "displacement", "acceleration", "strain-energy-density"), 2),
+        **dict.fromkeys(("slip-frames", "cut", "surface-strain", "reference-nodes", "slip-onset", "stick-ratio"), 3),
+    }
+)
 
 
 @dataclass(frozen=True)
 class StudySubject:
-    """A study as its figures need it.
-
-    Arrays: starts  [s].
-    """
+    """A study as its figures need it."""
 
     runs: Sequence[RunResult]  # its runs
     histories: Mapping[str, xr.Dataset]  # histories by the titles of the runs that are drawn
     events: Mapping[str, Events]  # their events by title
     reference: PublishedSet | None = None  # published values
-    starts: Mapping[str, float] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)  # when slides begin [s], by the names of runs
     path: str = ""  # dotted path of the swept value on the axis
 
 
@@ -73,3 +75,5 @@ class RunSubject:
     events: Events  # its events
     options: SceneOptions = field(default_factory=SceneOptions)
     times: tuple[float, ...] = ()  # times of the panels [s]
+    name: str = ""  # with which the names of its pictures begin
+    title: str = ""  # which the titles of its figures have

@@ -21,20 +21,6 @@ from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count
 from fingerslip.vision.video import FINE
 
-__all__ = [
-    "assumption_figure",
-    "count_figure",
-    "fields_figure",
-    "importance_figure",
-    "jump_figure",
-    "learning_curve_figure",
-    "marker_tracks_figure",
-    "noise_figure",
-    "ring_colours",
-    "robustness_figure",
-]
-
-
 Floats = NDArray[np.float64]
 
 #: What the amount of a disturbance of tracks means, by its name.
@@ -45,7 +31,7 @@ _AMOUNTS = {
 }
 
 
-class Interval(Protocol):
+class _Interval(Protocol):
     """A value and the ends of its interval."""
 
     @property
@@ -57,14 +43,14 @@ class Interval(Protocol):
 
 
 @with_style
-def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], title: str = "") -> Figure:
+def learning_curve_figure(points: Sequence[tuple[int, _Interval, _Interval]], title: str = "") -> Figure:
     """Draw how well a classifier does on test trials over the number of trials that it learned from."""
     labels = ("trials learned from", "on trials that were not seen")
     figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), join_title("Learning curve", title), labels)
     trials, accuracy, scores = zip(*points, strict=True)
     keys: dict[str, Artist] = {}
-    (keys["accuracy"],) = _with_intervals(axes, trials, accuracy, "o-", BLUE)
-    (keys["mean F1"],) = _with_intervals(axes, trials, scores, "s--", ORANGE)
+    (keys["accuracy"],) = _draw_estimates(axes, trials, accuracy, "o-", BLUE)
+    (keys["mean F1"],) = _draw_estimates(axes, trials, scores, "s--", ORANGE)
     axes.set_xscale("log", base=2)
     axes.set_xticks(trials, [f"{trial:g}" for trial in trials])
     axes.minorticks_off()
@@ -74,7 +60,7 @@ def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], titl
 
 
 @with_style
-def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title: str = "") -> Figure:
+def assumption_figure(rows: Sequence[tuple[str, Mapping[str, _Interval]]], title: str = "") -> Figure:
     """Draw accuracies with their intervals for each thing that may be assumed; a line is where the first row is."""
     labels = ("share of right frames, trials that were not seen", "")
     height = 0.8 + 0.27 * len(rows)
@@ -82,16 +68,11 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
     keys: dict[str, Artist] = {}
     for number, name in enumerate(rows[0][1]):
         colour, marker = ((BLUE, "o"), (ORANGE, "s"), (GREY, "^"), (GREEN, "D"))[number % 4]
-        rows_shown = [
-            (row, estimates[name]) for row, (_, estimates) in enumerate(rows) if estimates[name].value is not None
-        ]
-        centre = np.array([estimates.value for _, estimates in rows_shown], dtype=float)
-        ends = np.array([(estimates.low, estimates.high) for _, estimates in rows_shown], dtype=float).T
-        positions = np.array([row for row, _ in rows_shown]) + 0.12 * (number % 4)
+        places = [row + 0.12 * (number % 4) for row in range(len(rows))]
+        positions, centre, ends = _estimates(places, [estimates[name] for _, estimates in rows])
         axes.hlines(positions, *ends, color=colour, linewidth=1.2)
-        (keys[name.replace("_", " ")],) = axes.plot(
-            centre, positions, marker, color=colour, markersize=4, linestyle="none"
-        )
+        look: dict[str, Any] = {"color": colour, "markersize": 4, "linestyle": "none"}
+        (keys[name.replace("_", " ")],) = axes.plot(centre, positions, marker, **look)
         axes.axvline(centre[0], color=colour, linewidth=0.7, linestyle=":")
     axes.set_yticks(range(len(rows)), [name for name, _ in rows])
     axes.margins(y=0.02)
@@ -101,11 +82,11 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
 
 
 @with_style
-def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
+def importance_figure(drops: Mapping[int, _Interval], title: str = "") -> Figure:
     """Draw by how much accuracy falls when the features of a ring of markers are shuffled."""
     labels = ("ring, 0 in the centre", "fall in accuracy when it is shuffled")
     figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), join_title("Importance of rings", title), labels)
-    rings, centre, ends = _parts(list(drops), list(drops.values()))
+    rings, centre, ends = _estimates(list(drops), list(drops.values()))
     axes.bar(rings, centre, color=BLUE, width=0.6)
     axes.vlines(rings, *ends, color=BLACK, linewidth=1.2)
     axes.axhline(0.0, color=GREY, linewidth=0.8)
@@ -114,7 +95,7 @@ def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
 
 
 @with_style
-def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], title: str = "") -> Figure:
+def robustness_figure(results: Sequence[tuple[str, float, _Interval, float]], title: str = "") -> Figure:
     """Draw how many frames a detector gets right over the amount of each disturbance."""
     names = list(dict.fromkeys(name for name, *_ in results))
     figure, panels = figure_grid(
@@ -123,7 +104,7 @@ def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], tit
     keys: dict[str, Artist] = {}
     for axes, name in zip(panels, names, strict=True):
         amount, accuracy, unusable = zip(*(row[1:] for row in results if row[0] == name), strict=True)
-        (keys["right, of those classified"],) = _with_intervals(axes, amount, accuracy, "o-", BLUE)
+        (keys["right, of those classified"],) = _draw_estimates(axes, amount, accuracy, "o-", BLUE)
         (keys["not classified: too few markers"],) = axes.plot(amount, unusable, "s--", color=GREY)
         axes.set_title(name)
         axes.set_xlabel(_AMOUNTS.get(name, "amount"))
@@ -134,21 +115,22 @@ def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], tit
     return figure
 
 
-def _parts(places: Sequence[float], values: Sequence[Interval]) -> tuple[Floats, Floats, Floats]:
+def _estimates(places: Sequence[float], values: Sequence[_Interval]) -> tuple[Floats, Floats, Floats]:
     """Return places and values (n,) and the ends of their intervals (2, n), without what has no value."""
     rows = [
-        (position, estimate.value, estimate.low, estimate.high)
-        for position, estimate in zip(places, values, strict=True)
+        (x, value.value, value.low, value.high)
+        for x, value in zip(places, values, strict=True)
+        if value.value is not None
     ]
-    position, centre, *ends = np.array([row for row in rows if row[1] is not None], dtype=float).reshape(-1, 4).T
+    position, centre, *ends = np.array(rows, dtype=float).reshape(-1, 4).T
     return position, centre, np.array(ends)
 
 
-def _with_intervals(
-    axes: Axes, places: Sequence[float], values: Sequence[Interval], style: str, colour: str
+def _draw_estimates(
+    axes: Axes, places: Sequence[float], values: Sequence[_Interval], style: str, colour: str
 ) -> list[Line2D]:
     """Draw values with bars for their intervals; return the line."""
-    position, centre, ends = _parts(places, values)
+    position, centre, ends = _estimates(places, values)
     axes.vlines(position, *ends, color=colour, linewidth=1.2)
     return axes.plot(position, centre, style, color=colour)
 
@@ -156,7 +138,6 @@ def _with_intervals(
 # What lengths are shown in, and how many of it there are to the unit of the tracks.
 _SHOWN = {"m": ("mm", 1e3), "px": ("px", 1.0)}
 _SHARE = 0.8  # of the distance between markers that the longest arrow of a panel takes
-_PERCENT = 100.0
 
 
 def ring_colours(rings: int) -> list[tuple[float, float, float, float]]:
@@ -164,24 +145,36 @@ def ring_colours(rings: int) -> list[tuple[float, float, float, float]]:
     return [colormaps["viridis"](0.85 * ring / max(rings - 1, 1)) for ring in range(rings)]
 
 
+def ring_keys(rings: NDArray[np.integer]) -> dict[str, Artist]:
+    """Return keys of the rings (n_markers,) for a legend."""
+    return {
+        f"ring {ring}" if ring else "centre": Line2D([], [], color=colour, linewidth=2.0)
+        for ring, colour in enumerate(ring_colours(int(rings.max(initial=0)) + 1))
+        if (rings == ring).any()
+    }
+
+
+def centre_last(rings: NDArray[np.integer]) -> NDArray[np.intp]:
+    """Return the order (n_markers,) in which markers are drawn: the centre last, above all others."""
+    return np.argsort(-rings, kind="stable")
+
+
 @with_style
 def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     """Draw how far each marker has moved along each axis since it was first seen, over time, coloured by ring."""
     unit, scale = _SHOWN[str(tracks["position"].attrs["units"])]
-    axes_names = [str(name) for name in tracks["axis"].values]
+    axes_names, heading = [str(name) for name in tracks["axis"].values], join_title("Markers over time", title)
     labels = ("time [s]", f"displacement [{unit}]")
-    heading = join_title("Markers over time", title)
     figure, panels = figure_grid(len(axes_names), 3, (3.6, 2.8), heading, labels, share="x")
     rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
     colours = ring_colours(int(rings.max(initial=0)) + 1)
     keys: dict[str, Artist] = {}
     for number, (axes, name) in enumerate(zip(panels, axes_names, strict=True)):
-        moved = scale * _since_first_seen(tracks["position"].values[:, :, number])
+        displacement = scale * _since_first_seen(tracks["position"].values[:, :, number])
         axes.set_title(f"along {name}")
-        # The centre is drawn last, above all others.
-        for marker in np.argsort(-rings, kind="stable"):
+        for marker in centre_last(rings):
             ring = int(rings[marker])
-            (line,) = axes.plot(tracks["time"], moved[:, marker], color=colours[ring], linewidth=0.8)
+            (line,) = axes.plot(tracks["time"], displacement[:, marker], color=colours[ring], linewidth=0.8)
             keys[f"ring {ring}" if ring else "centre"] = line
     add_legend(figure, dict(sorted(keys.items())) if "ring" in tracks.coords else {})
     return figure
@@ -191,17 +184,13 @@ def _since_first_seen(values: Floats) -> Floats:
     """Return values (n_times, n_markers) less the first of each marker that is known."""
     if not values.size:
         return values
-    first = (~np.isnan(values)).argmax(axis=0)
-    moved: Floats = values - values[first, np.arange(values.shape[1])]
-    return moved
+    since: Floats = values - values[(~np.isnan(values)).argmax(axis=0), np.arange(values.shape[1])]
+    return since
 
 
 @with_style
 def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
-    """Draw the fields of markers at one time.
-
-    Units: time [s].
-    """
+    """Draw the fields of markers at one time [s]."""
     now = fields.isel(time=int(np.abs(fields["time"].values - time).argmin()))
     unit, scale = _SHOWN[str(fields["position"].attrs["units"])]
     heading = join_title(f"Fields from markers at {float(now['time']):.3g} s", title)
@@ -210,13 +199,14 @@ def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
     for axes, (name, of) in zip(panels, arrows.items(), strict=False):
         axes.set_title(name.replace("_", " "))
         _draw_arrows(axes, scale * now["rest"].values, scale * now[name].values, of)
-    _draw_centroid(panels[0], scale * now["contact_centroid"].values)
-    surfaces = {"divergence": now["divergence"].values, "curl": now["curl"].values}
-    for axes, (name, values) in zip(panels[3:], surfaces.items(), strict=False):
+    centroid = scale * now["contact_centroid"].values
+    if not np.isnan(centroid).any():
+        panels[0].scatter(centroid[0], centroid[1], marker="+", s=90, color=VERMILLION, linewidths=1.6, zorder=5)
+    strain = larger_principal(now["strain"].values)
+    surfaces = {"divergence": now["divergence"].values, "curl": now["curl"].values, "larger principal strain": strain}
+    for axes, (name, values) in zip(panels[3:], surfaces.items(), strict=True):
         axes.set_title(f"{name} [%]")
-        _draw_surface(axes, now, scale, _PERCENT * values, figure.colorbar)
-    panels[5].set_title("larger principal strain [%]")
-    _draw_surface(panels[5], now, scale, _PERCENT * larger_principal(now["strain"].values), figure.colorbar)
+        _draw_surface(axes, now, scale, 100.0 * values, figure.colorbar)
     for axes in panels:
         axes.set_aspect("equal")
     # In pictures y points down.
@@ -248,11 +238,6 @@ def _spacing(plane: Floats) -> float:
     return float(np.median(KDTree(visible).query(visible, k=2)[0][:, 1]))
 
 
-def _draw_centroid(axes: Axes, centroid: Floats) -> None:
-    if not np.isnan(centroid).any():
-        axes.scatter(centroid[0], centroid[1], marker="+", s=90, color=VERMILLION, linewidths=1.6, zorder=5)
-
-
 def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, colorbar: Callable[..., object]) -> None:
     """Draw values at markers or in triangles as colours, the same to both sides of zero."""
     corners = now["triangle_marker"].values
@@ -266,10 +251,11 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
     plane = scale * now["rest"].values
     mesh = Triangulation(plane[:, 0], plane[:, 1], corners)
     mesh.set_mask(lost)
+    colours = np.nan_to_num(values)
     if by_marker:
-        drawn = axes.tripcolor(mesh, np.nan_to_num(values), shading="gouraud", **options)
+        drawn = axes.tripcolor(mesh, colours, shading="gouraud", **options)
     else:
-        drawn = axes.tripcolor(mesh, facecolors=np.nan_to_num(values), **options)
+        drawn = axes.tripcolor(mesh, facecolors=colours, **options)
     colorbar(drawn, ax=axes, shrink=0.75)
 
 
@@ -283,17 +269,13 @@ def count_figure(tracks: xr.Dataset) -> Figure:
     count.axhline(n_markers, color=GREY, linewidth=0.8, linestyle="--")
     count.set_ylim(-0.03 * n_markers, 1.06 * n_markers)
     count.set_ylabel("markers")
-    _shade(count, tracks)
-    _draw_lost(lost, tracks)
-    return figure
-
-
-def _shade(axes: Axes, tracks: xr.Dataset) -> None:
-    """Mark frames that are dark, overexposed or duplicated."""
     if "frame_state" in tracks:
+        # Frames that are dark, overexposed or duplicated.
         odd = np.flatnonzero(tracks["frame_state"].values != FINE)
         for t in odd[:: max(len(odd) // 2000, 1)]:
-            axes.axvline(float(tracks["time"][t]), color=ORANGE, linewidth=0.6, alpha=0.5, zorder=0)
+            count.axvline(float(time[t]), color=ORANGE, linewidth=0.6, alpha=0.5, zorder=0)
+    _draw_lost(lost, tracks)
+    return figure
 
 
 def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
@@ -302,9 +284,8 @@ def _draw_lost(axes: Axes, tracks: xr.Dataset) -> None:
     intervals = lost_intervals(tracks)
     for interval in intervals:
         colour = SKY if interval.returned else VERMILLION
-        axes.barh(
-            interval.marker, interval.frames * step, left=time[interval.first] - 0.5 * step, height=0.9, color=colour
-        )
+        left, length = time[interval.first] - 0.5 * step, interval.frames * step
+        axes.barh(interval.marker, length, left=left, height=0.9, color=colour)
     axes.set_ylim(-1, tracks.sizes["marker"])
     axes.set_ylabel("marker")
     axes.set_title("Lost: found again (light), not found again (dark)" if intervals else "No marker was lost")

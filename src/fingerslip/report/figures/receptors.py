@@ -1,4 +1,4 @@
-"""Figures of what receptors record: accelerations, acceleration peaks, strain energy density."""
+"""Figures of what receptors record: accelerations, acceleration peaks, strain energy density, spikes."""
 
 from __future__ import annotations
 
@@ -15,23 +15,14 @@ from matplotlib.lines import Line2D
 from fingerslip.afferents.model import Spikes
 from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import AREA_COLOURS, BLACK, BLUE, GREY, RECEPTOR_COLOURS
-from fingerslip.report.figures.marks import event_keys, events_that_happen, limit_to_slides, mark_run, name_run
-from fingerslip.report.figures.slip import shown_time
+from fingerslip.report.figures.marks import event_keys, limit_to_slides, mark_run, name_run, shown_time
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, with_style
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, PeakSettings, PeakTable, acceleration_peaks, peak_signal, receptor_signals
 
-__all__ = [
-    "acceleration_figure",
-    "acceleration_overview_figure",
-    "spike_figure",
-    "strain_energy_density_figure",
-]
-
-
+_AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge at the larger position"}
 # Height of the note that an area has no receptor, as a share of the panel's.
 _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
-_AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge at the larger position"}
 
 
 @with_style
@@ -44,9 +35,7 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
         mark_run(axes, history, events_read)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
-    limit_to_slides(
-        panels[0], {title: history}, {title: events} if events else {}, marked=[events_read] if events_read else []
-    )
+    limit_to_slides(panels[0], {title: history}, {title: events} if events else {}, marked=[events_read])
     name_run(panels[:1], history, events_read)
     _fit_after_transition(panels[0], signals, acceleration_peaks(history))
     add_legend(figure, _area_keys())
@@ -61,42 +50,33 @@ def acceleration_overview_figure(
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
     figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
-    read = {name: events_of_run.acceleration for name in histories if (events_of_run := events.get(name)) is not None}
-    for axes, (name, history) in zip(panels, histories.items(), strict=True):
+    events_read = [events[name].acceleration if name in events else None for name in histories]
+    for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)
-        mark_run(axes, history, read.get(name))
-    limit_to_slides(
-        panels[0],
-        histories,
-        events,
-        marked=[events_of_run for events_of_run in read.values() if events_of_run is not None],
-    )
+        mark_run(axes, history, events_of_run)
+    limit_to_slides(panels[0], histories, events, marked=events_read)
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
         "height that a peak needs": Line2D([], [], color=GREY, linewidth=1.0),
     }
-    add_legend(figure, {**keys, **event_keys(events_that_happen(read.values()))})
+    add_legend(figure, {**keys, **event_keys(events_read)})
     return figure
 
 
 @with_style
 def strain_energy_density_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
-    """Draw the strain energy density at the recorded receptor types, for both edges of the contact.
-
-    Units: returns [J/m^3].
-    """
-    time_axis = shown_time(history)
-    labels, kinds = (time_axis.label, "strain energy density [J/m³]"), _recorded_kinds(history)
-    heading = join_title("Strain energy density", title)
+    """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
+    time, kinds, heading = shown_time(history), _recorded_kinds(history), join_title("Strain energy density", title)
+    labels = (time.label, "strain energy density [J/m³]")
     figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
     signals, events_read = receptor_signals(history), events.slip if events else None
     for axes, kind in zip(panels, kinds, strict=True):
-        _draw_areas(axes, signals, "strain_energy_density", kind, time_axis.values)
+        _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
         mark_run(axes, history, events_read)
         axes.set_ylim(bottom=0.0)
-        time_axis.fit(axes)
+        time.fit(axes)
     name_run(panels[:2], history, events_read)
     add_legend(figure, _area_keys())
     return figure
@@ -140,11 +120,8 @@ def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> 
     if top > 0.0:
         axes.set_ylim(-top, top)
     if cut > top:
-        at, offset = (peaks.transition.time, top), (8.0, -10.0)
-        text = f"cut, reaches {cut:.2g} m/s²"
-        note = axes.annotate(
-            text, at, offset, textcoords="offset points", fontsize=mpl.rcParams["legend.fontsize"], color=GREY, zorder=6
-        )
+        look = {"fontsize": mpl.rcParams["legend.fontsize"], "color": GREY, "zorder": 6, "textcoords": "offset points"}
+        note = axes.annotate(f"cut, reaches {cut:.2g} m/s²", (peaks.transition.time, top), (8.0, -10.0), **look)
         note.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0})
 
 
@@ -181,10 +158,9 @@ def spike_figure(
     heading = join_title("Spikes of afferents", title)
     figure, panels = figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
     for axes, kind in zip(panels, kinds, strict=False):
-        _draw_raster(axes, spikes, kind)
-        panels[-1].step(
-            rates["time"], rates.sel(kind=kind), where="mid", color=_colour(kind), linewidth=1.2, label=kind
-        )
+        colour = RECEPTOR_COLOURS.get(kind, BLACK)
+        _draw_raster(axes, spikes, kind, colour)
+        panels[-1].step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
     panels[-1].set_ylabel("mean rate [1/s]")
     panels[-1].set_yscale("asinh", linear_width=10.0)  # rates of the types differ by a hundred times
     panels[-1].set_yticks([0, 10, 100, 1000], ["0", "10", "100", "1000"])
@@ -196,14 +172,10 @@ def spike_figure(
     return figure
 
 
-def _colour(kind: str) -> str:
-    return RECEPTOR_COLOURS.get(kind, BLACK)
-
-
-def _draw_raster(axes: Axes, spikes: Spikes, kind: str) -> None:
+def _draw_raster(axes: Axes, spikes: Spikes, kind: str, colour: str) -> None:
     rows = [times for times, its_kind in zip(spikes.times, spikes.kinds, strict=True) if its_kind == kind]
-    axes.eventplot(rows, colors=_colour(kind), linewidths=0.6, linelengths=0.8)
-    axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=_colour(kind))
+    axes.eventplot(rows, colors=colour, linewidths=0.6, linelengths=0.8)
+    axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=colour)
     axes.set_ylim(-0.8, len(rows) - 0.2)
     axes.set_yticks([])
     axes.grid(visible=False)

@@ -1,151 +1,239 @@
-"""The fingertip in 3D: views, a cut with its stress, and reference nodes."""
+"""The contact of a fingertip in 3D: stick and slip seen from below, strain of the skin, and reference nodes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.history import nearest_snapshot, site_kinds, sites_of_kinds
-from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, ORANGE, STATE_COLOURS, STATE_NAMES, region_colours
-from fingerslip.report.figures.deformed import snapshots_at
-from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, join_title, name_panel, with_style
-from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import COLOUR_MAP, field_limits, region_names
-from fingerslip.report.scene.viewer import stills
-from fingerslip.slip import Events, slide_tangent, slide_window
-from fingerslip.slip.windows import EVENTS
-
-__all__ = [
-    "crop",
-    "cut_frames_figure",
-    "reference_kinds",
-    "reference_nodes_figure",
-    "solid_views_figure",
-    "view_times",
-]
-
-
-Pixels = NDArray[np.uint8]
-
-_FRAMES = 6
-_SIZE = (960, 660)
-_PANEL = (3.2, 1.75)
-_WHITE = 250
-
-
-@with_style
-def cut_frames_figure(
-    history: xr.Dataset, events: Events | None = None, options: SceneOptions | None = None, title: str = ""
-) -> Figure:
-    """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
-    options = options or SceneOptions(cut="z", camera="side", receptors=False, written=False)
-    numbers = _snapshots(history, events)
-    heading = join_title("Stress on a cut along the finger", title)
-    figure, panels = figure_grid(len(numbers), 3, _PANEL, heading, ("", ""), share="none")
-    pictures = crop(stills(history, numbers, options, _SIZE))
-    for axes, number, picture in zip(panels, numbers, pictures, strict=True):
-        axes.imshow(picture)
-        axes.set_axis_off()
-        axes.set_title(f"{float(history['snapshot_time'][number]):.3f} s")
-    if options.scalar != "region":
-        colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
-        label = SCALARS[options.scalar][0]
-        figure.colorbar(colours, ax=panels, label=label, extend="max", shrink=0.8, pad=0.01)
-    return figure
-
-
-def crop(pictures: Iterable[Pixels]) -> list[Pixels]:
-    """Cut the white margins off pictures of one size, the same off all of them.
-
-    Arrays: pictures (height, width, 3); returns (h, w, 3).
-    """
-    whole = list(pictures)
-    inked = np.any([(picture < _WHITE).any(axis=2) for picture in whole], axis=0)
-    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
-    if rows.size == 0:
-        return whole
-    return [picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] for picture in whole]
-
-
-def _snapshots(history: xr.Dataset, events: Events | None) -> list[int]:
-    """Return the numbers of the snapshots to draw, each once."""
-    times = history["snapshot_time"].values
-    window = slide_window(history)
-    start = window.start if window else float(times[0])
-    overall = events.overall if events else None
-    end = float(times[-1]) if overall is None else min(float(times[-1]), overall + 0.1 * (overall - start))
-    return sorted({nearest_snapshot(history, moment) for moment in np.linspace(start, end, _FRAMES)})
-
-
-_SIZE_SOLID_VIEWS = (1200, 900)
-
-
-def view_times(history: xr.Dataset, events: Events | None) -> dict[float, str]:
-    """Return times to show [s] and what happens then: the start of the slide and the main events."""
-    window = slide_window(history)
-    if window is None:
-        return {float(history["snapshot_time"].values[-1]): ""}
-    named = {window.start: "start of slide"}
-    for name in ("incipient", "overall"):
-        time = events.slip.time(name) if events else None
-        if time is not None:
-            named[time] = EVENTS[name]
-    return named
-
-
-@with_style
-def solid_views_figure(
-    history: xr.Dataset,
-    events: Events | None = None,
-    options: SceneOptions | None = None,
-    times: Sequence[float] | None = None,
-    title: str = "",
-) -> Figure:
-    """Draw views of a solid, a panel for each time.
-
-    Units: times [s].
-    """
-    options = options or SceneOptions(cut="z", written=False)
-    numbers = snapshots_at(history, view_times(history, events) if times is None else dict.fromkeys(times, ""))
-    pictures = crop(stills(history, list(numbers), options, _SIZE_SOLID_VIEWS))
-    columns, ratio = columns_for(len(numbers)), pictures[0].shape[0] / pictures[0].shape[1]
-    heading = join_title(f"Deformed body, {SCALARS[options.scalar][0].partition(' [')[0]}", title)
-    width = 3.2 if columns > 1 else 6.0
-    figure, panels = figure_grid(len(numbers), columns, (width, width * ratio + 0.35), heading, ("", ""), share="none")
-    for axes, picture, name in zip(panels, pictures, numbers.values(), strict=True):
-        axes.imshow(picture)
-        axes.set_axis_off()
-        name_panel(axes, name, columns)
-    keys: dict[str, Artist] = {}
-    if options.scalar == "region":
-        colour_of_region = region_colours(region_names(history))
-        keys = {
-            name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in colour_of_region.items()
-        }
-    else:
-        colours = ScalarMappable(Normalize(*field_limits(history, options)), FIELD_MAP)
-        figure.colorbar(colours, ax=panels, label=SCALARS[options.scalar][0], extend="max", shrink=0.8, pad=0.01)
-    if options.contact:
-        keys |= {STATE_NAMES[state]: Patch(color=STATE_COLOURS[state]) for state in (1, 2)}
-    add_legend(figure, keys)
-    return figure
-
+from fingerslip.contact.frames import sliding_direction
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.errors import ResultError
+from fingerslip.history import nearest_record, site_kinds, sites_of_kinds
+from fingerslip.report.colours import BLACK, BLUE, ORANGE, STATE_COLOURS
+from fingerslip.report.figures.marks import event_keys, event_times, mark_run
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, state_keys, with_style
+from fingerslip.slip import (
+    Events,
+    Patch,
+    contact_patch,
+    patch_series,
+    slide_tangent,
+    slide_window,
+    surface_strain_rates,
+    surface_strains,
+)
+from fingerslip.slip.patch import triangle_states
+from fingerslip.slip.windows import EVENTS, counterface_normal
 
 Floats = NDArray[np.float64]
 
+_STRAIN_NAMES = {"along": "strain along the slide", "across": "strain across the slide", "shear": "shear strain"}
+_APART = (0.92, 0.93, 0.94, 1.0)
+_LABELS = ("along the slide [mm]", "across the slide [mm]")
+_FRAMES = 9
+_STRAIN_FRAMES = 4
+_AROUND = 0.8  # mm
+
+
+@with_style
+def slip_frames_figure(
+    history: xr.Dataset, events: Events | None = None, times: Sequence[float] | None = None, title: str = ""
+) -> Figure:
+    """Draw where the contact sticks and slips, in frames over time [s]."""
+    patch = contact_patch(history)
+    moments = _moments_with_events(history, events) if times is None else np.asarray(times, dtype=float)
+    heading = join_title("Stick and slip of the contact, seen from below", title)
+    figure, panels = figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
+    events_read = event_times(events.slip if events else None)
+    for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
+        states = triangle_states(history, patch, nearest_record(history, moment))
+        _fill_patch(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
+        passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= moment)
+        axes.set_title(f"{moment:.3f} s{f', after {passed}' if passed else ''}")
+    add_legend(figure, state_keys((STICK, SLIP, OPEN)))
+    return figure
+
+
+@with_style
+def surface_strain_figure(
+    history: xr.Dataset, events: Events | None = None, component: str = "along", title: str = ""
+) -> Figure:
+    """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide."""
+    patch = contact_patch(history)
+    strains = surface_strains(history, patch).sel(strain_component=component)
+    moments, name = _moments(history, events, _STRAIN_FRAMES), _STRAIN_NAMES[component]
+    heading = join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
+    size = _panel_size(history, patch, 2.5)
+    figure, panels = figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
+    fields = ((strains, f"{name} [%]"), (surface_strain_rates(strains), "its rate [%/s]"))
+    for row, (field, label) in enumerate(fields):
+        row_panels = panels[row * len(moments) : (row + 1) * len(moments)]
+        colours = _draw_fields(row_panels, history, patch, 100.0 * field, moments)
+        figure.colorbar(colours, ax=list(row_panels), label=label, shrink=0.9, extend="both")
+    return figure
+
+
+def _draw_fields(
+    panels: Sequence[Axes], history: xr.Dataset, patch: Patch, field: xr.DataArray, moments: Floats
+) -> ScalarMappable:
+    """Draw a field on the triangles in contact at some times, in colours that share one scale about zero."""
+    steps = [nearest_record(history, moment) for moment in moments]
+    touching = field["touching"].values
+    sizes = np.concatenate([np.abs(field.values[step][touching[step]]) for step in steps] + [np.zeros(1)])
+    top = float(np.quantile(sizes, 0.98)) or 1.0
+    colours = ScalarMappable(Normalize(-top, top), "RdBu_r")
+    for axes, moment, step in zip(panels, moments, steps, strict=True):
+        paint = colours.to_rgba(field.values[step])
+        paint[~touching[step]] = _APART
+        _fill_patch(axes, patch, history, paint)
+        axes.set_title(f"{moment:.3f} s")
+    return colours
+
+
+def _fill_patch(axes: Axes, patch: Patch, history: xr.Dataset, colours: Sequence[str] | Floats) -> None:
+    """Fill the triangles of the patch and frame what ever touches."""
+    _fill_triangles(axes, 1e3 * patch.points[patch.triangles], colours)
+    _set_frame(axes, *_touched_frame(history, patch, patch.points))
+
+
+def _fill_triangles(axes: Axes, corners: Floats, colours: Sequence[str] | Floats) -> None:
+    """Fill triangles (n, 3, 2) [mm] without borders between them."""
+    axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
+
+
+def _set_frame(axes: Axes, low: Floats, high: Floats) -> None:
+    axes.grid(visible=False)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+
+
+def _touched_frame(history: xr.Dataset, patch: Patch, points: Floats) -> tuple[Floats, Floats]:
+    """Return two corners (2,) [mm] around all points (n, 2) [m] that ever touch, or around all where none does."""
+    ever = (history["contact_state"].values[:, patch.nodes] != OPEN).any(axis=0)
+    framed = 1e3 * (points[ever] if ever.any() else points)
+    return framed.min(axis=0) - _AROUND, framed.max(axis=0) + _AROUND
+
+
+def _panel_size(history: xr.Dataset, patch: Patch, width: float) -> tuple[float, float]:
+    """Return the size of a panel [inch] that the patch fills, with room for title and labels."""
+    low, high = _touched_frame(history, patch, patch.points)
+    return width, min(max((width - 0.4) * (high[1] - low[1]) / (high[0] - low[0]), 1.0), 3.0) + 0.5
+
+
+def _moments(history: xr.Dataset, events: Events | None, count: int) -> Floats:
+    """Return times of records from the start of the slide to shortly after overall slip, or all of a run without it."""
+    times = history["time"].values
+    window = slide_window(history)
+    start, end = (window.start, window.end) if window else (float(times[0]), float(times[-1]))
+    if events and events.overall is not None:
+        end = min(end, events.overall + 0.1 * (events.overall - start))
+    moments: Floats = times[[nearest_record(history, moment) for moment in np.linspace(start, end, count)]]
+    return moments
+
+
+def _moments_with_events(history: xr.Dataset, events: Events | None) -> Floats:
+    """Return evenly spaced times, the nearest ones moved to the first records after the events."""
+    moments, times = _moments(history, events, _FRAMES), history["time"].values
+    free = np.arange(1, moments.size)
+    for event in event_times(events.slip if events else None).values():
+        if not moments[0] < event <= moments[-1] or free.size == 0:
+            continue
+        record = times[min(int(np.searchsorted(times, event)), times.size - 1)]
+        chosen = free[np.abs(moments[free] - record).argmin()]
+        moments[chosen] = record
+        free = free[free != chosen]
+    return np.sort(moments)
+
+
+_COLUMNS, _WIDTH = 4, 2.0
+_STUCK = (0.12, 0.16, 0.2, 1.0)
+_ARROW = 0.3
+
+
+@with_style
+def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0) -> Figure:
+    """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate."""
+    patches = {title: contact_patch(history, counterface) for title, history in histories.items()}
+    onsets = {title: _onsets(history, patches[title]) for title, history in histories.items()}
+    latest = max((float(np.nanmax(times, initial=0.0)) for times in onsets.values()), default=0.0)
+    colours = ScalarMappable(Normalize(0.0, latest or 1.0), "viridis_r")
+    # Two axes of the plate that do not depend on the slide.
+    normal = counterface_normal(next(iter(histories.values())), counterface)
+    plate = np.array([first := sliding_direction(normal), np.cross(first, normal)])
+    points = {
+        title: history["contact_position"].values[patches[title].nodes] @ plate.T
+        for title, history in histories.items()
+    }
+    frames = [_touched_frame(history, patches[title], points[title]) for title, history in histories.items()]
+    low, high = np.min([first for first, _ in frames], axis=0), np.max([last for _, last in frames], axis=0)
+    size = _WIDTH, min(_WIDTH * (high[1] - low[1]) / (high[0] - low[0]), 3.0) + 0.4
+    along, across = (f"{'xyz'[int(np.abs(axis).argmax())]} [mm]" for axis in plate)
+    heading = "When each part of the contact slips for good, seen from below"
+    figure, panels = figure_grid(len(histories), min(_COLUMNS, len(histories)), size, heading, (along, across))
+    for axes, (title, times) in zip(panels, onsets.items(), strict=True):
+        paint, touched = colours.to_rgba(times), ~(times < 0.0)
+        paint[np.isnan(times)] = _STUCK
+        _fill_triangles(axes, 1e3 * points[title][patches[title].triangles][touched], paint[touched])
+        _draw_arrow(axes, patches[title].axes[0] @ plate.T, low, high)
+        _set_frame(axes, low, high)
+        axes.set_title(title)
+    figure.colorbar(colours, ax=list(panels), label="time into the slide [s]", shrink=0.8)
+    return figure
+
+
+def _onsets(history: xr.Dataset, patch: Patch) -> Floats:
+    """Return the time from the start of the slide at which each triangle has stuck for the last time [s].
+
+    NaN where it sticks to the end, minus one where it never touches during the slide.
+    """
+    window = slide_window(history)
+    times = history["time"].values
+    records = np.arange(times.size)[window.records] if window else np.arange(times.size)
+    states = np.stack([triangle_states(history, patch, int(record)) for record in records])
+    sticks = states == STICK
+    last = sticks.shape[0] - 1 - sticks[::-1].argmax(axis=0)
+    following = np.minimum(last + 1, records.size - 1)
+    onset = np.where(sticks.any(axis=0), times[records[following]] - times[records[0]], 0.0)
+    onset[sticks[-1]] = np.nan
+    onset[(states == OPEN).all(axis=0)] = -1.0
+    return np.asarray(onset, dtype=float)
+
+
+def _draw_arrow(axes: Axes, direction: Floats, low: Floats, high: Floats) -> None:
+    """Draw the direction of the plate over the middle of the panel."""
+    middle, length = 0.5 * (low + high), _ARROW * float(np.min(high - low))
+    start = middle - 0.5 * length * direction
+    style = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.6}
+    axes.annotate("", xy=tuple(start + length * direction), xytext=tuple(start), arrowprops=style, zorder=5)
+
+
+@with_style
+def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> Figure:
+    """Draw the stick ratio against the tangential force over the normal force."""
+    heading = join_title("Stick ratio against tangential force", title)
+    labels = ("tangential force / normal force", "sticking share of the contact area")
+    figure, (axes,) = figure_grid(1, 1, (5.2, 3.4), heading, labels)
+    for name, history in histories.items():
+        window, series = slide_window(history), patch_series(history)
+        chosen = series.isel(time=window.records) if window else series
+        axes.plot(chosen["force_ratio"], chosen["stick_ratio"], label=name, linewidth=1.4)
+    axes.set_ylim(-0.03, 1.03)
+    if len(histories) > 1:
+        axes.legend(fontsize=8)
+    return figure
+
+
 _JERK = 0.05  # s
-_COLUMNS = 4
+_NODE_COLUMNS = 4
 # Darker than the lines, so that small letters can be read.
 ORANGE_TEXT = "#8a5a00"
 
@@ -157,38 +245,38 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
 
 @with_style
 def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
-    """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node.
-
-    Units: returns [mm].
-    """
+    """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node."""
     rows = sites_of_kinds(history, reference_kinds(history))
+    if not rows.size:
+        raise ResultError("the result has no reference nodes; write record: {reference_nodes: true} and run again")
     labels = ("time [s]", "displacement along the slide [mm]")
     heading = join_title("Reference nodes along the slide", title)
-    figure, panels = figure_grid(len(rows), _COLUMNS, (2.2, 1.35), heading, labels)
-    tangent = slide_tangent(history)
-    moved = 1e3 * history["displacement"].values @ tangent
-    pushed = np.array(history["acceleration"].values @ tangent)
+    figure, panels = figure_grid(len(rows), _NODE_COLUMNS, (2.2, 1.35), heading, labels)
+    tangent, window, times = slide_tangent(history), slide_window(history), history["time"].values
+    along = 1e3 * history["displacement"].values @ tangent
+    acceleration = np.array(history["acceleration"].values @ tangent)
     plate = 1e3 * history["counterface_displacement"].values[:, 0] @ tangent
-    pushed[_in_jerk(history)] = np.nan
-    top = 1.3 * float(np.nanmax(np.abs(pushed[:, rows]), initial=0.0)) or 1.0
-    for axes, row in zip(panels, rows, strict=True):
-        axes.plot(history["time"], moved[:, row], color=BLUE)
-        axes.plot(history["time"], plate, color=BLACK, linestyle=":", linewidth=1.0)
-        axes.set_title(_name(history, int(row)))
+    # Accelerations in the jerk at the start of the slide are far larger than others.
+    jerk = (times >= window.start) & (times <= window.start + _JERK) if window else np.zeros(times.size, dtype=bool)
+    acceleration[jerk & ~jerk.all()] = np.nan
+    top = 1.3 * float(np.nanmax(np.abs(acceleration[:, rows]), initial=0.0)) or 1.0
+    for number, (axes, row) in enumerate(zip(panels, rows, strict=True)):
+        axes.plot(times, along[:, row], color=BLUE)
+        axes.plot(times, plate, color=BLACK, linestyle=":", linewidth=1.0)
+        kind = str(site_kinds(history)[row]).removesuffix(" surface")
+        axes.set_title(f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind}")
         mark_run(axes, history, events.slip if events else None)
-        right = _right_axis(axes, top, is_labelled=axes is panels[min(_COLUMNS, len(rows)) - 1])
-        right.plot(history["time"], pushed[:, row], color=ORANGE, linewidth=0.7)
-    reach = 1.2 * float(np.abs(moved[:, rows]).max()) or 1.0
+        right = _right_axis(axes, top, is_labelled=number == min(_NODE_COLUMNS, len(rows)) - 1)
+        right.plot(times, acceleration[:, row], color=ORANGE, linewidth=0.7)
+    reach = 1.2 * float(np.abs(along[:, rows]).max()) or 1.0
     panels[0].set_ylim(*((-reach, 0.1 * reach) if plate.sum() < 0.0 else (-0.1 * reach, reach)))
-    happening = event_keys(events_that_happen([events.slip] if events else ()))
-    add_legend(figure, {**_keys(), **(happening if slide_window(history) else {})})
+    keys: dict[str, Artist] = {
+        "displacement": Line2D([], [], color=BLUE),
+        "plate": Line2D([], [], color=BLACK, linestyle=":", linewidth=1.0),
+        "acceleration (without the jerk at the start)": Line2D([], [], color=ORANGE, linewidth=0.9),
+    }
+    add_legend(figure, keys | (event_keys([events.slip] if events else []) if window else {}))
     return figure
-
-
-def _name(history: xr.Dataset, row: int) -> str:
-    """Return the name of a node, and the kind of surface on which it is."""
-    kind = str(site_kinds(history)[row])
-    return f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind.removesuffix(' surface')}"
 
 
 def _right_axis(axes: Axes, top: float, is_labelled: bool) -> Axes:
@@ -201,19 +289,3 @@ def _right_axis(axes: Axes, top: float, is_labelled: bool) -> Axes:
     if is_labelled:
         right.set_ylabel("acceleration [m/s²]", color=ORANGE_TEXT)
     return right
-
-
-def _keys() -> dict[str, Artist]:
-    return {
-        "displacement": Line2D([], [], color=BLUE),
-        "plate": Line2D([], [], color=BLACK, linestyle=":", linewidth=1.0),
-        "acceleration (without the jerk at the start)": Line2D([], [], color=ORANGE, linewidth=0.9),
-    }
-
-
-def _in_jerk(history: xr.Dataset) -> NDArray[np.bool_]:
-    """Tell which records lie in the jerk at the start of the slide, whose accelerations are far larger than others."""
-    window, times = slide_window(history), history["time"].values
-    start = window.start if window else np.inf
-    mask: NDArray[np.bool_] = (times >= start) & (times <= start + _JERK)
-    return mask if not mask.all() else np.zeros_like(mask)

@@ -19,55 +19,16 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
+from numpy.typing import NDArray
 
-from fingerslip.report.colours import (
-    AREA_COLOURS,
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RECEPTOR_COLOURS,
-    REGION_COLOURS,
-    SKY,
-    VERMILLION,
-    YELLOW,
-    region_colours,
-)
+from fingerslip.report.colours import BLACK, FIELD_MAP, GREY, STATE_COLOURS, STATE_NAMES, region_colours
 from fingerslip.storage.files import write_bytes
-
-__all__ = [
-    "AREA_COLOURS",
-    "BLACK",
-    "BLUE",
-    "GREEN",
-    "GREY",
-    "LOOKS",
-    "ORANGE",
-    "PURPLE",
-    "RECEPTOR_COLOURS",
-    "REGION_COLOURS",
-    "SKY",
-    "VERMILLION",
-    "YELLOW",
-    "add_legend",
-    "columns_for",
-    "figure_bytes",
-    "figure_grid",
-    "join_title",
-    "looking",
-    "name_panel",
-    "region_colours",
-    "run_panels",
-    "save_figure",
-    "say",
-    "with_style",
-]
-
 
 _LEAST_WIDTH = 5.2  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
@@ -136,8 +97,10 @@ def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     def drawn(*args: P.args, **values: P.kwargs) -> R:
         with mpl.rc_context():
             mpl.rcdefaults()
-            mpl.rcParams.update(_STYLE)
-            mpl.rcParams.update(_scale_settings(_look.get()))
+            look = _look.get()
+            letters = {name: look.letters * size for name, size in _STYLE.items() if name.endswith("size")}
+            lines = {name: look.lines * width for name, width in _STYLE.items() if name.endswith("width")}
+            mpl.rcParams.update({**_STYLE, **letters, **lines, "lines.markersize": look.lines * 6.0})
             figure = draw(*args, **values)
             if isinstance(figure, Figure):
                 _write_texts_as_they_are(figure)
@@ -172,17 +135,6 @@ def looking(name: str) -> Iterator[None]:
         _look.reset(token)
 
 
-def _scale_settings(look: Look) -> Any:
-    """Return the settings that a look changes."""
-    letters = [name for name in _STYLE if name.endswith("size")]
-    lines = [name for name in _STYLE if name.endswith("width")]
-    return {
-        **{name: look.letters * _STYLE[name] for name in letters},
-        **{name: look.lines * _STYLE[name] for name in lines},
-        "lines.markersize": look.lines * 6.0,
-    }
-
-
 def figure_grid(
     count: int,
     columns: int,
@@ -193,10 +145,7 @@ def figure_grid(
     share: str = "all",
     widths: Sequence[float] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure of `count` panels.
-
-    Units: panel [inch].
-    """
+    """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label."""
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
     size = _figure_size(wide, rows, panel)
@@ -270,7 +219,10 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
     if not keys:
         return
     widths = [_look.get().letters * (_KEY_WIDTH + _LETTER_WIDTH * len(name)) for name in keys]
-    columns = _legend_columns(widths, figure.get_figwidth())
+    columns = len(widths)
+    # The widest keys of all columns have to fit, filled column by column as matplotlib shares keys out.
+    while columns > 1 and sum(float(part.max()) for part in np.array_split(widths, columns)) > figure.get_figwidth():
+        columns -= 1
     rows, row = math.ceil(len(keys) / columns), _KEY_HEIGHT * _look.get().letters
     figure.set_figheight(figure.get_figheight() + (rows - 1) * row)
     # The label of the vertical axes stays in the middle of what is above the legend.
@@ -279,13 +231,28 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
     figure.legend(list(keys.values()), list(keys), loc="outside lower left", ncols=columns, columnspacing=1.4)
 
 
-def _legend_columns(widths: Sequence[float], available: float) -> int:
-    """Return the largest number of columns of a legend, filled column by column, whose widest keys fit."""
-    for columns in range(len(widths), 1, -1):
-        # As matplotlib shares keys out.
-        if sum(float(column_widths.max()) for column_widths in np.array_split(widths, columns)) <= available:
-            return columns
-    return 1
+def region_keys(names: Sequence[str]) -> dict[str, Artist]:
+    """Return keys of layers for a legend."""
+    colours = region_colours(names)
+    return {name: Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.3) for name, colour in colours.items()}
+
+
+def state_keys(states: Sequence[int]) -> dict[str, Artist]:
+    """Return keys of states of the contact for a legend."""
+    return {STATE_NAMES[state]: Patch(color=STATE_COLOURS[state]) for state in states}
+
+
+def add_field_bar(figure: Figure, panels: Sequence[Axes], label: str, limits: tuple[float, float]) -> None:
+    """Put a bar of the colours of a field beside panels."""
+    colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
+    figure.colorbar(colours, ax=list(panels), label=label, extend="max", shrink=0.8, pad=0.01)
+
+
+def show_picture(axes: Axes, picture: NDArray[np.uint8], title: str = "") -> None:
+    """Fill a panel with a picture."""
+    axes.imshow(picture)
+    axes.set_axis_off()
+    axes.set_title(title)
 
 
 def join_title(title: str, more: str) -> str:
@@ -302,35 +269,18 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
     """Render a figure."""
     stream = io.BytesIO()
     if kind == "png":
-        _write_png(figure, stream)
+        # Drawn once: ``savefig`` draws twice, the first time only to find the layout. A report renders dozens of
+        # figures: time counts more than the last kilobytes.
+        write: Any = FigureCanvasAgg(figure).print_png
+        figure.set_dpi(_DOTS_PER_INCH)
+        write(stream, pil_kwargs={"compress_level": 2})
     else:
         with mpl.rc_context(_TEXT):
             figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
     return stream.getvalue()
 
 
-def _write_png(figure: Figure, stream: io.BytesIO) -> None:
-    """Draw a figure once: ``savefig`` draws it twice, the first time only to find its layout."""
-    write: Any = FigureCanvasAgg(figure).print_png
-    figure.set_dpi(_DOTS_PER_INCH)
-    # A report renders dozens of figures: time counts more than the last kilobytes.
-    write(stream, pil_kwargs={"compress_level": 2})
-
-
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Save a figure, whole or not at all; the ending of the path says the format.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    path : path
-        A ``.png``, ``.svg`` or ``.pdf`` file.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Save a figure, whole or not at all, to a path whose ending says the format: ``.png``, ``.svg`` or ``.pdf``."""
     path = Path(path)
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))

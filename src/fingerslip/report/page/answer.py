@@ -1,81 +1,63 @@
-"""The answer that opens a report: a few plain sentences with the numbers of what was run."""
+"""What opens a report in plain sentences: what was found, how it stands beside published times, what its words mean."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from fingerslip.published import PublishedSet
-from fingerslip.report.labels import path_label, run_title, swept_text
-from fingerslip.report.page.beside import published_rows_beside
-from fingerslip.report.tables.runs import swept_paths, time_digits
+from fingerslip.published import PublishedSet, PublishedValue
+from fingerslip.report.labels import path_label, run_title
+from fingerslip.report.tables.runs import differing_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
+from fingerslip.slip import EventSettings
 from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.slip.windows import LATENCY
 from fingerslip.units import split_quantity
-
-__all__ = ["answer"]
 
 
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
     """Say in a few sentences what a study found, how that stands beside published times, and what it is worth.
 
-    Units: starts [s].
+    Slides start at `starts` [s], by the names of the runs.
     """
     sliding = [run for run in study.runs if run.name in starts]
     if not sliding:
-        return _of_held(study.runs)
-    return tuple(filter(None, (*_of_slides(study, sliding, starts, references), *_worth(study, sliding))))
-
-
-def _of_slides(
-    study: StudyResult, sliding: Sequence[RunResult], starts: Mapping[str, float], references: Sequence[PublishedSet]
-) -> tuple[str, ...]:
+        return _answer_of_held(study.runs)
     slipped = [run for run in sliding if run.events.overall is not None]
     if not slipped:
         many = f"any of the {len(sliding)} runs" if len(sliding) > 1 else "this run"
         first: tuple[str, ...] = (
             f"The whole contact does not slip in {many}: overall slip is not reached by the end of the slide.",
         )
-        return (*first, *published_rows_beside(sliding, references))
-    single = len(study.runs) == 1
-    first = _of_one(slipped[0], starts) if single else _of_many(study, sliding, slipped, starts)
-    return *first, *published_rows_beside(sliding, references)
-
-
-def _worth(study: StudyResult, sliding: Sequence[RunResult]) -> tuple[str, ...]:
-    """Say what is too coarse, and how to learn how well the times are known where they have no error bars."""
+    elif len(study.runs) == 1:
+        first = _answer_of_one(slipped[0], starts)
+    else:
+        first = _answer_of_many(study, sliding, slipped, starts)
+    # What is too coarse, and how to learn how well the times are known where they have no error bars.
     warnings = resolution_warnings({run_title(run, run.name): run.numbers for run in sliding})
-    if study.ranges or any(run.uncertainty for run in sliding):
-        return warnings
-    return *warnings, "These times have no error bars yet: fingerslip converge finds them."
+    has_bars = study.ranges or any(run.uncertainty for run in sliding)
+    bars = "" if has_bars else "These times have no error bars yet: fingerslip converge finds them."
+    return tuple(filter(None, (*first, *published_rows_beside(sliding, references), *warnings, bars)))
 
 
-def _of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
+def _answer_of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
     forces = [(run.numbers.get("normal_force_max"), run.numbers.get("normal_force_end")) for run in runs]
-    known = [(float(most), float(end)) for most, end in forces if most and end is not None]
-    if not known:
+    ends = [(float(most), 100.0 * float(end) / float(most)) for most, end in forces if most and end is not None]
+    if not ends:
         return ("Nothing slides in this study, so there is no slip to report.",)
-    largest, kept = max(most for most, _ in known), [100.0 * end / most for most, end in known]
-    share = f"{kept[0]:.0f} %" if len(known) == 1 else f"{min(kept):.0f} to {max(kept):.0f} %"
+    largest, share = max(most for most, _ in ends), _span([share for _, share in ends], 0, "%")
     return (f"Nothing slides in this study. Of the largest normal force, {largest:.3g} N, {share} is left at the end.",)
 
 
-def _of_one(run: RunResult, starts: Mapping[str, float]) -> tuple[str, ...]:
-    overall, latency = run.events.overall, run.events.slip.latency
-    assert overall is not None  # chosen by the caller
-    digits, since = time_digits([run]), overall - starts[run.name]
-    times = (
-        f"{since:.{digits}f} s after the slide begins, {overall:.{digits}f} s after the start of the run{_error(run)}"
-    )
-    travels = _travels([run], "overall_travel_m")
+def _answer_of_one(run: RunResult, starts: Mapping[str, float]) -> tuple[str, ...]:
+    overall, error = run.events.overall or 0.0, run.uncertainty.get("slip.overall")
+    digits, travels = time_digits([run]), _travels([run], "overall_travel_m")
     travel = f"after {travels[0]:.2f} mm of travel, " if travels else ""
-    first = f"The whole contact slips {travel}{times}."
-    return (first,) if latency is None else (first, _latencies([run]))
-
-
-def _error(run: RunResult) -> str:
-    error = run.uncertainty.get("slip.overall")
-    return "" if error is None else f" (± {f'{1e3 * error:.0f}' if error >= 0.5e-3 else '<1'} ms, numerical)"
+    bar = "" if error is None else f" (± {f'{1e3 * error:.0f}' if error >= 0.5e-3 else '<1'} ms, numerical)"
+    since = f"{overall - starts[run.name]:.{digits}f} s after the slide begins"
+    said = f"The whole contact slips {travel}{since}, {overall:.{digits}f} s after the start of the run{bar}."
+    return said, _latencies([run])
 
 
 def _travels(runs: Sequence[RunResult], key: str) -> list[float]:
@@ -85,61 +67,54 @@ def _travels(runs: Sequence[RunResult], key: str) -> list[float]:
     return [1e3 * travel for run in runs if (travel := run.numbers.get(key)) is not None]
 
 
-def _of_many(
+def _answer_of_many(
     study: StudyResult, sliding: Sequence[RunResult], slipped: Sequence[RunResult], starts: Mapping[str, float]
 ) -> tuple[str, ...]:
     since = {run.name: float(run.events.overall or 0.0) - starts[run.name] for run in slipped}
     ordered = sorted(slipped, key=lambda run: since[run.name])
-    early, late = ordered[0], ordered[-1]
-    first, last = ("" if study.ranges else f" ({run_title(run, run.name)})" for run in (early, late))
-    kind, digits = "samples" if study.ranges else "runs", time_digits(slipped)
-    travels = _travels(slipped, "overall_travel_m")
-    travel = f"after {min(travels):.2f} to {max(travels):.2f} mm of travel, " if travels else ""
-    spread = (
-        f"Over {len(slipped)} {kind}{_by(study)}, the whole contact slips {travel}between "
-        f"{since[early.name]:.{digits}f} s{first} and {since[late.name]:.{digits}f} s{last} after the slide begins"
-        f"{_trend(slipped, since)}."
+    kind, digits, travels = (
+        "samples" if study.ranges else "runs",
+        time_digits(slipped),
+        _travels(slipped, "overall_travel_m"),
     )
+    first, last = (
+        f"{since[run.name]:.{digits}f} s{'' if study.ranges else f' ({run_title(run, run.name)})'}"
+        for run in (ordered[0], ordered[-1])
+    )
+    labels = [path_label(path) for path in differing_paths(study.runs)]
+    listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
+    which = (
+        f" of {len(study.ranges)} uncertain values" if study.ranges else f" that differ in {listed}" if labels else ""
+    )
+    travel = f"after {min(travels):.2f} to {max(travels):.2f} mm of travel, " if travels else ""
+    spread = f"between {first} and {last} after the slide begins{_trend(slipped, since)}"
+    said = f"Over {len(slipped)} {kind}{which}, the whole contact slips {travel}{spread}."
     missing = len(sliding) - len(slipped)
     lacking = f"In {missing} of {len(sliding)} {kind} overall slip is not reached." if missing else ""
-    return spread, _latencies(slipped), lacking
-
-
-def _by(study: StudyResult) -> str:
-    """Say what differs between the runs."""
-    if study.ranges:
-        return f" of {len(study.ranges)} uncertain values"
-    labels = [path_label(path) for path in swept_paths(study.runs) if len(_values(study.runs, path)) > 1]
-    return f" that differ in {_list_words(labels)}" if labels else ""
-
-
-def _list_words(words: Sequence[str]) -> str:
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
-def _values(runs: Sequence[RunResult], path: str) -> list[object]:
-    return list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
+    return said, _latencies(slipped), lacking
 
 
 def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
     """Say whether overall slip moves one way with the only swept number; nothing where it does not."""
-    paths = [path for path in swept_paths(runs) if len(_values(runs, path)) > 1]
+    paths = differing_paths(runs)
     if len(paths) != 1 or len(runs) < 3:
         return ""
     numbers = [_number(run.swept.get(paths[0])) for run in runs]
+    times = [since[run.name] for run in runs]
     if any(number is None for number in numbers):
         return ""
-    ordered = [since[run.name] for _, run in sorted(zip(numbers, runs, strict=True), key=lambda pair: pair[0] or 0.0)]
+    ordered = [time for _, time in sorted(zip(numbers, times, strict=True), key=lambda pair: pair[0] or 0.0)]
     steps = [after - before for before, after in itertools.pairwise(ordered)]
-    if all(step > 0.0 for step in steps):
-        return f", the later the larger the {path_label(paths[0])}"
-    return f", the earlier the larger the {path_label(paths[0])}" if all(step < 0.0 for step in steps) else ""
+    for words, sign in (("later", 1.0), ("earlier", -1.0)):
+        if all(sign * step > 0.0 for step in steps):
+            return f", the {words} the larger the {path_label(paths[0])}"
+    return ""
 
 
 def _number(value: object) -> float | None:
     if isinstance(value, str):
-        parts = split_quantity(value)
-        return parts[0] if parts else None
+        quantity = split_quantity(value)
+        return quantity[0] if quantity else None
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
@@ -158,3 +133,105 @@ def _latencies(runs: Sequence[RunResult]) -> str:
 def _span(values: Sequence[float], digits: int, unit: str) -> str:
     low, high = (f"{value:.{digits}f}" for value in (min(values), max(values)))
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """A published time [s] and that of a run which meets its conditions, None where it did not happen."""
+
+    published: PublishedValue
+    span: tuple[float, float]  # the smallest and the largest published time
+    ours: float | None
+    is_calibrated: bool
+
+    @property
+    def change(self) -> float | None:
+        """How much later ours is [ms], 0 within a published range."""
+        return None if self.ours is None else 1e3 * (self.ours - min(max(self.ours, self.span[0]), self.span[1]))
+
+
+def published_rows_beside(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[str, ...]:
+    """Put overall slip, incipient slip and latency from accumulated slip beside published times, in plain sentences."""
+    overall, incipient, latency = (_pairs(runs, references, name) for name in ("overall", "incipient", LATENCY))
+    early, left = [pair.change for pair in incipient if pair.change is not None], []
+    if early:
+        than = "than published" if _are_off(early) else "with the published one"
+        left.append(f"incipient slip {_off(early)} {than}")
+    if ours := [1e3 * pair.ours for pair in latency if pair.ours is not None]:
+        theirs = [1e3 * end for pair in latency if pair.ours is not None for end in pair.span]
+        left.append(f"{_span(ours, 0, 'ms')} are left to react, against {_span(theirs, 0, 'ms')} published")
+    second = f"{', and '.join(left)}."
+    reasons = dict.fromkeys(pair.published.otherwise for pair in (*incipient, *latency) if pair.published.otherwise)
+    third = f"These do not compare like with like: {'; '.join(reasons)}." if left and reasons else ""
+    return tuple(filter(None, (_overall(overall), f"{second[0].upper()}{second[1:]}" if left else "", third)))
+
+
+def _pairs(runs: Sequence[RunResult], references: Sequence[PublishedSet], quantity: str) -> list[_Pair]:
+    """Return published times that runs meet the conditions of; one that several sets have counts once."""
+    pairs = {}
+    for run, reference in itertools.product(runs, references):
+        for value in reference.values:
+            if value.quantity != quantity or value.reading not in ("", "slip") or value.value is None:
+                continue
+            if value.holds_for(run.all_values):
+                span, ours = value.span or (value.value, value.value), run.events.slip.time(quantity)
+                pair = _Pair(value, span, ours, value.is_calibrated(run.all_values))
+                pairs[run.name, value.span or value.value] = pair
+    return list(pairs.values())
+
+
+def _overall(pairs: Sequence[_Pair]) -> str:
+    if not pairs:
+        return ""
+    changes = [pair.change for pair in pairs if pair.change is not None]
+    if not changes:
+        return "Overall slip, for which a time is published, is not reached."
+    single, lacking, calibrated = len(pairs) == 1, len(pairs) - len(changes), sum(pair.is_calibrated for pair in pairs)
+    said = f"Beside {'the published time' if single else f'{len(pairs)} published times'}, overall slip {_off(changes)}"
+    missing = f"; it is not reached in {lacking} of these runs" if lacking else ""
+    fitted = f"; the model was calibrated on {'it' if single else f'{calibrated} of them'}" if calibrated else ""
+    return f"{said}{missing}{fitted}."
+
+
+def _are_off(changes: Sequence[float]) -> bool:
+    return any(abs(change) >= 0.5 for change in changes)
+
+
+def _off(changes: Sequence[float]) -> str:
+    """Say how much later or earlier times are [ms]."""
+    if not _are_off(changes):
+        return "agrees to the millisecond"
+    low, high = min(changes), max(changes)
+    if low < -0.5 and high > 0.5:
+        return f"comes {-low:.0f} ms earlier to {high:.0f} ms later"
+    return f"comes {_span([abs(change) for change in changes], 0, 'ms')} {'later' if high > 0.5 else 'earlier'}"
+
+
+def definitions(settings: EventSettings) -> dict[str, str]:
+    """Return a sentence for each reading, by its name, that defines its slip events, and one on latency."""
+    shares = (settings.incipient_fraction, settings.noticed_fraction, settings.three_quarter_fraction)
+    incipient, noticed, three_quarter, overall = (
+        f"{100 * share:g} %" for share in (*shares, settings.overall_fraction)
+    )
+    peaks = settings.peaks
+    return {
+        "slip": (
+            f"From accumulated slip: incipient, noticed, three-quarter and overall slip are the first times from which "
+            f"at least {incipient}, {noticed}, {three_quarter} and {overall} of the area that has been in contact "
+            f"since the slide began has slipped by more than {1e6 * settings.slip_tolerance:g} µm since then, for "
+            f"{1e3 * settings.sustained:g} ms or up to the end of the slide."
+        ),
+        "displacement": (
+            f"From displacement: the times at which the first node, {noticed}, {three_quarter} and all of the nodes in "
+            f"contact at the start of the slide lag the plate by more than "
+            f"{1e6 * settings.displacement_tolerance:g} µm."
+        ),
+        "acceleration": (
+            f"From acceleration peaks: overall slip is the most prominent peak of the largest acceleration along the "
+            f"plate at {' and '.join(peaks.kinds)} around the edges of the contact, after the transient of the "
+            f"press-to-slide change and provided that the skin then follows less than {100 * peaks.followed:g} % of "
+            f"the plate's travel. Incipient slip is the first peak before it that exceeds the noise by "
+            f"{peaks.over_noise:g} spreads, three-quarter slip the most prominent peak between these two."
+        ),
+        "latency": "Latency is the time from incipient to overall slip.",
+    }

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from fingerslip.report.figures.samples import Pair, paired_figure
+from fingerslip.report.figures.samples import Pair, paired_figure, time_into_slide
 from fingerslip.report.labels import run_title, swept_text
 from fingerslip.report.page.notes import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection
@@ -16,8 +17,6 @@ from fingerslip.report.tables.runs import events_table, time_cell
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE
 from fingerslip.tables.table import Cell, Column, Measured, Missing, Table
-
-__all__ = ["ComparedStudy", "comparison_report", "pairs_of"]
 
 
 @dataclass(frozen=True)
@@ -48,50 +47,48 @@ def _key(run: RunResult) -> tuple[tuple[str, str], ...]:
 
 def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: Mapping[str, str]) -> Report:
     """Assemble the report of two studies."""
-    pairs = pairs_of(first.study, second.study)
-    names = (f"A: {first.title}", f"B: {second.title}")
-    hero = (
-        (Picture("paired", "Runs that both studies have.", paired_figure(pairs, names, (first.starts, second.starts))),)
-        if pairs
-        else ()
+    pairs, names = pairs_of(first.study, second.study), (f"A: {first.title}", f"B: {second.title}")
+    values = [{value.path: value.value for value in compared.values} for compared in (first, second)]
+    differing = differences_table(values[0], values[1], same="Both studies have the same values.")
+    hero: tuple[Picture, ...] = ()
+    if pairs:
+        figure = paired_figure(pairs, names, (first.starts, second.starts))
+        hero = (Picture("paired", "Runs that both studies have.", figure),)
+    tables = (
+        dataclasses.replace(events_table(compared.study.runs), title=name)
+        for name, compared in zip(names, (first, second), strict=True)
     )
     sections = (
         ReportSection("Differences of slip events", names, (_differences(pairs),) if pairs else ()),
-        ReportSection("Values that differ", (), (_values(first, second),)),
-        ReportSection(
-            "Slip events of each study",
-            (),
-            tuple(_events(name, one) for name, one in zip(names, (first, second), strict=True)),
-        ),
+        ReportSection("Values that differ", (), (differing,)),
+        ReportSection("Slip events of each study", (), tuple(tables)),
         ReportSection("Citations", code=bibtex_entries([*first.values, *second.values], ()), folded=True),
     )
-    shown = tuple(section for section in sections if not section.is_empty)
-    title = f"{first.title} beside {second.title}"
-    return Report(title, shown, provenance, answer=_answer(pairs, first, second), hero=hero)
-
-
-def _answer(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) -> tuple[str, ...]:
-    count = len(_values(first, second).rows)
-    many = f"{count} values differ between the studies; what follows is the effect of all of them."
-    one = "One value differs between the studies; what follows is the effect of it."
-    said = many if count > 1 else one if count else "No value differs between the studies."
-    return said, _change(pairs, first, second)
+    count = len(differing.rows)
+    said = f"{count} values differ between the studies; what follows is the effect of all of them."
+    if count == 1:
+        said = "One value differs between the studies; what follows is the effect of it."
+    if not count:
+        said = "No value differs between the studies."
+    return Report(
+        f"{first.title} beside {second.title}",
+        tuple(section for section in sections if not section.is_empty),
+        provenance,
+        answer=(said, _change(pairs, first, second)),
+        hero=hero,
+    )
 
 
 def _change(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) -> str:
     """Say how much later overall slip of the second study comes."""
     if not pairs:
         return "The studies have no runs with the same swept values, so that none can be compared one by one."
-    changes = [
-        1e3 * (_since(pair.second, second) - _since(pair.first, first))
-        for pair in pairs
-        if all(run.events.overall is not None for run in pair.runs)
-    ]
-    known = [change for change in changes if math.isfinite(change)]
+    times = [(time_into_slide(pair.first, first.starts), time_into_slide(pair.second, second.starts)) for pair in pairs]
+    changes = [1e3 * (late - early) for early, late in times if math.isfinite(late - early)]
     many = f"{len(pairs)} runs" if len(pairs) > 1 else "the run"
-    if not known:
+    if not changes:
         return f"Of {many} that both studies have, none reaches overall slip in both."
-    low, high = min(known), max(known)
+    low, high = min(changes), max(changes)
     if max(abs(low), abs(high)) < 0.5:
         return f"In {many} that both studies have, overall slip comes at the same time, to the millisecond."
     span = _with_sign(low) if f"{low:.0f}" == f"{high:.0f}" else f"{_with_sign(low)} to {_with_sign(high)}"
@@ -100,12 +97,6 @@ def _change(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) 
 
 def _with_sign(change: float) -> str:
     return f"{abs(change):.0f} ms {'later' if change >= 0.0 else 'earlier'}"
-
-
-def _since(run: RunResult, own: ComparedStudy) -> float:
-    if run.events.overall is None or run.name not in own.starts:
-        return math.nan
-    return run.events.overall - own.starts[run.name]
 
 
 def _differences(pairs: Sequence[Pair]) -> Table:
@@ -120,21 +111,11 @@ def _differences(pairs: Sequence[Pair]) -> Table:
 
 
 def _difference(first: Cell, second: Cell) -> Cell:
-    numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
-    known = [float(number) for number in numbers if isinstance(number, int | float)]
-    if len(known) < len(numbers):
-        return next(cell for cell in (first, second) if isinstance(cell, Missing))
-    change = 1e3 * (known[1] - known[0])
+    for cell in (first, second):
+        if isinstance(cell, Missing):
+            return cell
+    numbers = [cell.value if isinstance(cell, Measured) else float(cell) for cell in (first, second)]  # type: ignore[arg-type]
+    change = 1e3 * (numbers[1] - numbers[0])
     if isinstance(first, Measured) and isinstance(second, Measured):
         return Measured(change, 1e3 * math.hypot(first.uncertainty, second.uncertainty))
     return change
-
-
-def _values(first: ComparedStudy, second: ComparedStudy) -> Table:
-    both = [{value.path: value.value for value in own.values} for own in (first, second)]
-    return differences_table(both[0], both[1], same="Both studies have the same values.")
-
-
-def _events(name: str, own: ComparedStudy) -> Table:
-    table = events_table(own.study.runs)
-    return Table(name, table.columns, table.rows, table.note)

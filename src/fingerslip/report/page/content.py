@@ -1,4 +1,4 @@
-"""What a study's report is made of."""
+"""What a study's report is made of; loading this loads nothing that draws."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import run_title
-from fingerslip.report.page.films import Film
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events, EventSettings
@@ -20,9 +22,7 @@ if TYPE_CHECKING:
     import skfem
     import xarray as xr
 
-    from fingerslip.report.page.pictures import RunPictures
-
-__all__ = ["MOST_DETAILED", "MOST_RUNS", "ReportContent", "detailed_of"]
+    from fingerslip.report.page.page import DrawnPicture
 
 #: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.
 MOST_RUNS = 12
@@ -38,11 +38,28 @@ def detailed_of(runs: int) -> int:
 
 
 @dataclass(frozen=True)
-class ReportContent:
-    """What a study's report is made of.
+class RunPictures:
+    """Pictures of one run that were drawn before its report is made."""
 
-    Arrays: starts  [s].
-    """
+    contact: tuple[DrawnPicture, ...] | None = None  # those of the section that shows it in detail
+    model: tuple[DrawnPicture, ...] | None = None  # those of its model at the start
+
+
+@dataclass(frozen=True)
+class Film:
+    """What one camera saw of one run."""
+
+    run: str  # name of the run
+    kind: str  # which camera
+    tracks: xr.Dataset  # tracks in pixels of the tracker, with the markers of the truth
+    truth: xr.Dataset  # tracks in pixels, as they are
+    numbers: Mapping[str, float | None]  # how far they are from each other
+    frames: Mapping[float, NDArray[np.uint8]]  # (height, width), some frames by their times [s]
+
+
+@dataclass(frozen=True)
+class ReportContent:
+    """What a study's report is made of."""
 
     study: StudyResult  # the study and its finished runs
     histories: Mapping[str, xr.Dataset]  # their histories by name of the run
@@ -53,7 +70,7 @@ class ReportContent:
     provenance: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     settings: EventSettings = field(default_factory=EventSettings)
     convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
-    starts: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
+    starts: Mapping[str, float] = field(default_factory=lambda: _EMPTY)  # when slides begin [s]
     notes: str = ""  # the user's own notes and figures as HTML
     representatives: Mapping[str, xr.Dataset] = field(default_factory=lambda: _EMPTY)
     films: tuple[Film, ...] = ()  # what the cameras of the study saw
@@ -77,12 +94,6 @@ class ReportContent:
     def detailed_runs(self) -> tuple[RunResult, ...]:
         """The runs that have a section of their own: all that are shown in figures, of a large study the first."""
         return self.drawn[: detailed_of(len(self.study.runs))]
-
-    def drawn_already(self, name: str) -> RunPictures:
-        """Return the pictures of a run that are drawn already."""
-        from fingerslip.report.page.pictures import RunPictures
-
-        return self.pictures.get(name, RunPictures())
 
     def titled_histories(self) -> dict[str, xr.Dataset]:
         """Return the histories of the drawn runs by title."""

@@ -19,40 +19,28 @@ from fingerslip.published import PublishedSet
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.version import __version__
 
-__all__ = [
-    "NOTES",
-    "PICTURES",
-    "bibliography",
-    "bibtex_entries",
-    "notes_html",
-]
-
-
 # Every table of slip events has the share that people notice.
 _NOTICED = "barrea2018"
 _ENTRY = re.compile(r"^@\w+\{([^,]+),.*?^\}", re.MULTILINE | re.DOTALL)
+_PROGRAM = f"""@misc{{fingerslip,
+  title  = {{fingerslip: a finite-element toolkit for fingertip slip}},
+  author = {{{{The fingerslip developers}}}},
+  note   = {{Version {__version__}}},
+  year   = {{2026}},
+}}"""
 
 
 def bibliography() -> dict[str, str]:
     """Return the entries of the papers that values and comparisons are from, by their keys."""
     text = resources.files("fingerslip").joinpath("references.bib").read_text(encoding="utf-8")
-    return {found.group(1): found.group(0) for found in _ENTRY.finditer(text)}
+    return {entry.group(1): entry.group(0) for entry in _ENTRY.finditer(text)}
 
 
 def bibtex_entries(values: Sequence[ShownValue], references: Iterable[PublishedSet]) -> str:
     """Return the entries of all that a study rests on."""
-    known = bibliography()
     named = {word for value in values for word in re.findall(r"\w+", value.source)}
     named |= {reference.name.partition("-")[0] for reference in references} | {_NOTICED}
-    program = (
-        "@misc{fingerslip,\n"
-        "  title  = {fingerslip: a finite-element toolkit for fingertip slip},\n"
-        "  author = {{The fingerslip developers}},\n"
-        f"  note   = {{Version {__version__}}},\n"
-        "  year   = {2026},\n"
-        "}"
-    )
-    return "\n\n".join([program, *(entry for key, entry in known.items() if key in named)])
+    return "\n\n".join([_PROGRAM, *(entry for key, entry in bibliography().items() if key in named)])
 
 
 #: File in the folder of a study's results, and the folder of figures beside it.
@@ -69,22 +57,19 @@ def notes_html(folder: Path) -> str:
     ``notes.md`` is Markdown; HTML in it is shown as text. Its pictures are files of the folder. Figures in ``notes/``
     that it does not show follow below it, each with its name.
     """
-    shown: set[Path] = set()
-    text = _text(folder / NOTES)
-    body = _render(text, folder, shown) if text else ""
-    others = (path for path in sorted((folder / PICTURES).glob("*")) if path.suffix.lower() in _TYPES)
-    figures = (_figure(path) for path in others if path.resolve() not in shown)
-    return "\n".join(part for part in (body, *figures) if part)
-
-
-def _text(path: Path) -> str:
+    embedded: set[Path] = set()
+    path = folder / NOTES
     try:
-        return path.read_text(encoding="utf-8") if path.is_file() else ""
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
     except (OSError, UnicodeDecodeError) as error:
         raise ResultError(f"{path}: cannot be read as text ({error})") from None
+    body = _render(text, folder, embedded) if text else ""
+    others = (path for path in sorted((folder / PICTURES).glob("*")) if path.suffix.lower() in _TYPES)
+    figures = (_figure(path) for path in others if path.resolve() not in embedded)
+    return "\n".join(filter(None, (body, *figures)))
 
 
-def _render(text: str, folder: Path, shown: set[Path]) -> str:
+def _render(text: str, folder: Path, embedded: set[Path]) -> str:
     reader = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = reader.parse(text)
     for token in tokens:
@@ -92,13 +77,13 @@ def _render(text: str, folder: Path, shown: set[Path]) -> str:
             token.tag = f"h{min(int(token.tag[1]) + _DEEPER, 6)}"
         for child in token.children or ():
             if child.type == "image":
-                _embed_picture(child, folder, shown)
+                embedded.add(_embed_picture(child, folder))
     page = str(reader.renderer.render(tokens, reader.options, {}))
     return page.replace("<table>", '<div class="table"><table>').replace("</table>", "</table></div>")
 
 
-def _embed_picture(image: Token, folder: Path, shown: set[Path]) -> None:
-    """Put the bytes of a picture into its link."""
+def _embed_picture(image: Token, folder: Path) -> Path:
+    """Put the bytes of a picture into its link, and return its path."""
     source = str(image.attrs["src"])
     if urlparse(source).scheme:
         raise ResultError(
@@ -110,8 +95,8 @@ def _embed_picture(image: Token, folder: Path, shown: set[Path]) -> None:
             f"{folder / NOTES}: shows '{source}', which is not there; needs a file that ends in "
             f"{', '.join(sorted(_TYPES))}, named from {folder}"
         )
-    shown.add(path)
     image.attrs["src"] = _data(path)
+    return path
 
 
 def _data(path: Path) -> str:

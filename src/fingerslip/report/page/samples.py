@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -19,50 +20,29 @@ from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, event_label
 from fingerslip.tables.table import Cell, Column, Table
 from fingerslip.units import split_quantity
 
-__all__ = [
-    "Representative",
-    "published_times",
-    "representatives",
-    "sample_sections",
-    "samples_in_motion",
-    "tornado_pictures",
-]
-
-
-_FIRST = ("slip", "overall")
-
 
 def sample_sections(content: ReportContent) -> tuple[ReportSection, ...]:
     """Return the sections of a study with samples: intervals, what moves overall slip, the other times, all samples."""
     study, fits = content.study, fits_of(content.study)
-    first = [fit for fit in fits if (fit.reading, fit.time) == _FIRST]
-    others = [fit for fit in fits if (fit.reading, fit.time) != _FIRST]
-    needed = f"Too few samples for {len(study.ranges)} ranges: a regression needs {len(study.ranges) + 2}."
+    first = [fit for fit in fits if (fit.reading, fit.time) == ("slip", "overall")]
+    others = [fit for fit in fits if (fit.reading, fit.time) != ("slip", "overall")]
     said = "Each bar goes from the time at the smallest to that at the largest value of a range, by linear regression."
+    if not first:
+        said = f"Too few samples for {len(study.ranges)} ranges: a regression needs {len(study.ranges) + 2}."
+    first_pictures, other_pictures = (
+        tornado_pictures(study.runs, some, content.references) for some in (first, others)
+    )
     intervals = (published_table(study.runs, content.references), intervals_table(study.runs))
     refused = (refused_table(study.refused),) if study.refused else ()
     return (
         ReportSection("Slip times over the samples", (), tuple(table for table in intervals if table.rows)),
+        ReportSection("What moves overall slip", (said,), tuple(map(sensitivity_table, first)), first_pictures),
         ReportSection(
-            "What moves overall slip",
-            (said if first else needed,),
-            _tables(first),
-            tornado_pictures(study.runs, first, content.references),
-        ),
-        ReportSection(
-            "What moves the other times",
-            (),
-            _tables(others),
-            tornado_pictures(study.runs, others, content.references),
-            folded=True,
+            "What moves the other times", (), tuple(map(sensitivity_table, others)), other_pictures, folded=True
         ),
         ReportSection("Refused samples", (), refused, folded=True),
         ReportSection("All samples", (), (summary_table(study.runs),), folded=True),
     )
-
-
-def _tables(fits: Sequence[Fit]) -> tuple[Table, ...]:
-    return tuple(sensitivity_table(fit) for fit in fits)
 
 
 def tornado_pictures(
@@ -71,10 +51,10 @@ def tornado_pictures(
     """Draw a tornado figure of each time from accumulated slip that was fitted."""
     pictures = []
     for time in (*MAIN_EVENTS, LATENCY):
-        own = [fit for fit in fits if (fit.reading, fit.time) == ("slip", time)]
-        if own:
-            figure = tornado_figure(own, published_times(runs, own, references))
+        chosen = [fit for fit in fits if (fit.reading, fit.time) == ("slip", time)]
+        if chosen:
             caption = f"Change of {event_label(time)} over the range of each sampled value."
+            figure = tornado_figure(chosen, published_times(runs, chosen, references))
             pictures.append(Picture(f"tornado-{time.replace('_', '-')}", caption, figure))
     return tuple(pictures)
 
@@ -83,8 +63,8 @@ def published_times(
     runs: Sequence[RunResult], fits: Sequence[Fit], references: Sequence[PublishedSet]
 ) -> dict[int, tuple[float, float]]:
     """Return the published times that belong to fits, by the number of the fit: the smallest and the largest [s]."""
-    members = {repr(dict(group)): own for group, own in groups_of(runs)}
-    found = {}
+    members = {repr(dict(group)): runs_of_group for group, runs_of_group in groups_of(runs)}
+    times = {}
     for number, fit in enumerate(fits):
         first = members[repr(dict(fit.group))][0]
         values, sampled = first.all_values, first.sampled.keys()
@@ -99,8 +79,8 @@ def published_times(
             if end is not None
         ]
         if ends:
-            found[number] = (min(ends), max(ends))
-    return found
+            times[number] = (min(ends), max(ends))
+    return times
 
 
 @dataclass(frozen=True)
@@ -114,10 +94,7 @@ class Representative:
 
 
 def representatives(study: StudyResult, starts: Mapping[str, float]) -> tuple[Representative, ...]:
-    """Choose samples by overall slip, or by an earlier event where no sample reaches that.
-
-    Units: starts [s].
-    """
+    """Choose samples by overall slip, or by an earlier event where no sample reaches that; slides start at [s]."""
     for event in reversed(MAIN_EVENTS):
         since = {
             run.name: time - starts[run.name]
@@ -143,42 +120,37 @@ def samples_in_motion(content: ReportContent) -> ReportSection:
     # Loads what draws, which choosing does not need.
     from fingerslip.report.page.motion import run_motions
 
-    chosen = [one for one in representatives(content.study, content.starts) if one.run.name in content.representatives]
-    motions = run_motions(
-        (content.representatives[one.run.name], one.run.events, one.title.capitalize()) for one in chosen
-    )
+    histories = content.representatives
+    chosen = [sample for sample in representatives(content.study, content.starts) if sample.run.name in histories]
+    motions = run_motions((histories[s.run.name], s.run.events, s.title.capitalize()) for s in chosen)
     text = (
-        "Move the slider or the plots; a body that was recorded is drawn deformed, to scale. "
-        "Of all samples, the one in the middle and "
-        "those at both ends are shown."
+        "Move the slider or the plots; a body that was recorded is drawn deformed, to scale. Of all samples, the one "
+        "in the middle and those at both ends are shown."
     )
-    shown = chosen[: len(motions)]
-    return ReportSection("Samples in motion", (text,), (_values_table(shown),) if motions else (), motions=motions)
+    tables = (_values_table(chosen[: len(motions)]),) if motions else ()
+    return ReportSection("Samples in motion", (text,), tables, motions=motions)
 
 
-def _values_table(shown: list[Representative]) -> Table:
+def _values_table(samples: Sequence[Representative]) -> Table:
     """Show what the samples are: when they slip, and the values that are their own."""
-    values = [
-        {path: value for path, value in {**one.run.swept, **one.run.sampled}.items() if path not in (SAMPLE, REPEAT)}
-        for one in shown
-    ]
-    paths = tuple(dict.fromkeys(path for own in values for path in own))
+    values = [{**sample.run.swept, **sample.run.sampled} for sample in samples]
+    paths = [path for path in dict.fromkeys(itertools.chain(*values)) if path not in (SAMPLE, REPEAT)]
     labels = short_labels(paths)
     columns = (
         Column("sample"),
-        Column(event_label(shown[0].event), "s", 3),
+        Column(event_label(samples[0].event), "s", 3),
         *(Column(labels[path]) for path in paths),
     )
     rows = tuple(
-        (one.title, one.since, *(_sample_cell(own.get(path)) for path in paths))
-        for one, own in zip(shown, values, strict=True)
+        (sample.title, sample.since, *(_sample_cell(sample_values.get(path)) for path in paths))
+        for sample, sample_values in zip(samples, values, strict=True)
     )
     return Table("The samples in motion", columns, rows, "Slip in seconds from the start of the slide.")
 
 
 def _sample_cell(value: object) -> Cell:
     """Return a value with four digits, which samples have by chance."""
-    if isinstance(value, str):
-        parts = split_quantity(value)
-        return f"{parts[0]:.4g} {parts[1]}" if parts else value
+    quantity = split_quantity(value) if isinstance(value, str) else None
+    if quantity:
+        return f"{quantity[0]:.4g} {quantity[1]}"
     return float(f"{value:.4g}") if isinstance(value, float) else swept_text(value)

@@ -1,4 +1,4 @@
-"""What a report adds for sensors and fingers with markers: where these are, how they move, and what cameras saw."""
+"""What a page shows of markers: what the cameras of a study saw, and how good the tracks of a video are."""
 
 from __future__ import annotations
 
@@ -10,16 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import sites_of_kinds
-from fingerslip.marker_tracks import marker_tracks
-from fingerslip.report.figures.film import frames_figure, slip_order_figure
 from fingerslip.report.figures.markers import count_figure, fields_figure, jump_figure, noise_figure
-from fingerslip.report.figures.sensor import marker_places_figure, slide_tracks_figure
+from fingerslip.report.figures.sensor import frames_figure, slip_order_figure
 from fingerslip.report.figures.style import save_figure
-from fingerslip.report.page.content import ReportContent
-from fingerslip.report.page.films import Film
+from fingerslip.report.page.content import Film, ReportContent
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
-from fingerslip.report.page.pictures import RunToDraw
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import touching_markers
 from fingerslip.storage.files import check_replaceable, new_folder, write_bytes
@@ -34,17 +29,6 @@ from fingerslip.vision.video import STATES, Frames, write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "cameras_section",
-    "has_markers",
-    "marker_pictures",
-    "place_pictures",
-    "quality_report",
-    "write_tracking",
-]
-
-
-_KINDS = ("internal marker", "external marker")
 _SAID = (
     "Every camera filmed the markers of a run, and the tracker followed them without knowing where they were. The "
     "internal camera is fixed to the sensor; the external one goes with the plate, so that a marker that sticks stands "
@@ -53,54 +37,30 @@ _SAID = (
 )
 
 
-def has_markers(history: xr.Dataset) -> bool:
-    """Tell whether markers were recorded."""
-    return sites_of_kinds(history, _KINDS).size > 0
-
-
-def place_pictures(run: RunToDraw) -> list[Picture]:
-    """Return the picture of the markers at rest; none without markers."""
-    if not has_markers(run.history):
-        return []
-    said = f"Markers at rest, from inside and from below: {run.title}."
-    return [Picture(f"markers-{run.name}", said, marker_places_figure(marker_tracks(run.history), run.title))]
-
-
-def marker_pictures(run: RunToDraw) -> list[Picture]:
-    """Return the picture of the markers in the slide; none without markers or slide."""
-    if not has_markers(run.history) or slide_window(run.history) is None:
-        return []
-    said = "How far each marker moves along the slide, coloured by ring; dashed are those at x < 0."
-    figure = slide_tracks_figure(marker_tracks(run.history), run.history, run.title)
-    return [Picture(f"{run.name}-markers", said, figure)]
-
-
 def cameras_section(content: ReportContent) -> ReportSection:
     """Return the section on what cameras saw; empty without films."""
+    if not content.films:
+        return ReportSection("Cameras")
     pictures = [picture for film in content.films for picture in _film_pictures(content, film)]
-    tables = (_errors_table(content.films),) if content.films else ()
-    return ReportSection("Cameras", (_SAID,) if content.films else (), tables, tuple(pictures))
+    return ReportSection("Cameras", (_SAID,), (_errors_table(content.films),), tuple(pictures))
 
 
 def _errors_table(films: Sequence[Film]) -> Table:
     columns = (
-        Column("run"),
-        Column("camera"),
-        Column("frames"),
-        Column("markers"),
+        *(Column(name) for name in ("run", "camera", "frames", "markers")),
         Column("error, rms", "px", digits=4),
         Column("largest error", "px", digits=3),
         Column("kept", "%", digits=2),
         Column("swapped"),
     )
-    rows = tuple((film.run, film.kind, *_numbers(film)) for film in films)
-    return Table("Tracks beside the truth", columns, rows)
-
-
-def _numbers(film: Film) -> tuple[float | int | None, ...]:
-    own = film.numbers
-    kept = None if own["kept"] is None else 100.0 * own["kept"]
-    return own["frames"], own["markers"], own["rms"], own["largest"], kept, own["swapped"]
+    rows = []
+    for film in films:
+        numbers = dict(film.numbers)
+        if (share := numbers["kept"]) is not None:
+            numbers["kept"] = 100.0 * share
+        names = ("frames", "markers", "rms", "largest", "kept", "swapped")
+        rows.append((film.run, film.kind, *(numbers[name] for name in names)))
+    return Table("Tracks beside the truth", columns, tuple(rows))
 
 
 def _film_pictures(content: ReportContent, film: Film) -> list[Picture]:
@@ -130,13 +90,16 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fi
     with new_folder(final) as partial:
         write_tracks(tracks, partial / _TRACKS)
         write_tracks_csv(tracks, partial / "tracks.csv")
+        placed = tracks
+        if "image_position" in tracks:
+            # The pixels of the video, from before the calibration.
+            placed = tracks.assign(position=tracks["image_position"].assign_attrs(tracks["position"].attrs))
         # Tracks of a truncated video end before the frames do, or with them.
-        shown = itertools.islice(frames.read(), tracks.sizes["time"])
-        write_video(partial / "overlay.avi", overlay_frames(shown, _in_the_image(tracks)), frames.frame_rate)
-        first = next(iter(frames.read()))
-        write_page(quality_report(tracks, first), partial / "quality.html")
+        seen = itertools.islice(frames.read(), tracks.sizes["time"])
+        write_video(partial / "overlay.avi", overlay_frames(seen, placed), frames.frame_rate)
+        write_page(quality_report(tracks, next(iter(frames.read()))), partial / "quality.html")
         if fields is not None:
-            _write_fields(fields, _in_the_image(tracks), frames, partial)
+            _write_fields(fields, placed, frames, partial)
     return final
 
 
@@ -147,35 +110,23 @@ def _write_fields(fields: xr.Dataset, tracks: xr.Dataset, frames: Frames, folder
     save_figure(fields_figure(fields, float(fields["time"][int(left.argmax())])), folder / "fields.png")
     placed = fields.assign(position=tracks["position"])
     for name in SHOWN_FIELDS:
-        shown = itertools.islice(frames.read(), tracks.sizes["time"])
-        write_video(folder / f"{name}.avi", field_frames(shown, placed, name), frames.frame_rate)
-
-
-def _in_the_image(tracks: xr.Dataset) -> xr.Dataset:
-    """Return tracks at the pixels of the video, from before the calibration."""
-    if "image_position" not in tracks:
-        return tracks
-    return tracks.assign(position=tracks["image_position"].assign_attrs(tracks["position"].attrs))
+        seen = itertools.islice(frames.read(), tracks.sizes["time"])
+        write_video(folder / f"{name}.avi", field_frames(seen, placed, name), frames.frame_rate)
 
 
 def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Report:
-    """Return the page on the quality of tracks.
-
-    Arrays: frame (height, width).
-    """
+    """Return the page on the quality of tracks, with a frame (height, width) of the video."""
     warnings = tuple(filter(None, str(tracks.attrs.get("warnings", "")).split("\n")))
     if tracks.attrs.get("partial"):
         warnings = ("These tracks are partial.", *warnings)
-    pictures = (
-        Picture("count", "Markers seen over time, and the intervals in which markers were lost.", count_figure(tracks)),
-        Picture("noise", "Markers at rest with their numbers, coloured by their noise.", noise_figure(tracks, frame)),
-        Picture("jumps", "A swap of identities would stand far to the right.", jump_figure(tracks)),
-    )
+    seen = "Markers seen over time, and the intervals in which markers were lost."
+    rest = "Markers at rest with their numbers, coloured by their noise."
+    jumped = "A swap of identities would stand far to the right."
     sections = (
         ReportSection("Summary", (), (_summary(tracks),), warnings=warnings),
-        ReportSection("Markers over time", pictures=pictures[:1]),
-        ReportSection("Noise at rest", pictures=pictures[1:2]),
-        ReportSection("Jumps", pictures=pictures[2:]),
+        ReportSection("Markers over time", pictures=(Picture("count", seen, count_figure(tracks)),)),
+        ReportSection("Noise at rest", pictures=(Picture("noise", rest, noise_figure(tracks, frame)),)),
+        ReportSection("Jumps", pictures=(Picture("jumps", jumped, jump_figure(tracks)),)),
         ReportSection("Lost markers", tables=(_lost(tracks),)),
     )
     source = str(tracks.attrs.get("source", ""))
@@ -185,7 +136,7 @@ def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -
 def _summary(tracks: xr.Dataset) -> Table:
     count, noise, jumped = seen_count(tracks), noise_at_rest(tracks), jumps(tracks)
     states = [f"{int((tracks['frame_state'] == n).sum())} {name}" for n, name in enumerate(STATES) if n]
-    known = noise[np.isfinite(noise)]
+    noise = noise[np.isfinite(noise)]
     rows = (
         ("frames", tracks.sizes["time"], ""),
         ("frame rate", float(tracks.attrs["frame_rate"]), "1/s"),
@@ -194,8 +145,8 @@ def _summary(tracks: xr.Dataset) -> Table:
         ("marker-frames with a position", 100.0 * seen_share(tracks), "%"),
         ("intervals in which a marker was lost", len(lost_intervals(tracks)), ""),
         ("mean quality", float(tracks["quality"].mean()), ""),
-        ("median noise at rest", float(np.median(known)) if known.size else None, "px"),
-        ("largest noise at rest", float(known.max()) if known.size else None, "px"),
+        ("median noise at rest", float(np.median(noise)) if noise.size else None, "px"),
+        ("largest noise at rest", float(noise.max()) if noise.size else None, "px"),
         ("largest jump", float(np.nanmax(jumped)) if np.isfinite(jumped).any() else None, "px"),
         ("frames marked", ", ".join(states), ""),
     )
@@ -203,18 +154,12 @@ def _summary(tracks: xr.Dataset) -> Table:
 
 
 def _lost(tracks: xr.Dataset) -> Table:
-    longest = sorted(lost_intervals(tracks), key=lambda one: -one.frames)
-    time = tracks["time"].values
+    longest, time = sorted(lost_intervals(tracks), key=lambda lost: -lost.frames), tracks["time"].values
     rows = tuple(
-        (one.marker, float(time[one.first]), float(time[one.last]), one.frames, one.returned)
-        for one in longest[:_LONGEST_LIST]
+        (lost.marker, float(time[lost.first]), float(time[lost.last]), lost.frames, lost.returned)
+        for lost in longest[:_LONGEST_LIST]
     )
-    columns = (
-        Column("marker"),
-        Column("from", "s", digits=3),
-        Column("to", "s", digits=3),
-        Column("frames"),
-        Column("found again"),
-    )
+    times = (Column("from", "s", digits=3), Column("to", "s", digits=3))
+    columns = (Column("marker"), *times, Column("frames"), Column("found again"))
     note = f"The longest {_LONGEST_LIST} of {len(longest)}." if len(longest) > _LONGEST_LIST else ""
     return Table("" if rows else "No marker was lost", columns, rows, note)

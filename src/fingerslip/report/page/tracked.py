@@ -9,8 +9,6 @@ from typing import Any
 
 from fingerslip.vision.video import open_frames
 
-__all__ = ["track_video"]
-
 
 def track_video(
     video: Path,
@@ -35,14 +33,15 @@ def track_video(
     from fingerslip.vision.overlay import SHOWN_FIELDS
     from fingerslip.vision.tracking.track import seen_share
 
-    made = marker_fields(tracks, rest=min(int(options["rest_frames"]), tracks.sizes["time"])) if fields else None
+    rest = min(int(options["rest_frames"]), tracks.sizes["time"])
+    computed = marker_fields(tracks, rest=rest) if fields else None
     tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
-    folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"), fields=made)
+    folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"), fields=computed)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         yield f"warning: {text}"
     count, times = tracks.sizes["marker"], tracks.sizes["time"]
     partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
     yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
     yield f"quality: {folder / 'quality.html'}"
-    if made is not None:
+    if computed is not None:
         yield f"fields: {folder / 'fields.nc'}, fields.png, {', '.join(f'{name}.avi' for name in SHOWN_FIELDS)}"

@@ -22,23 +22,11 @@ if TYPE_CHECKING:
     import pyvista
     import xarray as xr
 
-__all__ = [
-    "COLOUR_MAP",
-    "aim",
-    "check_options",
-    "draw_scene",
-    "field_limits",
-    "region_names",
-    "snapshot_grid",
-    "soft_regions",
-]
-
 Floats = NDArray[np.float64]
 
 COLOUR_MAP = FIELD_MAP
 _BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
     "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
@@ -55,6 +43,8 @@ _STILL = 1e-9
 _ZOOM = 1.35
 # Width over height of windows in which it fits.
 _WIDE = 4 / 3
+# Without light, and without moving the camera.
+_FLAT = {"reset_camera": False, "lighting": False}
 
 
 def region_names(history: xr.Dataset) -> tuple[str, ...]:
@@ -65,8 +55,8 @@ def region_names(history: xr.Dataset) -> tuple[str, ...]:
 
 def soft_regions(history: xr.Dataset, hidden: Sequence[str] = ()) -> list[int]:
     """Return the numbers of the regions whose stress sets the colours: all but the phalanx, or it where it is alone."""
-    shown = [name for name in region_names(history) if name not in hidden]
-    soft = [name for name in shown if name != "phalanx"] or shown
+    visible = [name for name in region_names(history) if name not in hidden]
+    soft = [name for name in visible if name != "phalanx"] or visible
     return [number for number, name in enumerate(region_names(history)) if name in soft]
 
 
@@ -83,10 +73,7 @@ def check_options(history: xr.Dataset, options: SceneOptions) -> None:
 
 
 def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
-    """Return the deformed mesh of a snapshot with its fields in the units of :data:`SCALARS`.
-
-    Units: returns [mm].
-    """
+    """Return the deformed mesh of a snapshot [mm] with its fields in the units of :data:`SCALARS`."""
     # Slow to import; most figures need only the names and limits of this module.
     import pyvista
 
@@ -101,34 +88,29 @@ def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
 
 
 def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOptions) -> dict[str, Any]:
-    """Draw a snapshot."""
-    grid = snapshot_grid(history, number)
-    limits = field_limits(history, options)
-    actors = {}
+    """Draw a snapshot, and return what its layers are drawn as."""
+    grid, limits, actors = snapshot_grid(history, number), field_limits(history, options), {}
     for region, name in enumerate(region_names(history)):
-        part = grid.extract_cells(np.asarray(grid.cell_data["region"]) == region)
-        if name not in options.hidden and part.n_cells:
-            layer = _cut(part, grid, history, options)
+        layer: Any = grid.extract_cells(np.asarray(grid.cell_data["region"]) == region)
+        if name not in options.hidden and layer.n_cells:
+            if options.cut != "none" and is_solid(history):
+                layer = layer.clip(normal=options.cut, origin=grid.center, invert=True)
             actors[name] = plotter.add_mesh(layer, name=f"layer {name}", **_look(name, history, options, limits))
+    time = float(history["snapshot_time"][number])
     if options.plate:
-        _draw_plate(plotter, history, number, grid)
+        _draw_plates(plotter, history, number, grid)
     if options.receptors:
-        _draw_sites(plotter, history, number)
+        _draw_sites(plotter, history, time)
     if options.contact:
-        _draw_contact(plotter, history, number)
+        _draw_contact(plotter, history, time)
     if options.written:
-        _write_time(plotter, history, number)
+        plotter.add_text(f"t = {time:.3f} s", name="time", font_size=10, color=BLACK)
     return actors
-
-
-def _write_time(plotter: Any, history: xr.Dataset, number: int) -> None:
-    plotter.add_text(f"t = {float(history['snapshot_time'][number]):.3f} s", name="time", font_size=10, color=BLACK)
 
 
 def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Point the camera at the whole scene."""
-    name: Camera = options.camera if is_solid(history) else "side"
-    plotter.view_vector(*_DIRECTIONS[name])
+    plotter.view_vector(*_DIRECTIONS[options.camera if is_solid(history) else "side"])
     plotter.reset_camera()
     width, height = plotter.window_size
     plotter.camera.zoom(_ZOOM * min(1.0, width / (_WIDE * height)))
@@ -142,7 +124,7 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
         return {**shared, "color": region_colours(region_names(history))[name], "ambient": 0.7, "diffuse": 0.3}
     bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 4, **_BAR, **_BAR_FONTS}
     look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.4, "diffuse": 0.65}
-    return {**look, "scalar_bar_args": bar} if options.written else {**look, "show_scalar_bar": False}
+    return look | ({"scalar_bar_args": bar} if options.written else {"show_scalar_bar": False})
 
 
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
@@ -155,42 +137,35 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
         return 0.0, 1.0
     values = history[f"snapshot_{options.scalar}"].values
     if options.scalar in {"displacement", "velocity"}:
-        sizes = np.linalg.norm(values, axis=-1)
+        values = np.linalg.norm(values, axis=-1)
     else:
-        sizes = values[:, _cells_in_range(history, options)]
-    top = SCALARS[options.scalar][1] * float(np.quantile(sizes, 0.999))
+        counted = np.isin(history["cell_region"].values, soft_regions(history, options.hidden))
+        values = values[:, counted] if counted.any() else values
+    top = SCALARS[options.scalar][1] * float(np.quantile(values, 0.999))
     return 0.0, top if top > 0.0 else 1.0
 
 
-def _cells_in_range(history: xr.Dataset, options: SceneOptions) -> NDArray[np.bool_]:
-    """Return the cells whose values make the range of colours."""
-    counted: NDArray[np.bool_] = np.isin(history["cell_region"].values, soft_regions(history, options.hidden))
-    return counted if counted.any() else np.ones_like(counted)
-
-
-def _cut(
-    part: pyvista.UnstructuredGrid, whole: pyvista.UnstructuredGrid, history: xr.Dataset, options: SceneOptions
-) -> pyvista.DataSet:
-    if options.cut == "none" or not is_solid(history):
-        return part
-    return part.clip(normal=_AXES[options.cut], origin=whole.center, invert=True)
-
-
-def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid) -> None:
+def _draw_plates(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid) -> None:
     """Draw the flat counterfaces as outlines, each with an arrow along its motion."""
     import pyvista
 
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
-    look = {"color": BLACK, "line_width": 2.0, "reset_camera": False, "lighting": False}
     for face in flat_faces(history, number):
-        centre, travel = 1e3 * face.centre, _travel(history, face.number)
-        plotter.add_mesh(_outline(face, size, is_solid(history)), name=f"plate {face.number}", **look)
-        if travel is not None:
+        outline = _outline(face, size, is_solid(history))
+        plotter.add_mesh(outline, name=f"plate {face.number}", color=BLACK, line_width=2.0, **_FLAT)
+        _, along = split_along(
+            history["counterface_displacement"].values[:, face.number],
+            history["counterface_normal"].values[face.number],
+        )
+        furthest = along[np.linalg.norm(along, axis=1).argmax()]
+        length = float(np.linalg.norm(furthest))
+        if length > _STILL:
+            travel = in_space(furthest[None] / length)[0]
             beside = 0.42 * np.cross(face.normal, travel) if is_solid(history) else 0.06 * face.normal
-            start = centre - size * (0.5 * _ARROW * travel + beside)
+            start = 1e3 * face.centre - size * (0.5 * _ARROW * travel + beside)
             shape: dict[str, Any] = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}
             arrow = pyvista.Arrow(start=start, direction=travel, scale=_ARROW * size, **shape)
-            plotter.add_mesh(arrow, name=f"arrow {face.number}", color=BLACK, reset_camera=False, lighting=False)
+            plotter.add_mesh(arrow, name=f"arrow {face.number}", color=BLACK, **_FLAT)
 
 
 def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
@@ -205,56 +180,34 @@ def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
     return plane.extract_feature_edges(boundary_edges=True)
 
 
-def _travel(history: xr.Dataset, counterface: int) -> NDArray[np.float64] | None:
-    """Return the direction in which a counterface moves along its surface (3,), None where it does not."""
-    normal = history["counterface_normal"].values[counterface]
-    moved = history["counterface_displacement"].values[:, counterface]
-    _, along = split_along(moved, normal)
-    furthest = along[np.linalg.norm(along, axis=1).argmax()]
-    length = float(np.linalg.norm(furthest))
-    return in_space(furthest[None] / length)[0] if length > _STILL else None
-
-
-def _draw_contact(plotter: Any, history: xr.Dataset, number: int) -> None:
+def _draw_contact(plotter: Any, history: xr.Dataset, time: float) -> None:
     """Draw what touches in the colours of stick and slip: in 3D the skin of the contact, in 2D its nodes."""
-    step = nearest_record(history, float(history["snapshot_time"][number]))
+    import pyvista
+
+    step = nearest_record(history, time)
     points = 1e3 * in_space(history["contact_position"].values + history["contact_displacement"].values[step])
     patch = contact_patch(history) if is_solid(history) else None
     states = history["contact_state"].values[step] if patch is None else triangle_states(history, patch, step)
     for state in (STICK, SLIP):
         plotter.remove_actor(f"contact {state}", render=False)
-        own = np.flatnonzero(states == state)
-        if own.size == 0:
-            continue
-        look = {"name": f"contact {state}", "color": STATE_COLOURS[state], "reset_camera": False, "lighting": False}
-        if patch is None:
-            plotter.add_points(points[own], point_size=9.0, render_points_as_spheres=True, **look)
-            continue
-        # A little outside, so that the skin does not cover it.
-        outside = points[patch.nodes] - _OUTSIDE * history["counterface_normal"].values[0]
-        plotter.add_mesh(_triangles(outside, patch.triangles[own]), **look)
+        members = np.flatnonzero(states == state)
+        look = {"name": f"contact {state}", "color": STATE_COLOURS[state], **_FLAT}
+        if members.size and patch is None:
+            plotter.add_points(points[members], point_size=9.0, render_points_as_spheres=True, **look)
+        elif members.size and patch is not None:
+            # A little outside, so that the skin does not cover it.
+            outside = points[patch.nodes] - _OUTSIDE * history["counterface_normal"].values[0]
+            faces: Any = patch.triangles[members]
+            plotter.add_mesh(pyvista.PolyData.from_regular_faces(outside, faces), **look)
 
 
-def _triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) -> pyvista.PolyData:
-    import pyvista
-
-    faces: Any = corners
-    made: pyvista.PolyData = pyvista.PolyData.from_regular_faces(points, faces)
-    return made
-
-
-def _draw_sites(plotter: Any, history: xr.Dataset, number: int) -> None:
+def _draw_sites(plotter: Any, history: xr.Dataset, time: float) -> None:
     kinds = site_kinds(history)
     if kinds.size == 0:
         return
-    step = nearest_record(history, float(history["snapshot_time"][number]))
-    points = 1e3 * in_space(history["site_position"].values + history["displacement"].values[step])
+    displacements = history["displacement"].values[nearest_record(history, time)]
+    points = 1e3 * in_space(history["site_position"].values + displacements)
+    look: dict[str, Any] = {"point_size": 7.0, "render_points_as_spheres": True, "reset_camera": False}
     for kind in np.unique(kinds):
-        plotter.add_points(
-            points[kinds == kind],
-            name=f"sites {kind}",
-            color=RECEPTOR_COLOURS.get(str(kind), BLACK),
-            point_size=7.0,
-            render_points_as_spheres=True,
-            reset_camera=False,
-        )
+        colour = RECEPTOR_COLOURS.get(str(kind), BLACK)
+        plotter.add_points(points[kinds == kind], name=f"sites {kind}", color=colour, **look)

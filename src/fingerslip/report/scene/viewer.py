@@ -9,7 +9,7 @@ import re
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +22,9 @@ from PIL import Image
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
-from fingerslip.report.figures.marks import event_keys, events_that_happen, mark_run
+from fingerslip.report.figures.marks import event_keys, event_times, mark_run
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
-from fingerslip.report.scene.names import CUTS
+from fingerslip.report.scene.names import CUTS, FIELDS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
 from fingerslip.slip import Events, slide_window
@@ -34,31 +34,21 @@ from fingerslip.storage.files import new_file
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "FILMS",
-    "PICTURES",
-    "SceneControl",
-    "has_display",
-    "nearest_node",
-    "open_window",
-    "picked_figure",
-    "prepare_rendering",
-    "receptor_legend",
-    "save_movie",
-    "save_still",
-    "still",
-    "stills",
-]
-
-
 Floats = NDArray[np.float64]
+
+#: What can be shown or hidden beside the layers.
+EXTRAS = ("plate", "receptors", "contact")
+#: Endings of files that can be written.
+PICTURES = (".png", ".jpg", ".webp")
+FILMS = (".gif", ".webp")
+
+_SIZE = (1200, 900)
+_FRAME_MILLISECONDS = 80
+_BOX = 28
 
 
 class SceneControl:
-    """A scene that is drawn anew when something of it is changed.
-
-    Units: time [s].
-    """
+    """A scene at a time [s] that is drawn anew when something of it is changed."""
 
     def __init__(self, plotter: Any, history: xr.Dataset, options: SceneOptions, time: float | None = None) -> None:
         self.plotter, self.history, self.options = plotter, history, options
@@ -79,32 +69,25 @@ class SceneControl:
     def choose(self, **values: Any) -> None:
         """Change options by name, such as the field, the cut or what is drawn."""
         self.options = dataclasses.replace(self.options, **values)
-        self._clear()
+        # What the options decide goes first, bars of colours included.
+        for name in list(self.plotter.actors):
+            if name.split(" ")[0] in {"layer", "plate", "arrow", "sites", "contact", "time"}:
+                self.plotter.remove_actor(name, render=False)
+        for title in list(self.plotter.scalar_bars.keys()):
+            self.plotter.remove_scalar_bar(title, render=False)
         self.draw()
         if "camera" in values:
             aim(self.plotter, self.history, self.options)
 
     def toggle(self, region: str, visible: bool) -> None:
         """Show or hide a layer; at least one stays."""
-        hidden = {*self.options.hidden, region} if not visible else {*self.options.hidden} - {region}
-        shown = [name for name in region_names(self.history) if name not in hidden]
-        if shown:
+        hidden = {*self.options.hidden} - {region} if visible else {*self.options.hidden, region}
+        if not {*region_names(self.history)} <= hidden:
             self.choose(hidden=tuple(sorted(hidden)))
-
-    def _clear(self) -> None:
-        """Remove what the options decide, bars of colours included."""
-        for name in list(self.plotter.actors):
-            if name.split(" ")[0] in {"layer", "plate", "arrow", "sites", "contact", "time"}:
-                self.plotter.remove_actor(name, render=False)
-        for title in list(self.plotter.scalar_bars.keys()):
-            self.plotter.remove_scalar_bar(title, render=False)
 
 
 def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
-    """Return the node of the mesh nearest to a point of the scene.
-
-    Arrays: point (3,) [mm].
-    """
+    """Return the node of the mesh nearest to a point (3,) of the scene [mm]."""
     positions = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values[number])
     return int(np.linalg.norm(positions - np.asarray(point)[: positions.shape[1]], axis=1).argmin())
 
@@ -112,30 +95,161 @@ def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
 @with_style
 def picked_figure(history: xr.Dataset, node: int, events: Events | None = None) -> Figure:
     """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it."""
-    times = history["snapshot_time"].values
-    place = ", ".join(f"{value:.2f}" for value in 1e3 * history["node_position"].values[node])
-    title = f"Node {node} at ({place}) mm"
+    times, events_read = history["snapshot_time"].values, events.slip if events else None
+    position = ", ".join(f"{value:.2f}" for value in 1e3 * history["node_position"].values[node])
+    title = f"Node {node} at ({position}) mm"
     figure, (above, below) = figure_grid(2, 1, (4.6, 1.7), title, ("time [s]", ""), share="x")
-    moved = 1e3 * history["snapshot_displacement"].values[:, node]
-    for component, values, colour in zip("xyz", moved.T, (BLUE, VERMILLION, GREEN), strict=False):
+    displacement = 1e3 * history["snapshot_displacement"].values[:, node]
+    for component, values, colour in zip("xyz", displacement.T, (BLUE, VERMILLION, GREEN), strict=False):
         above.plot(times, values, color=colour, label=component)
     above.set_ylabel("displacement [mm]")
     above.legend(loc="upper left", ncols=3)
     around = (history["cell_nodes"].values == node).any(axis=1)
-    factor = SCALARS["von_mises"][1]
-    below.plot(times, factor * history["snapshot_von_mises"].values[:, around].mean(axis=1), color=BLUE)
+    stress = SCALARS["von_mises"][1] * history["snapshot_von_mises"].values[:, around].mean(axis=1)
+    below.plot(times, stress, color=BLUE)
     below.set_ylabel("von Mises stress [kPa]")
     below.set_ylim(bottom=0.0)
     for axes in (above, below):
-        mark_run(axes, history, events.slip if events else None)
-    add_legend(figure, event_keys(events_that_happen([events.slip] if events else ())))
+        mark_run(axes, history, events_read)
+    add_legend(figure, event_keys([events_read]))
     return figure
 
 
 def receptor_legend(history: xr.Dataset) -> list[tuple[str, str]]:
     """Return the types of recorded receptors with their colours."""
-    known = dict.fromkeys(str(kind) for kind in site_kinds(history))
-    return [(kind, RECEPTOR_COLOURS[kind]) for kind in RECEPTOR_COLOURS if kind in known]
+    recorded = set(map(str, site_kinds(history)))
+    return [(kind, colour) for kind, colour in RECEPTOR_COLOURS.items() if kind in recorded]
+
+
+def event_legend(history: xr.Dataset, events: Events | None) -> list[tuple[str, float, str]]:
+    """Return the start of the slide and the events that happened: in words, when [s], and in which colour."""
+    window = slide_window(history)
+    start = [] if window is None else [("slide starts", window.start, "#555555")]
+    times = event_times(events.slip if events else None, EVENTS)
+    return [*start, *((EVENTS[name], time, EVENT_COLOURS[name]) for name, time in times.items())]
+
+
+def still(
+    history: xr.Dataset,
+    time: float | None = None,
+    options: SceneOptions | None = None,
+    size: tuple[int, int] = _SIZE,
+) -> NDArray[np.uint8]:
+    """Render the snapshot nearest to a time [s] as a picture (height, width, 3), with or without a display."""
+    options = options or SceneOptions()
+    check_options(history, options)
+    return next(stills(history, [nearest_snapshot(history, time)], options, size))
+
+
+def stills(
+    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
+) -> Iterator[NDArray[np.uint8]]:
+    """Render snapshots with one camera, see :func:`still`."""
+    check_options(history, options)
+    prepare_rendering()
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
+    try:
+        plotter.set_background("white")
+        for index, number in enumerate(numbers):
+            draw_scene(plotter, history, number, options)
+            if index == 0:
+                aim(plotter, history, options)
+            yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
+    finally:
+        plotter.close()
+
+
+def save_still(
+    history: xr.Dataset, path: str | Path, time: float | None = None, options: SceneOptions | None = None
+) -> None:
+    """Write a picture of the snapshot nearest to a time [s]."""
+    path = _check_path(path, PICTURES)
+    _write(path, [still(history, time, options)])
+
+
+def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | None = None) -> None:
+    """Write a film of all snapshots."""
+    path, numbers = _check_path(path, FILMS), range(history.sizes.get("snapshot_time", 0))
+    _write(path, stills(history, numbers, options or SceneOptions(), (800, 600)))
+
+
+def _check_path(path: str | Path, endings: tuple[str, ...]) -> Path:
+    path = Path(path)
+    if path.suffix.lower() not in endings:
+        raise InputError(str(path), f"ends in '{path.suffix}'", f"needs one of {', '.join(endings)}")
+    return path
+
+
+def _write(path: Path, pictures: Iterable[NDArray[np.uint8]]) -> None:
+    """Write one picture or a film, whole or not at all."""
+    first, *others = map(Image.fromarray, pictures)
+    more: dict[str, Any] = {"save_all": True, "append_images": others, "duration": _FRAME_MILLISECONDS, "loop": 0}
+    with new_file(path) as partial:
+        first.save(partial, **(more if others else {}))
+
+
+def open_window(
+    history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip", events: Events | None = None
+) -> None:
+    """Open an interactive window: a slider for time, boxes for layers, plate, receptors and contact, keys for the rest.
+
+    The keys F and X show the next field and the next cut; P over the body draws what the node below the mouse does.
+    """
+    options = options or SceneOptions()
+    check_options(history, options)
+    if not has_display():
+        raise InputError(
+            "view",
+            "found no display to open a window on",
+            "needs one that answers",
+            "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film",
+        )
+    plotter: Any = pyvista.Plotter(title=title)
+    _add_controls(SceneControl(plotter, history, options), events)
+    plotter.show()
+
+
+def _add_controls(control: SceneControl, events: Events | None = None) -> None:
+    """Add the slider, the boxes, the times of events, the keys and the picking of nodes to a scene."""
+    plotter, times = control.plotter, control.history["snapshot_time"].values
+    if times.size > 1:
+        ends, first = (times[0], times[-1]), times[control.number]
+        plotter.add_slider_widget(control.show, ends, value=first, title="time [s]", color="black")
+    boxes: dict[str, tuple[bool, Callable[[bool], None]]] = {
+        name: (name not in control.options.hidden, functools.partial(control.toggle, name))
+        for name in region_names(control.history)
+    }
+    boxes |= {name: (getattr(control.options, name), functools.partial(_choose, control, name)) for name in EXTRAS}
+    for row, (name, (is_on, act)) in enumerate(boxes.items()):
+        bottom = 10 + row * (_BOX + 6)
+        plotter.add_checkbox_button_widget(act, value=is_on, position=(10, bottom), size=_BOX)
+        plotter.add_text(name, position=(16 + _BOX, bottom), font_size=9, color="black", name=f"box {name}")
+    for row, (words, time, colour) in enumerate(event_legend(control.history, events)):
+        where, look = (0.8, 0.8 - 0.035 * row), {"font_size": 9, "color": colour, "name": f"event {words}"}
+        plotter.add_text(f"{words} {time:.3f} s", position=where, viewport=True, **look)
+    plotter.add_key_event("f", lambda: control.choose(scalar=_next(FIELDS, control.options.scalar)))
+    plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
+    plotter.enable_point_picking(lambda point: _draw_picked_node(control, point), show_message=False, show_point=False)
+
+
+def _choose(control: SceneControl, name: str, state: bool) -> None:
+    control.choose(**{name: state})
+
+
+def _draw_picked_node(control: SceneControl, point: Any) -> None:
+    """Draw the displacement of the picked node over time in a corner."""
+    node, renderer = nearest_node(control.history, control.number, np.asarray(point)), control.plotter.renderer
+    distances = 1e3 * np.linalg.norm(control.history["snapshot_displacement"].values[:, node], axis=1)
+    chart = pyvista.Chart2D(size=(0.32, 0.26), loc=(0.66, 0.02), x_label="time [s]", y_label="displacement [mm]")
+    chart.line(control.history["snapshot_time"].values, distances, color=BLUE, width=2.0)
+    chart.title = f"node {node}"
+    if renderer.has_charts:
+        control.plotter.remove_chart(0)
+    control.plotter.add_chart(chart)
+
+
+def _next(names: Sequence[str], name: str) -> Any:
+    return names[(names.index(name) + 1) % len(names)]
 
 
 _PROBE = (
@@ -152,19 +266,17 @@ _X_PORT = 6000
 
 
 def has_display() -> bool:
-    """Tell whether there is a screen to open windows on: on Linux an X server that answers."""
-    return sys.platform != "linux" or _answers(os.environ.get("DISPLAY", ""))
+    """Tell whether there is a screen to open windows on: on Linux an X server that answers.
 
-
-def _answers(display: str) -> bool:
-    """Tell whether there is an X server at a display; one is named long after a remote session has ended."""
-    known = _DISPLAY.fullmatch(display)
-    if known is None:
-        return False
-    host, number = known["host"], int(known["number"])
-    path = f"/tmp/.X11-unix/X{number}"
+    One is named long after a remote session has ended.
+    """
+    display = _DISPLAY.fullmatch(os.environ.get("DISPLAY", ""))
+    if sys.platform != "linux" or display is None:
+        return sys.platform != "linux"
+    host, number = display["host"], int(display["number"])
     if host not in {"", "unix"}:
         return _connects(socket.AF_INET, (host, _X_PORT + number))
+    path = f"/tmp/.X11-unix/X{number}"
     return _connects(socket.AF_UNIX, path) or _connects(socket.AF_UNIX, f"\0{path}")
 
 
@@ -202,176 +314,10 @@ def _working_window() -> str | None:
 
 
 def _draws(window: str) -> bool:
+    command, environment = [sys.executable, "-c", _PROBE], {**os.environ, _WINDOW: window}
     try:
-        tried = subprocess.run(
-            [sys.executable, "-c", _PROBE],
-            env={**os.environ, _WINDOW: window},
-            capture_output=True,
-            timeout=_SECONDS,
-            check=False,
-        )
+        return not subprocess.run(
+            command, env=environment, capture_output=True, timeout=_SECONDS, check=False
+        ).returncode
     except (OSError, subprocess.TimeoutExpired):
         return False
-    return tried.returncode == 0
-
-
-#: Endings of files that can be written.
-PICTURES = (".png", ".jpg", ".webp")
-FILMS = (".gif", ".webp")
-
-_SIZE = (1200, 900)
-_FRAME_MILLISECONDS = 80
-_BOX = 28
-
-
-def still(
-    history: xr.Dataset,
-    time: float | None = None,
-    options: SceneOptions | None = None,
-    size: tuple[int, int] = _SIZE,
-) -> NDArray[np.uint8]:
-    """Render the snapshot nearest to a time, with or without a display.
-
-    Arrays: time [s]; size [pixels]; returns (height, width, 3).
-    """
-    options = options or SceneOptions()
-    check_options(history, options)
-    (picture,) = stills(history, [nearest_snapshot(history, time)], options, size)
-    return picture
-
-
-def stills(
-    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
-) -> Iterator[NDArray[np.uint8]]:
-    """Render snapshots with one camera, see :func:`still`.
-
-    Arrays: size [pixels]; returns (height, width, 3).
-    """
-    check_options(history, options)
-    prepare_rendering()
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
-    try:
-        plotter.set_background("white")
-        for index, number in enumerate(numbers):
-            draw_scene(plotter, history, number, options)
-            if index == 0:
-                aim(plotter, history, options)
-            yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
-    finally:
-        plotter.close()
-
-
-def save_still(
-    history: xr.Dataset, path: str | Path, time: float | None = None, options: SceneOptions | None = None
-) -> None:
-    """Write a picture of one snapshot, see :func:`still`.
-
-    Units: time [s].
-    """
-    path = _checked_path(path, PICTURES)
-    picture = Image.fromarray(still(history, time, options))
-    _write(path, [picture])
-
-
-def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | None = None) -> None:
-    """Write a film of all snapshots."""
-    path = _checked_path(path, FILMS)
-    options = options or SceneOptions()
-    check_options(history, options)
-    frames = stills(history, range(history.sizes["snapshot_time"]), options, (800, 600))
-    _write(path, [Image.fromarray(frame) for frame in frames])
-
-
-def open_window(
-    history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip", events: Events | None = None
-) -> None:
-    """Open an interactive window: a slider for time, boxes for layers, plate, receptors and contact, keys for the rest.
-
-    The keys F and X show the next field and the next cut; P over the body draws what the node below the mouse does.
-    """
-    options = options or SceneOptions()
-    check_options(history, options)
-    if not has_display():
-        raise InputError(
-            "view",
-            "found no display to open a window on",
-            "needs one that answers",
-            "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film",
-        )
-    plotter: Any = pyvista.Plotter(title=title)
-    _add_controls(SceneControl(plotter, history, options), events)
-    plotter.show()
-
-
-def _add_controls(control: SceneControl, events: Events | None = None) -> None:
-    """Add the slider, the boxes, the keys and the picking of nodes to a scene."""
-    plotter, times = control.plotter, control.history["snapshot_time"].values
-    if times.size > 1:
-        ends, first = (times[0], times[-1]), times[control.number]
-        plotter.add_slider_widget(control.show, ends, value=first, title="time [s]", color="black")
-    _add_boxes(control)
-    _list_events(control, events)
-    plotter.add_key_event("f", lambda: control.choose(scalar=_next(tuple(SCALARS), control.options.scalar)))
-    plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
-    plotter.enable_point_picking(lambda point: _draw_picked_node(control, point), show_message=False, show_point=False)
-
-
-def _add_boxes(control: SceneControl) -> None:
-    """Add a box for each layer, and for the plate, the receptors and the contact."""
-    layers = region_names(control.history)
-    acts: dict[str, tuple[bool, Callable[[bool], None]]] = {
-        name: (name not in control.options.hidden, functools.partial(control.toggle, name)) for name in layers
-    }
-    for name in ("plate", "receptors", "contact"):
-        acts[name] = (getattr(control.options, name), functools.partial(_choose, control, name))
-    for row, (name, (shown, act)) in enumerate(acts.items()):
-        bottom = 10 + row * (_BOX + 6)
-        control.plotter.add_checkbox_button_widget(act, value=shown, position=(10, bottom), size=_BOX)
-        control.plotter.add_text(name, position=(16 + _BOX, bottom), font_size=9, color="black", name=f"box {name}")
-
-
-def _choose(control: SceneControl, name: str, state: bool) -> None:
-    control.choose(**{name: state})
-
-
-def _list_events(control: SceneControl, events: Events | None) -> None:
-    """Write the times of the events at the right, in their colours."""
-    window = slide_window(control.history)
-    lines = [] if window is None else [("slide starts", window.start, "#555555")]
-    if events is not None:
-        named = ((EVENTS[name], events.slip.time(name), EVENT_COLOURS[name]) for name in EVENTS)
-        lines += [(words, time, colour) for words, time, colour in named if time is not None]
-    for row, (words, time, colour) in enumerate(lines):
-        where, text = (0.8, 0.8 - 0.035 * row), f"{words} {time:.3f} s"
-        control.plotter.add_text(text, position=where, viewport=True, font_size=9, color=colour, name=f"event {words}")
-
-
-def _draw_picked_node(control: SceneControl, point: Any) -> None:
-    """Draw the displacement of the picked node over time in a corner."""
-    node = nearest_node(control.history, control.number, np.asarray(point))
-    times = control.history["snapshot_time"].values
-    moved = 1e3 * np.linalg.norm(control.history["snapshot_displacement"].values[:, node], axis=1)
-    chart = pyvista.Chart2D(size=(0.32, 0.26), loc=(0.66, 0.02), x_label="time [s]", y_label="displacement [mm]")
-    chart.line(times, moved, color=BLUE, width=2.0)
-    chart.title = f"node {node}"
-    if control.plotter.renderer.has_charts:
-        control.plotter.remove_chart(0)
-    control.plotter.add_chart(chart)
-
-
-def _next(names: Sequence[str], name: str) -> Any:
-    return names[(names.index(name) + 1) % len(names)]
-
-
-def _checked_path(path: str | Path, endings: tuple[str, ...]) -> Path:
-    path = Path(path)
-    if path.suffix.lower() not in endings:
-        raise InputError(str(path), f"ends in '{path.suffix}'", f"needs one of {', '.join(endings)}")
-    return path
-
-
-def _write(path: Path, frames: list[Image.Image]) -> None:
-    """Write frames, whole or not at all."""
-    more: dict[str, Any] = {"save_all": True, "append_images": frames[1:], "duration": _FRAME_MILLISECONDS, "loop": 0}
-    with new_file(path) as partial:
-        frames[0].save(partial, **(more if len(frames) > 1 else {}))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import path_label, run_title, swept_text
@@ -13,15 +13,6 @@ from fingerslip.slip.measures import measure_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, NOTICED_NOTE, READING_HEADINGS, READINGS
 from fingerslip.tables.table import Cell, Column, Missing, Table
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement
-
-__all__ = [
-    "compare_table",
-    "convergence_table",
-    "differences_table",
-    "series_table",
-    "statements_table",
-]
-
 
 _TIMES = (*MAIN_EVENTS, LATENCY)
 
@@ -34,9 +25,10 @@ def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
     says which runs are not compared, and what differs.
     """
     values = [value for value in reference.values if value.value is not None and value.quantity in _TIMES]
-    columns = (*swept_columns(runs), Column("event"), Column("published", "s"), *_reading_columns())
+    beside = (Column(*column) for name in READING_HEADINGS.values() for column in ((name, "s", 3), ("diff.", "ms", 0)))
+    columns = (*swept_columns(runs), Column("event"), Column("published", "s"), *beside)
     compared = [
-        (*swept_cells(run, runs), *_comparison(run, value))
+        (*swept_cells(run, runs), *_event_cells(value), *_reading_cells(run, value))
         for run in runs
         for value in values
         if value.holds_for(run.all_values)
@@ -46,66 +38,59 @@ def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
         for value in values
         if not any(value.holds_for(run.all_values) for run in runs)
     ]
-    return Table(reference.title, columns, (*compared, *others), _note(runs, reference, values))
+    note = (
+        f"Our times from accumulated slip, displacement and acceleration peaks, and how much later they are than the "
+        f"published ones. Published: {reference.citation} {_left_out(runs, values)}{run_notes(runs)}"
+    )
+    return Table(reference.title, columns, (*compared, *others), note.rstrip())
 
 
 def statements_table(reference: PublishedSet) -> Table:
     """Show published statements in words, each with the number that it is compared with."""
     columns = (Column("statement"), Column("what to check"), Column("holds for"))
     rows = tuple(
-        (value.statement, value.check, ", ".join(f"{path} = {held}" for path, held in value.conditions.items()))
+        (value.statement, value.check, ", ".join(f"{path} = {needed}" for path, needed in value.conditions.items()))
         for value in reference.values
         if value.statement
     )
     return Table(reference.title, columns, rows, f"Published: {reference.citation}")
 
 
-def _note(runs: Sequence[RunResult], reference: PublishedSet, values: Sequence[PublishedValue]) -> str:
-    return (
-        f"Our times from accumulated slip, displacement and acceleration peaks, and how much later they are than the "
-        f"published ones. Published: {reference.citation} {_left_out(runs, values)}{run_notes(runs)}"
-    ).rstrip()
+def _unmet(run: RunResult, values: Sequence[PublishedValue]) -> Mapping[str, object]:
+    """Return the fewest conditions that a run misses of published values; none where it meets those of any."""
+    return min((value.unmet(run.all_values) for value in values), key=len, default={})
 
 
 def _left_out(runs: Sequence[RunResult], values: Sequence[PublishedValue]) -> str:
     """Say which runs are compared with nothing, and in what they differ from the paper; empty where there are none."""
     reasons: dict[str, list[str]] = {}
     for run in runs:
-        missed = min((value.unmet(run.all_values) for value in values), key=len, default={})
-        if missed:
-            reasons.setdefault(_differences(run, missed), []).append(run_title(run, "this run"))
+        differences = ", ".join(
+            f"{path} is {run.all_values.get(path, 'not known')}, published for {needed}"
+            for path, needed in _unmet(run, values).items()
+        )
+        if differences:
+            reasons.setdefault(differences, []).append(run_title(run, "this run"))
     texts = [f"{', '.join(names)} ({reason})" for reason, names in reasons.items()]
     return f"Not compared: {'; '.join(texts)}. " if texts else ""
 
 
-def _differences(run: RunResult, missed: Mapping[str, object]) -> str:
-    values = run.all_values
-    return ", ".join(
-        f"{path} is {values.get(path, 'not known')}, published for {needed}" for path, needed in missed.items()
-    )
-
-
-def _reading_columns() -> Iterator[Column]:
-    for heading in READING_HEADINGS.values():
-        yield Column(heading, "s", 3)
-        yield Column("diff.", "ms", 0)
-
-
 def _condition_cells(value: PublishedValue, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
     """Return the conditions of a published value in the columns of the runs; a single run has none."""
-    paths = swept_paths(runs)
     unnamed = (Missing.NOT_COMPARED,) if len(runs) != 1 else ()
-    return tuple(swept_text(value.conditions.get(path)) for path in paths) or unnamed
+    return tuple(swept_text(value.conditions.get(path)) for path in swept_paths(runs)) or unnamed
 
 
 def _event_cells(value: PublishedValue, unlike: Sequence[RunResult] = ()) -> tuple[Cell, ...]:
     """Return event and published time; beside the event what none of other runs has, but for their columns."""
     low, high = _span(value)
-    text = f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
-    missed = min((value.unmet(run.all_values) for run in unlike), key=len, default={})
+    unmet = min((value.unmet(run.all_values) for run in unlike), key=len, default={})
     columns = swept_paths(unlike)
-    words = ", ".join(f"{path_label(path)} {swept_text(held)}" for path, held in missed.items() if path not in columns)
-    return (f"{value.quantity.replace('_', '-')}{f' ({words})' if words else ''}", text)
+    words = ", ".join(
+        f"{path_label(path)} {swept_text(needed)}" for path, needed in unmet.items() if path not in columns
+    )
+    event = f"{value.quantity.replace('_', '-')}{f' ({words})' if words else ''}"
+    return event, f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
 
 
 def _span(value: PublishedValue) -> tuple[float, float]:
@@ -113,20 +98,19 @@ def _span(value: PublishedValue) -> tuple[float, float]:
     return value.span or (value.value, value.value)
 
 
-def _comparison(run: RunResult, value: PublishedValue) -> tuple[Cell, ...]:
-    readings = [cell for reading in READINGS for cell in _reading_cells(run, value, reading)]
-    return (*_event_cells(value), *readings)
-
-
-def _reading_cells(run: RunResult, value: PublishedValue, reading: str) -> tuple[Cell, Cell]:
-    """Return our time in one reading and how much later it is than published [ms], 0 within a published range."""
-    if value.reading not in ("", reading):
-        return Missing.NOT_COMPARED, Missing.NOT_COMPARED
-    cell, time = time_cell(run, reading, value.quantity), run.events.reading(reading).time(value.quantity)
-    if time is None:
-        return cell, cell
-    low, high = _span(value)
-    return cell, 1e3 * (time - min(max(time, low), high))
+def _reading_cells(run: RunResult, value: PublishedValue) -> list[Cell]:
+    """Return our time in each reading and how much later it is than published [ms], 0 within a published range."""
+    cells: list[Cell] = []
+    for reading in READINGS:
+        cell, time = time_cell(run, reading, value.quantity), run.events.reading(reading).time(value.quantity)
+        if value.reading not in ("", reading):
+            cells += [Missing.NOT_COMPARED] * 2
+        elif time is None:
+            cells += [cell, cell]
+        else:
+            low, high = _span(value)
+            cells += [cell, 1e3 * (time - min(max(time, low), high))]
+    return cells
 
 
 # What is only kept or filmed differs between most studies, and moves no slip event.
@@ -144,17 +128,16 @@ def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, sa
     (('a', '1', '3'),)
     """
     paths = [path for path in dict.fromkeys((*first, *second)) if first.get(path) != second.get(path)]
-    paths_shown = [path for path in paths if group_of(path) != _ASIDE]
-    rows = tuple((path, *(run.get(path, Missing.NOT_DEFINED) for run in (first, second))) for path in paths_shown)
-    said = (note, "" if paths else same, _aside([path for path in paths if path not in paths_shown]))
-    return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, " ".join(filter(None, said)))
-
-
-def _aside(paths: list[str]) -> str:
-    if not paths:
-        return ""
-    more = f" and {len(paths) - _MOST_NAMED} more" if len(paths) > _MOST_NAMED else ""
-    return f"Recorded differently, too, which moves no slip event: {', '.join(paths[:_MOST_NAMED])}{more}."
+    aside = [path for path in paths if group_of(path) == _ASIDE]
+    rows = tuple(
+        (path, *(values.get(path, Missing.NOT_DEFINED) for values in (first, second)))
+        for path in paths
+        if path not in aside
+    )
+    more = f" and {len(aside) - _MOST_NAMED} more" if len(aside) > _MOST_NAMED else ""
+    recorded = f"Recorded differently, too, which moves no slip event: {', '.join(aside[:_MOST_NAMED])}{more}."
+    said = " ".join(filter(None, (note, "" if paths else same, recorded if aside else "")))
+    return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, said)
 
 
 _NOTE = (
@@ -171,21 +154,11 @@ _WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow"}
 
 def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Table:
     """Show how well the numbers of a run are known."""
-    columns = (
-        Column("quantity"),
-        Column("unit"),
-        Column("value"),
-        Column("uncertainty"),
-        *(Column(f"± {setting.name}") for setting in SETTINGS),
-        Column("converges"),
-    )
+    settings = (f"± {setting.name}" for setting in SETTINGS)
+    names = ("quantity", "unit", "value", "uncertainty", *settings, "converges")
     rows = tuple(_row(quantity, _reason(key)) for key, quantity in quantities.items())
-    return Table(
-        f"Numerical uncertainty, {title}",
-        columns,
-        rows,
-        f"{_NOTE} {NOTICED_NOTE}" if "slip.noticed" in quantities else _NOTE,
-    )
+    note = f"{_NOTE} {NOTICED_NOTE}" if "slip.noticed" in quantities else _NOTE
+    return Table(f"Numerical uncertainty, {title}", tuple(map(Column, names)), rows, note)
 
 
 def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:
@@ -198,7 +171,7 @@ def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:
         for setting, series in quantity.sources.items()
         for size, value in zip(series.sizes, series.values, strict=True)
     )
-    return Table("Refinement", tuple(Column(name) for name in names), rows)
+    return Table("Refinement", tuple(map(Column, names)), rows)
 
 
 def _reason(key: str) -> Missing:
@@ -207,42 +180,27 @@ def _reason(key: str) -> Missing:
     return Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
 
 
-def _row(convergence: Convergence, reason: Missing) -> tuple[Cell, ...]:
-    if convergence.value is None:
-        return (convergence.quantity, convergence.unit, *([reason] * (3 + len(SETTINGS))))
-    refinements = convergence.refinements
-    settings = [_setting(refinements.get(setting.name), reason) for setting in SETTINGS]
-    unchanged = bool(refinements) and all(refinement.behaviour == "unchanged" for refinement in refinements.values())
-    uncertainty = (
-        _UNCHANGED if unchanged else reason if convergence.uncertainty is None else _number(convergence.uncertainty)
-    )
-    return (
-        convergence.quantity,
-        convergence.unit,
-        _number(convergence.value),
-        uncertainty,
-        *settings,
-        _verdict(convergence),
-    )
+def _row(quantity: Convergence, reason: Missing) -> tuple[Cell, ...]:
+    if quantity.value is None:
+        return (quantity.quantity, quantity.unit, *([reason] * (3 + len(SETTINGS))))
+    refinements = quantity.refinements
+    settings = [_setting_cell(refinements.get(setting.name), reason) for setting in SETTINGS]
+    uncertainty: Cell = reason if quantity.uncertainty is None else f"{quantity.uncertainty:.4g}"
+    if refinements and all(refinement.behaviour == _UNCHANGED for refinement in refinements.values()):
+        uncertainty = _UNCHANGED
+    verdict = f"not with {', '.join(quantity.unsettled_settings)}" if quantity.unsettled_settings else "yes"
+    return (quantity.quantity, quantity.unit, f"{quantity.value:.4g}", uncertainty, *settings, verdict)
 
 
-def _verdict(convergence: Convergence) -> str:
-    return f"not with {', '.join(convergence.unsettled_settings)}" if convergence.unsettled_settings else "yes"
-
-
-def _setting(refinement: Refinement | None, reason: Missing) -> Cell:
+def _setting_cell(refinement: Refinement | None, reason: Missing) -> Cell:
     if refinement is None:
         return Missing.NOT_STUDIED
     if refinement.uncertainty is None:
         return reason
-    if refinement.behaviour == "unchanged":
+    if refinement.behaviour == _UNCHANGED:
         return _UNCHANGED
-    number = _number(refinement.uncertainty)
-    if refinement.behaviour == "monotone" and refinement.order is not None:
-        return f"{number} ({refinement.order:.1f})"
-    word = _WORDS.get(refinement.behaviour) if refinement.order is not None or refinement.limit is None else None
+    number, order = f"{refinement.uncertainty:.4g}", refinement.order
+    if refinement.behaviour == "monotone" and order is not None:
+        return f"{number} ({order:.1f})"
+    word = _WORDS.get(refinement.behaviour) if order is not None or refinement.limit is None else None
     return f"{number} ({word})" if word else number
-
-
-def _number(value: float) -> str:
-    return f"{value:.4g}"

@@ -6,25 +6,12 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.tables.table import Cell, Column, Missing, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "ASSUMED",
-    "COLUMNS",
-    "GROUPS",
-    "NOT_USED",
-    "ShownValue",
-    "conditions_table",
-    "group_of",
-    "models_table",
-    "value_tables",
-]
-
 
 #: Sources that set the order of tables: assumed values come first, those that a run does not use last.
 ASSUMED, NOT_USED = "assumed", "not used"
@@ -71,16 +58,15 @@ def group_of(path: str) -> str:
 
 def value_tables(values: Sequence[ShownValue]) -> tuple[Table, ...]:
     """Show values in a table for each group: the assumed ones first and marked, those that are not used last."""
-    grouped = {group: [value for value in values if group_of(value.path) == group] for group in GROUPS}
-    return tuple(_table(group, members) for group, members in grouped.items() if members)
-
-
-def _table(title: str, values: Sequence[ShownValue]) -> Table:
     ordered = sorted(values, key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
-    assumed = sum(value.source == ASSUMED for value in values)
-    note = f"{assumed} of {len(values)} values are assumed: the sources do not give them." if assumed else ""
-    rows = tuple((value.path, value.value, value.source, value.note) for value in ordered)
-    return Table(title, COLUMNS, rows, note, marked=tuple(range(assumed)))
+    tables = []
+    for group in GROUPS:
+        members = [value for value in ordered if group_of(value.path) == group]
+        assumed = sum(value.source == ASSUMED for value in members)
+        note = f"{assumed} of {len(members)} values are assumed: the sources do not give them." if assumed else ""
+        rows = tuple((value.path, value.value, value.source, value.note) for value in members)
+        tables.append(Table(group, COLUMNS, rows, note, marked=tuple(range(assumed))))
+    return tuple(table for table in tables if table.rows)
 
 
 _ATTRIBUTES: Mapping[str, str] = MappingProxyType(
@@ -105,19 +91,18 @@ _ATTRIBUTES: Mapping[str, str] = MappingProxyType(
 def models_table(histories: Mapping[str, xr.Dataset]) -> Table:
     """Show how runs were computed, as their histories say: a row for each property, a column for each run."""
     columns = (Column("property"), *(Column(title, significant=3) for title in histories))
+    attributes = [history.attrs for history in histories.values()]
     rows = tuple(
-        (words, *(_cell(history, name) for history in histories.values()))
+        (words, *(_plain(values.get(name, Missing.NOT_RECORDED)) for values in attributes))
         for name, words in _ATTRIBUTES.items()
-        if any(name in history.attrs for history in histories.values())
+        if any(name in values for values in attributes)
     )
     return Table("Models as computed", columns, rows)
 
 
-def _cell(history: xr.Dataset, name: str) -> Cell:
-    value = history.attrs.get(name)
-    if value is None:
-        return Missing.NOT_RECORDED
-    return value if isinstance(value, str | int | float) else value.item()
+def _plain(value: Any) -> Cell:
+    cell: Cell = value if isinstance(value, str | int | float | Missing) else value.item()
+    return cell
 
 
 # Patterns of dotted paths in the order of the table, with the words for them; groups of a pattern go into the words.
@@ -136,30 +121,27 @@ _CONDITIONS: tuple[tuple[str, str], ...] = (
     (r"damping\.(mass|stiffness)", "damping by {0}"),
     (r"dynamics\.(basis)", "computed in {0}"),
 )
-_GIVEN = "study file"
 
 
 def conditions_table(values: Sequence[ShownValue], histories: Mapping[str, xr.Dataset]) -> Table:
     """Show the conditions of runs: specimen, materials, friction, motion, mesh, time, and all that was changed."""
-    used = [value for value in values if value.source != NOT_USED]
-    named = [(words, value) for value in used if (words := _words(value))]
-    places = {words: number for number, (words, _) in enumerate(_CONDITIONS)}
-    ordered = sorted(named, key=lambda pair: places[pair[0][0]])
+    named = [(words, value) for value in values if value.source != NOT_USED and (words := _words(value))]
+    ordered = sorted(named, key=lambda pair: pair[0][0])
     rows = [(text, value.value, value.source, value.note) for (_, text), value in ordered]
     marked = tuple(number for number, (_, value) in enumerate(ordered) if value.source == ASSUMED)
-    columns = (Column("condition"), Column("value"), Column("source"), Column("note"))
+    columns = (Column("condition"), *COLUMNS[1:])
     note = "Assumed values are marked: no source gives them." if marked else ""
     return Table("What was run", columns, (*rows, *_sizes(histories)), note, marked)
 
 
-def _words(value: ShownValue) -> tuple[str, str] | None:
-    """Return the pattern of a condition and its words; None for a value that the table leaves out."""
-    for pattern, words in _CONDITIONS:
+def _words(value: ShownValue) -> tuple[int, str] | None:
+    """Return the number of the pattern of a condition and its words; None for a value that the table leaves out."""
+    for number, (pattern, words) in enumerate(_CONDITIONS):
         match = re.fullmatch(pattern, value.path)
         if match:
-            return pattern, words.format(*(part.replace("_", " ") for part in match.groups()))
-    is_given = value.source.startswith(_GIVEN) and not value.path.startswith("record.")
-    return (_CONDITIONS[-1][0], value.path) if is_given else None
+            return number, words.format(*(part.replace("_", " ") for part in match.groups()))
+    is_set = value.source.startswith("study file") and not value.path.startswith("record.")
+    return (len(_CONDITIONS) - 1, value.path) if is_set else None
 
 
 def _sizes(histories: Mapping[str, xr.Dataset]) -> list[tuple[str, str, str, str]]:

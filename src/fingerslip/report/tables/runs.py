@@ -23,25 +23,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = [
-    "energies_table",
-    "events_table",
-    "measures_table",
-    "peaks_table",
-    "readings_table",
-    "run_notes",
-    "runs_frame",
-    "summary_table",
-    "summary_units",
-    "swept_cells",
-    "swept_columns",
-    "swept_paths",
-    "table_frame",
-    "time_cell",
-    "time_digits",
-]
-
-
 # Digits of a time [s] that a step of 1 ms and less allows.
 _MOST_DIGITS = 3
 
@@ -73,14 +54,8 @@ def readings_table(run: RunResult, title: str = "Slip events") -> Table:
 
 def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
     """Show the acceleration peaks of one run, the most prominent first."""
-    columns = (
-        Column("rank"),
-        Column("time", "s", 3),
-        Column("height", "m/s²", 3),
-        Column("prominence", "m/s²", 3),
-        Column("over noise", "", 1),
-    )
-    spread = peaks.noise_spread
+    sizes = (Column(name, "m/s²", 3) for name in ("height", "prominence"))
+    columns, spread = (Column("rank"), Column("time", "s", 3), *sizes, Column("over noise", "", 1)), peaks.noise_spread
     rows = tuple(
         (rank, peak.time, peak.height, peak.prominence, peak.prominence / spread if spread else None)
         for rank, peak in enumerate(peaks.by_prominence, start=1)
@@ -94,6 +69,12 @@ def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
 def swept_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
     """Return the dotted paths that are swept in any of the runs."""
     return tuple(dict.fromkeys(path for run in runs for path in run.swept))
+
+
+def differing_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
+    """Return the dotted paths that are swept and have more than one value in the runs."""
+    values = {path: {swept_text(run.swept[path]) for run in runs if path in run.swept} for path in swept_paths(runs)}
+    return tuple(path for path in values if len(values[path]) > 1)
 
 
 def swept_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
@@ -110,13 +91,9 @@ def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
 
 def run_notes(runs: Sequence[RunResult]) -> str:
     """Say what the sign ± means, and which contact came close to a free edge; nothing where neither is the case."""
-    notes = []
-    if any(run.uncertainty for run in runs):
-        notes.append(
-            "After ±: numerical uncertainty over element sizes, time steps, contact stiffness and numerical damping."
-        )
-    notes.append(edge_warning({run_title(run, run.name): run.edge for run in runs}))
-    return " ".join(note for note in notes if note)
+    bars = "After ±: numerical uncertainty over element sizes, time steps, contact stiffness and numerical damping."
+    edges = edge_warning({run_title(run, run.name): run.edge for run in runs})
+    return " ".join(filter(None, (bars if any(run.uncertainty for run in runs) else "", edges)))
 
 
 def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
@@ -171,7 +148,7 @@ def summary_units(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
 
 
 @dataclass(frozen=True)
-class _Known:
+class _SummaryColumn:
     """A column of the summary: its name and SI unit, and what stands there for a run and for a refused sample."""
 
     name: str
@@ -180,120 +157,115 @@ class _Known:
     of_refused: Callable[[RefusedRun], Cell] = lambda _: None
 
 
-def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_Known]:
+def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_SummaryColumn]:
     sampled = tuple(dict.fromkeys(path for run in runs for path in run.sampled))
-    paths, keys = (*swept_paths(runs), *sampled), dict.fromkeys(key for run in runs for key in run.uncertainty)
+    times = [(reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)]
+    derived = {name: run.derived[name].unit for run in reversed(runs) for name in run.derived}
+    named = dict.fromkeys(name for run in runs for name in run.derived)
     columns = [
-        _Known("run", "", lambda run: run.name, lambda one: one.name),
-        *(_swept_column(path, (*runs, *refused)) for path in paths),
-        *(_time_column(reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)),
-        _Known("readings_recorded", "", _reading_cell),
+        _SummaryColumn("run", "", lambda run: run.name, lambda sample: sample.name),
+        *(_swept_column(path, (*runs, *refused)) for path in (*swept_paths(runs), *sampled)),
+        *(_time_column(reading, time) for reading, time in times),
+        _SummaryColumn("readings_recorded", "", _recorded_readings),
         *(_measure_column(measure) for measure in measures.MEASURES),
-        *(_derived_column(name, runs) for name in dict.fromkeys(name for run in runs for name in run.derived)),
-        *(_uncertainty_column(key) for key in keys),
+        *(_derived_column(name, derived[name]) for name in named),
+        *(_uncertainty_column(key) for key in dict.fromkeys(key for run in runs for key in run.uncertainty)),
     ]
-    return [*columns, _Known("refused", "", lambda _: "", lambda one: one.reason)] if sampled else columns
+    if sampled:
+        columns.append(_SummaryColumn("refused", "", lambda _: "", lambda sample: sample.reason))
+    return columns
 
 
-def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _Known:
+def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _SummaryColumn:
     """Return the column of a swept path: numbers in one SI unit, or words where not all are quantities of one kind."""
-    quantities = [_quantity(_swept(run, path)) for run in runs]
-    units = {quantity[1] for quantity in quantities if quantity}
-    if not (all(quantities) and len(units) == 1):
-        return _Known(path, "", *(2 * [lambda run: swept_text(_swept(run, path))]))
-    (unit,) = units
-    return _Known(f"{path}_{unit_suffix(unit)}", unit, *(2 * [lambda run: _si_value(_swept(run, path))]))
+
+    def value(run: RunResult | RefusedRun) -> Any:
+        return {**run.swept, **run.sampled}.get(path)
+
+    def quantity(run: RunResult | RefusedRun) -> tuple[float, str] | None:
+        return si_quantity(value(run)) if isinstance(value(run), str) else None
+
+    def number(run: RunResult | RefusedRun) -> float | None:
+        converted = quantity(run)
+        return converted[0] if converted else None
+
+    def words(run: RunResult | RefusedRun) -> Cell:
+        return swept_text(value(run))
+
+    units = {pair[1] if pair else None for pair in map(quantity, runs)}
+    unit = units.pop() if len(units) == 1 else None
+    if unit is None:
+        return _SummaryColumn(path, "", words, words)
+    return _SummaryColumn(f"{path}_{unit_suffix(unit)}", unit, number, number)
 
 
-def _swept(run: RunResult | RefusedRun, path: str) -> Any:
-    return {**run.swept, **run.sampled}.get(path)
-
-
-def _quantity(value: object) -> tuple[float, str] | None:
-    return si_quantity(value) if isinstance(value, str) else None
-
-
-def _si_value(value: object) -> float | None:
-    quantity = _quantity(value)
-    return quantity[0] if quantity else None
-
-
-def _time_column(reading: str, time: str) -> _Known:
+def _time_column(reading: str, time: str) -> _SummaryColumn:
     suffix = "" if reading == "slip" else f"_{reading}"
-    return _Known(f"{time}_s{suffix}", "s", lambda run: run.events.reading(reading).time(time))
+    return _SummaryColumn(f"{time}_s{suffix}", "s", lambda run: run.events.reading(reading).time(time))
 
 
-def _reading_cell(run: RunResult) -> Cell:
+def _recorded_readings(run: RunResult) -> Cell:
     return " ".join(reading for reading in READINGS if run.events.reading(reading).recorded)
 
 
-def _measure_column(measure: measures.Measure) -> _Known:
-    return _Known(measure.key, measure.unit.si if measure.unit else "", lambda run: run.numbers.get(measure.key))
+def _measure_column(measure: Measure) -> _SummaryColumn:
+    unit = measure.unit.si if measure.unit else ""
+    return _SummaryColumn(measure.key, unit, lambda run: run.numbers.get(measure.key))
 
 
-def _derived_column(name: str, runs: Sequence[RunResult]) -> _Known:
+def _derived_column(name: str, unit: str) -> _SummaryColumn:
     """Return the column of a derived quantity, with its unit in the name: `slip_travel_m`."""
-    unit = next(run.derived[name].unit for run in runs if name in run.derived)
     heading = f"{name}_{unit_suffix(unit)}" if unit else name
-    return _Known(heading, unit, lambda run: run.derived[name].value if name in run.derived else None)
+    return _SummaryColumn(heading, unit, lambda run: run.derived[name].value if name in run.derived else None)
 
 
-def _uncertainty_column(key: str) -> _Known:
+def _uncertainty_column(key: str) -> _SummaryColumn:
     """Return the column of an uncertainty: `slip_overall_uncertainty_s`, `normal_force_max_uncertainty_N`."""
-    measure = measures.measure_of(key)
-    if measure is None:
-        return _Known(f"{key.replace('.', '_')}_uncertainty_s", "s", lambda run: run.uncertainty.get(key))
-    name = f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
-    return _Known(name, measure.unit.si if measure.unit else "", lambda run: run.uncertainty.get(key))
+    measure, name, unit = measures.measure_of(key), f"{key.replace('.', '_')}_uncertainty_s", "s"
+    if measure is not None:
+        name = f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
+        unit = measure.unit.si if measure.unit else ""
+    return _SummaryColumn(name, unit, lambda run: run.uncertainty.get(key))
 
 
 def runs_frame(study: StudyResult) -> pd.DataFrame:
     """Put the results of a study into a data frame: a row for each run, the columns of its ``summary.csv``.
 
-    Units: returns ["units"].
+    Its attribute ``units`` has the units of the columns.
     """
-    import pandas as pd
-
     table = summary_table(study.runs, study.refused)
-    names = [column.name for column in table.columns]
-    columns = zip(*table.rows, strict=True) if table.rows else ([] for _ in names)
-    frame = pd.DataFrame({name: _series(cells) for name, cells in zip(names, columns, strict=True)})
-    frame.attrs["units"] = summary_units(study.runs, study.refused)
-    frame.attrs["title"] = study.title
+    frame = _frame(table)
+    frame.attrs |= {"units": summary_units(study.runs, study.refused), "title": study.title}
     return frame
 
 
 def table_frame(table: Table) -> pd.DataFrame:
     """Put a table into a data frame."""
-    import pandas as pd
-
-    columns = zip(*table.rows, strict=True) if table.rows else ([] for _ in table.columns)
-    named = zip(table.columns, columns, strict=True)
-    frame = pd.DataFrame({column.name: _series([_value(cell) for cell in cells]) for column, cells in named})
+    frame = _frame(table)
     units = {column.name: column.unit for column in table.columns if column.unit}
     frame.attrs |= {"units": units, "title": table.title, "note": table.note}
     return frame
 
 
-def _value(cell: Cell) -> Cell:
-    match cell:
-        case Missing():
-            return None
-        case Measured():
-            return cell.value
-        case _:
-            return cell
-
-
-def _series(cells: Sequence[Cell]) -> pd.Series:
-    """Return a column as numbers where all that it has are numbers, or missing."""
+def _frame(table: Table) -> pd.DataFrame:
+    """Return the columns of a table: numbers where all that one has are numbers, or missing."""
     import pandas as pd
 
-    are_numbers = all(cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool)) for cell in cells)
-    return pd.Series(list(cells), dtype="float64" if cells and are_numbers else "object")
+    series = {}
+    for index, column in enumerate(table.columns):
+        cells = [_plain(row[index]) for row in table.rows]
+        numbers = all(cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool)) for cell in cells)
+        series[column.name] = pd.Series(cells, dtype="float64" if cells and numbers else "object")
+    return pd.DataFrame(series)
 
 
-_PARTS: Mapping[str, str] = MappingProxyType(
+def _plain(cell: Cell) -> Cell:
+    if isinstance(cell, Measured):
+        return cell.value
+    return None if isinstance(cell, Missing) else cell
+
+
+_ENERGIES: Mapping[str, str] = MappingProxyType(
     {
         "external_work": "work of plate, supports and loads",
         "strain_energy": "strain energy",
@@ -306,23 +278,22 @@ _PARTS: Mapping[str, str] = MappingProxyType(
         "energy_imbalance": "imbalance",
     }
 )
-_MILLI = 1e3
 
 
 def energies_table(histories: Mapping[str, xr.Dataset]) -> Table:
     """Show energies at the end of runs [mJ], and the largest imbalance over time as a share of the largest work."""
     columns = (Column("energy at the end"), Column("unit"), *(Column(title, significant=3) for title in histories))
-    rows = [(words, "mJ", *(_cell(history, name) for history in histories.values())) for name, words in _PARTS.items()]
-    shares = ("largest imbalance over largest work", "", *(_share(history) for history in histories.values()))
+    rows = [(words, "mJ", *(_energy(run, name) for run in histories.values())) for name, words in _ENERGIES.items()]
+    shares = ("largest imbalance over largest work", "", *(_imbalance(history) for history in histories.values()))
     note = "The work equals the energies stored and dissipated, but for the imbalance."
     return Table("Energy balance", columns, (*rows, shares), note)
 
 
-def _cell(history: xr.Dataset, name: str) -> Cell:
-    return _MILLI * float(history[name].values[-1]) if name in history else Missing.NOT_RECORDED
+def _energy(history: xr.Dataset, name: str) -> Cell:
+    return 1e3 * float(history[name].values[-1]) if name in history else Missing.NOT_RECORDED
 
 
-def _share(history: xr.Dataset) -> Cell:
+def _imbalance(history: xr.Dataset) -> Cell:
     work = float(np.abs(history["external_work"].values).max(initial=0.0))
     return float(np.abs(history["energy_imbalance"].values).max()) / work if work else Missing.NOT_DEFINED
 
@@ -331,32 +302,22 @@ def measures_table(runs: Sequence[RunResult], titles: Sequence[str], title: str 
     """Show the measures of runs, a row for each measure and a column for each run."""
     columns = (Column("measure"), Column("unit"), *(Column(heading, significant=4) for heading in titles))
     rows = tuple(
-        (
-            measure.label,
-            typeset(measure.unit.shown) if measure.unit else "",
-            *(_cell_measures(run, measure) for run in runs),
-        )
+        (measure.label, typeset(measure.unit.shown) if measure.unit else "", *(_measure(run, measure) for run in runs))
         for measure in measures.MEASURES
     )
     return Table(title, columns, rows)
 
 
-def _cell_measures(run: RunResult, measure: Measure) -> Cell:
+def _measure(run: RunResult, measure: Measure) -> Cell:
+    """Return the value of a measure with its uncertainty, or why a run has none."""
+    value, uncertainty = run.numbers.get(measure.key), run.uncertainty.get(measure.key)
     if measure.key not in run.numbers:
         return Missing.NOT_RECORDED
-    value = run.numbers[measure.key]
+    if value is None and measure.reading:
+        return Missing.NO_EVENT if run.events.reading(measure.reading).recorded else Missing.NOT_RECORDED
     if value is None:
-        return _reason(run, measure)
-    displayed, uncertainty = _display_value(value, measure), run.uncertainty.get(measure.key)
-    return displayed if uncertainty is None else Measured(displayed, _display_value(uncertainty, measure))
-
-
-def _display_value(value: float, measure: Measure) -> float:
-    return measure.unit.to_display(value) if measure.unit else value
-
-
-def _reason(run: RunResult, measure: Measure) -> Missing:
-    """Return why a run has no value of a measure."""
-    if not measure.reading:
         return Missing.NOT_DEFINED
-    return Missing.NO_EVENT if run.events.reading(measure.reading).recorded else Missing.NOT_RECORDED
+    if measure.unit:
+        value = measure.unit.to_display(value)
+        uncertainty = None if uncertainty is None else measure.unit.to_display(uncertainty)
+    return value if uncertainty is None else Measured(value, uncertainty)

@@ -15,20 +15,6 @@ from fingerslip.sampling.surrogate import Prediction, Surrogate, Validation
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 from fingerslip.tables.table import Cell, Column, Missing, Table
 
-__all__ = [
-    "group_text",
-    "indices_table",
-    "interval_cells",
-    "intervals_table",
-    "prediction_table",
-    "published_table",
-    "refused_table",
-    "sample_tables",
-    "sensitivity_rows",
-    "sensitivity_table",
-]
-
-
 INTERVAL_COLUMNS = tuple(Column(name, "s", 3) for name in ("smallest", "5 %", "median", "95 %", "largest"))
 _WHERE = (
     "Percentages are shares of the samples: 5 % of them are earlier than the time below '5 %', and a published time "
@@ -57,34 +43,27 @@ def sample_tables(study: StudyResult, references: Sequence[PublishedSet]) -> tup
 
 def published_table(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> Table:
     """Show every published time, the interval of the samples, and where the published time lies in it."""
-    columns = (
-        *(Column(name) for name in ("time", "holds for", "published [s]")),
-        *INTERVAL_COLUMNS,
-        Column("published lies"),
-        Column("found in"),
-    )
+    before, after = ("time", "holds for", "published [s]"), ("published lies", "found in")
+    columns = (*map(Column, before), *INTERVAL_COLUMNS, *map(Column, after))
     intervals = published_intervals(runs, references)
-    shared = (
-        [
-            item
-            for item in intervals[0].value.conditions.items()
-            if all(_holds(interval.value, item) for interval in intervals)
-        ]
-        if intervals
-        else []
-    )
-    rows = tuple(
-        (
-            f"{event_label(interval.value.quantity)} ({READINGS[interval.reading]})",
-            group_text(dict(item for item in interval.value.conditions.items() if item not in shared)) or "all",
-            _span_text(interval.value.span, interval.value.value),
+    conditions = [interval.value.conditions for interval in intervals]
+    rows = []
+    for interval in intervals:
+        value = interval.value
+        apart = {
+            path: needed
+            for path, needed in value.conditions.items()
+            if not all((path, needed) in others.items() for others in conditions)
+        }
+        rows.append((
+            f"{event_label(value.quantity)} ({READINGS[interval.reading]})",
+            group_text(apart) or "all",
+            _span_text(value),
             *interval_cells(interval.interval),
             interval.where or Missing.NOT_DEFINED,
             f"{0 if interval.interval is None else len(interval.interval.values)} of {interval.samples}",
-        )
-        for interval in intervals
-    )
-    return Table("Published times in the intervals of the samples", columns, rows, _WHERE)
+        ))  # fmt: skip
+    return Table("Published times in the intervals of the samples", columns, tuple(rows), _WHERE)
 
 
 def intervals_table(runs: Sequence[RunResult]) -> Table:
@@ -108,15 +87,15 @@ def _interval_rows(runs: Sequence[RunResult]) -> Iterator[tuple[Cell, ...]]:
 def sensitivity_table(fit: Fit) -> Table:
     """Show what each sampled value does to one slip time, the largest change over a range first."""
     columns = (
-        *(Column(name) for name in ("value", "from", "to", "slope", "change over the range [ms]")),
+        *map(Column, ("value", "from", "to", "slope", "change over the range [ms]")),
         *(Column(name, digits=2) for name in ("standardised", "rank correlation")),
     )
     labels = short_labels([effect.path for effect in fit.effects])
     rows = tuple(
         (
             labels[effect.path],
-            _quantity(effect.low, effect.unit),
-            _quantity(effect.high, effect.unit),
+            f"{effect.low:g} {effect.unit}".strip(),
+            f"{effect.high:g} {effect.unit}".strip(),
             _slope_text(effect),
             f"{1e3 * effect.change:+.0f} ± {1e3 * effect.change_error:.0f}",
             effect.standardised,
@@ -124,18 +103,17 @@ def sensitivity_table(fit: Fit) -> Table:
         )
         for effect in fit.effects
     )
-    named = group_text(fit.group)
-    title = f"What moves {event_label(fit.time)} ({READINGS[fit.reading]}){f', {named}' if named else ''}"
-    return Table(title, columns, rows, _fit_note(fit))
-
-
-def _fit_note(fit: Fit) -> str:
-    return (
+    note = (
         f"Linear regression over {len(fit.interval.values)} samples, ± standard error: {fit.middle:.3f} s in the "
         f"middle of all ranges, R² {fit.determination:.3f}, {fit.predicted:.3f} for samples that the fit has not "
         f"seen, standard deviation from it {1e3 * fit.residual:.0f} ms. Standardised: slope in standard deviations. "
         "Rank correlation: Spearman's, of each value alone."
     )
+    return Table(_title(f"{event_label(fit.time)} ({READINGS[fit.reading]})", fit.group), columns, rows, note)
+
+
+def _title(output: str, group: Mapping[str, Any]) -> str:
+    return f"What moves {output}{f', {group_text(group)}' if group else ''}"
 
 
 def sensitivity_rows(fits: Sequence[Fit]) -> Table:
@@ -156,17 +134,13 @@ def sensitivity_rows(fits: Sequence[Fit]) -> Table:
         for fit in fits
         for effect in fit.effects
     )
-    return Table("Sensitivities", tuple(Column(name) for name in (*swept, *names)), rows)
+    return Table("Sensitivities", tuple(map(Column, (*swept, *names))), rows)
 
 
 def refused_table(refused: Sequence[RefusedRun]) -> Table:
     """Show the samples that were not computed, and why."""
     rows = tuple((sample.name, sample.reason) for sample in refused)
     return Table("Samples whose values do not fit together", (Column("run"), Column("reason")), rows)
-
-
-def _holds(value: PublishedValue, condition: tuple[str, Any]) -> bool:
-    return condition in value.conditions.items()
 
 
 def _slope_text(effect: Effect) -> str:
@@ -176,14 +150,10 @@ def _slope_text(effect: Effect) -> str:
     return f"{effect.slope:+.{decimals}f} ± {effect.error:.{decimals}f} {unit}"
 
 
-def _quantity(value: float, unit: str) -> str:
-    return f"{value:g} {unit}".strip()
-
-
-def _span_text(span: tuple[float, float] | None, value: float | None) -> str:
-    if span is not None:
-        return f"{span[0]:.2f} to {span[1]:.2f}"
-    return "" if value is None else f"{value:.2f}"
+def _span_text(value: PublishedValue) -> str:
+    if value.span is not None:
+        return f"{value.span[0]:.2f} to {value.span[1]:.2f}"
+    return "" if value.value is None else f"{value.value:.2f}"
 
 
 _SOBOL = (
@@ -199,30 +169,17 @@ _MORRIS = (
 def indices_table(sensitivity: Sensitivity) -> Table:
     """Show what moves an output, the value that matters most first."""
     labels = short_labels([index.path for index in sensitivity.indices])
-    named = group_text(sensitivity.group)
-    title = f"What moves {sensitivity.label}{f', {named}' if named else ''}"
+    names, note = ("total index", "± total", "first index", "± first"), _SOBOL
+    columns = [Column(name, digits=3) for name in names]
     if sensitivity.method == "morris":
-        columns = (
-            Column("value"),
-            *(
-                Column(name, sensitivity.unit, significant=3)
-                for name in ("mean size", "± size", "mean", "standard deviation")
-            ),
-        )
-        rows = tuple(
-            (labels[element.path], element.size, element.size_error, element.mean, element.other)
-            for element in sensitivity.indices
-        )
-        return Table(title, columns, rows, f"{_of_runs(sensitivity)} {_MORRIS}")
-    columns = (
-        Column("value"),
-        *(Column(name, digits=3) for name in ("total index", "± total", "first index", "± first")),
-    )
-    rows = tuple(
-        (labels[element.path], element.size, element.size_error, element.other, element.other_error)
-        for element in sensitivity.indices
-    )
-    return Table(title, columns, rows, f"{_of_runs(sensitivity)} {_SOBOL}")
+        names, note = ("mean size", "± size", "mean", "standard deviation"), _MORRIS
+        columns = [Column(name, sensitivity.unit, significant=3) for name in names]
+    rows = []
+    for index in sensitivity.indices:
+        last = (index.mean, index.other) if sensitivity.method == "morris" else (index.other, index.other_error)
+        rows.append((labels[index.path], index.size, index.size_error, *last))
+    title = _title(sensitivity.label, sensitivity.group)
+    return Table(title, (Column("value"), *columns), tuple(rows), f"{_of_runs(sensitivity)} {note}")
 
 
 def _of_runs(sensitivity: Sensitivity) -> str:
@@ -257,7 +214,7 @@ def _fitted_to(fit: Validation) -> str:
 def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: Mapping[str, Any]) -> Table:
     """Show predictions with their 95 % intervals, and how good the surrogates are."""
     columns = (
-        *(Column(name) for name in ("output", "unit")),
+        *map(Column, ("output", "unit")),
         *(Column(name, significant=5) for name in ("predicted", "from", "to")),
         *(Column(name, significant=2) for name in ("error", "largest error")),
         Column("Q²", digits=3),

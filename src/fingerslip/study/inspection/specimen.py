@@ -51,8 +51,7 @@ def _mesh_of_preset(name: str) -> InspectedMesh:
 def draw_specimen(target: str, path: Path) -> None:
     """Draw a fingertip, both sections and the finger in 3D, or a sensor, cut open and its markers."""
     # Libraries that draw are slow to load.
-    from fingerslip.report.figures.fingertip import fingertip_figure
-    from fingerslip.report.figures.sensor import tactip_figure
+    from fingerslip.report.figures.specimens import fingertip_figure, tactip_figure
     from fingerslip.report.figures.style import save_figure
 
     if path.suffix not in _PICTURES:

@@ -15,8 +15,7 @@ from fingerslip.published import published_set
 from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
 from fingerslip.report.labels import run_title
 from fingerslip.report.page.content import MOST_RUNS
-from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.served import Served, require_free
+from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events

@@ -55,7 +55,7 @@ from fingerslip.vision.video import open_frames
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.report.page.pictures import RunPictures
+    from fingerslip.report.page.content import RunPictures
 
 __all__ = [
     "Drawing",
@@ -107,12 +107,13 @@ def draw_runs(
 
 def _drawn(job: Job, drawing: Drawing) -> RunPictures:
     # What draws is slow to import, and a worker of a sweep mostly draws nothing.
+    from fingerslip.report.figures.kinds import RunSubject
     from fingerslip.report.labels import run_title
-    from fingerslip.report.page.pictures import RunToDraw
-    from fingerslip.report.page.run import draw_ahead
+    from fingerslip.report.page.pictures import draw_ahead
 
     result, history = read_run(job.folder, {}), read_history(job.folder / HISTORY)
-    run = RunToDraw(result.name, run_title(result, drawing.title), history, result.events)
+    title = run_title(result, drawing.title)
+    run = RunSubject(history, result.events, name=result.name, title=title)
     return draw_ahead(run, job.model.mesh if drawing.model else None, contact=drawing.contact)
 
 

@@ -24,7 +24,7 @@ from fingerslip.study.running.cost import most_together
 from fingerslip.study.storage.store import identity
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.pictures import RunPictures
+    from fingerslip.report.page.content import RunPictures
 
 __all__ = ["Computed", "Job", "Outcome", "Plan", "Prepared", "groups", "plan_mapping", "plan_studies", "plan_study"]
 

@@ -37,9 +37,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fingerslip.report.page.comparison import ComparedStudy
-    from fingerslip.report.page.content import ReportContent
-    from fingerslip.report.page.films import Film
-    from fingerslip.report.page.pictures import RunPictures
+    from fingerslip.report.page.content import Film, ReportContent, RunPictures
 
 __all__ = [
     "CAMERAS",
@@ -208,7 +206,7 @@ def _stored_films(run: Path) -> list[Path]:
 
 def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
     # Pictures and videos are slow to load, and few studies have cameras.
-    from fingerslip.report.page.films import Film
+    from fingerslip.report.page.content import Film
     from fingerslip.vision.tracks import read_tracks
 
     numbers = read_json(folder / ERRORS, _FILM_REPAIR)
@@ -220,7 +218,7 @@ def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
     """Return the frames that a report shows by their times [s]; none without a video or a slide."""
-    from fingerslip.report.figures.film import film_times
+    from fingerslip.report.figures.sensor import film_times
     from fingerslip.vision.video import read_frames
 
     window, times = slide_window(history), truth["time"].values

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from fingerslip.slip import find_events
 from unit.synthetic import Process, make
@@ -20,6 +21,21 @@ BARE = HISTORY.drop_dims("site")
 
 def panels(figure: Figure) -> list[Axes]:
     return [axes for axes in figure.axes if axes.get_visible()]
+
+
+def titles(figure: Figure) -> list[str]:
+    """Return the titles of the panels that have one, in one line each."""
+    texts = [" ".join(axes.get_title(loc="left").split()) for axes in panels(figure)]
+    return [text for text in texts if text]
+
+
+def texts(axes: Axes) -> list[str]:
+    return [text.get_text() for text in axes.texts]
+
+
+def line(axes: Axes, label: str) -> Line2D:
+    """Return the line of a panel with a label."""
+    return next(line for line in axes.lines if line.get_label() == label)
 
 
 def marked(axes: Axes) -> list[float]:

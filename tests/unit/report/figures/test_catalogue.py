@@ -1,46 +1,114 @@
-"""Figures by name."""
+"""Figures by name: which runs they can show, that all of them can be drawn; films, and a history to browse."""
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
 import pytest
 
-from fingerslip.errors import InputError
-from fingerslip.report.figures.catalogue import draw_of_run, draw_of_study
-from fingerslip.report.figures.kinds import RunSubject, StudySubject
-from fingerslip.slip import Events
+import fingerslip as fs
+from fingerslip.errors import InputError, ResultError
+from fingerslip.report.figures.catalogue import RUN_FIGURES, STUDY_DRAWERS, draw_of_run, draw_of_study
+from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
+from fingerslip.report.figures.sensor import Film, film_frames
+from fingerslip.report.figures.style import LOOKS
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.slip import Events, SlipEvents
 from unit.report.page.contents import two_runs
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 
-PLANE = block_history("Q4")
-CONTENT = two_runs()
+EVENTS = Events(slip=SlipEvents(incipient=0.06, overall=0.09))
 
 
-@pytest.mark.parametrize("kind", ["deformed", "slip-map", "forces", "energy", "displacement", "strain-energy-density"])
-def test_figures_of_a_section_are_drawn(kind: str) -> None:
-    history = PLANE if kind == "deformed" else make(Process())
+def test_kinds_are_those_that_can_be_drawn() -> None:
+    assert OF_RUNS.keys() <= RUN_FIGURES.keys()
+    assert list(OF_STUDIES) == list(STUDY_DRAWERS)
+    assert not OF_RUNS.keys() & OF_STUDIES.keys()
+    assert all((*OF_RUNS.values(), *OF_STUDIES.values()))
+    assert list(LOOKS) == list(STYLES)
+
+
+@pytest.mark.parametrize("kind", list(OF_RUNS))
+def test_figures_of_a_run_are_drawn_or_refused_with_those_that_fit(kind: str) -> None:
+    solid = kind in {"slip-frames", "cut", "surface-strain", "reference-nodes"}
+    history = block_history("T4" if solid else "Q4") if solid or kind == "deformed" else make(Process())
+    if kind == "reference-nodes":
+        with pytest.raises(ResultError, match="no reference nodes"):
+            draw_of_run(kind, RunSubject(history, Events()))
+        history = history.assign_coords(site_kind=("site", ["skin surface"]))
     assert draw_of_run(kind, RunSubject(history, Events())).axes
+    if solid:
+        with pytest.raises(InputError, match=f"'{kind}' shows runs of three, this one has two dimensions, needs one"):
+            draw_of_run(kind, RunSubject(make(Process()), Events()))
+    elif kind not in {"deformed", "forces", "energy"}:
+        with pytest.raises(InputError, match=f"'{kind}' shows runs of two, this one has three dimensions"):
+            draw_of_run(kind, RunSubject(block_history("T4"), Events()))
 
 
-@pytest.mark.parametrize("kind", ["latency", "events", "slip-maps", "force-ratios"])
+@pytest.mark.parametrize("kind", list(OF_STUDIES))
 def test_figures_of_a_study_are_drawn(kind: str) -> None:
+    content, solid = two_runs(), kind in {"slip-onset", "stick-ratio"}
     subject = StudySubject(
-        CONTENT.study.runs,
-        CONTENT.titled_histories(),
-        CONTENT.titled_events(),
+        content.study.runs,
+        {"block": block_history("T4")} if solid else content.titled_histories(),
+        {"block": Events()} if solid else content.titled_events(),
         starts={"0.4": 1.0, "0.6": 1.0},
         path="contact.friction_coefficient",
     )
     assert draw_of_study(kind, subject).axes
-
-
-def test_figures_of_the_other_dimension_are_refused_with_those_that_fit() -> None:
-    with pytest.raises(InputError, match="'cut' shows runs of three, this one has two dimensions, needs one of"):
-        draw_of_run("cut", RunSubject(PLANE, Events()))
-    with pytest.raises(InputError, match="'slip-map' shows runs of two, this one has three dimensions"):
-        draw_of_run("slip-map", RunSubject(block_history("T4"), Events()))
-
-
-def test_without_a_sweep_there_is_no_axis() -> None:
     with pytest.raises(InputError, match="'latency' has nothing on its axis, needs a study with a sweep"):
         draw_of_study("latency", StudySubject((), {}, {}))
+
+
+@pytest.mark.parametrize("element", [pytest.param("Q4", marks=pytest.mark.slow), "T4"])
+def test_frames_have_the_asked_size_and_number_and_change(element: str) -> None:
+    film = Film(size=(480, 270), frame_rate=5.0, seconds=1.0)
+    frames = list(film_frames(block_history(element), EVENTS, film=film))
+    assert [frame.shape for frame in frames] == [(270, 480, 3)] * 5
+    assert all(frame.dtype == np.uint8 for frame in frames)
+    assert (frames[0] != frames[-1]).any()
+    bare = next(film_frames(block_history(element), EVENTS, SceneOptions(written=False), film))
+    np.testing.assert_array_equal(frames[0], bare, err_msg="time and colours are written once")
+
+
+@pytest.mark.parametrize("element", ["Q4", pytest.param("T4", marks=pytest.mark.slow)])
+def test_nothing_moves_when_the_name_of_an_event_appears(element: str) -> None:
+    film = Film(size=(640, 360), frame_rate=8.0, seconds=1.0)
+    frames = np.array(list(film_frames(block_history(element), EVENTS, film=film)))
+    # Between the lines that are drawn at events and at the time of a frame, grid lines stay where they are.
+    plot = frames[..., int(0.62 * 640) : int(0.97 * 640), :]
+    assert (plot == plot[0]).all(axis=(0, 1, 3)).any()
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"size": (481, 270)}, "got 481x270, needs an even width and height"),
+        ({"frame_rate": 0.0}, "--rate: got 0"),
+        ({"seconds": float("inf")}, "--seconds: got inf"),
+    ],
+)
+def test_a_film_that_cannot_be_written_is_refused(values: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Film(**values)
+
+
+def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    history = make(Process())
+    plot = fs.plot(history)
+    above, below = plot.figure.axes
+    times = history["time"].values
+    assert plot.at(float(times[-1])) is plot
+    assert below.lines[-1].get_xdata()[0] == times[-1]
+    drawn = np.asarray(above.collections[0].get_offsets())
+    assert np.allclose(drawn[:, 1], 1e-3 * history["normal_traction"].values[-1])
+    assert above.texts[0].get_text() == f"{times[-1]:.3f} s"
+    assert repr(plot) == f"<HistoryPlot: {times.size} records, 0 to {times[-1]:g} s>"
+    monkeypatch.setattr("fingerslip.report.figures.browse._FRAMES", 3)
+    page = plot._repr_html_()
+    assert 'type="range"' in page, "notebooks get a slider that needs no kernel"
+    assert page.count("data:image/png;base64") == 3
+    with pytest.raises(InputError, match="history: has no contact nodes"):
+        fs.plot(history.isel(contact_node=slice(0)))

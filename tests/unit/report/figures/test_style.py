@@ -1,15 +1,35 @@
-"""The look of all figures: grids of panels, titles, legends."""
+"""The look of all figures: grids, titles, legends, files; the axis of time and what is marked on it."""
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import matplotlib as mpl
+import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fingerslip.report.colours import region_colours
-from fingerslip.report.figures import style
-from fingerslip.report.figures.contact import energy_figure
+from fingerslip.errors import ResultError
+from fingerslip.report.colours import EVENT_COLOURS
+from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure, slip_maps_figure
+from fingerslip.report.figures.marks import (
+    event_keys,
+    is_held,
+    limit_to_slides,
+    mark_events,
+    mark_run,
+    name_events,
+    name_run,
+    shown_time,
+    shown_times,
+    shown_until,
+)
+from fingerslip.report.figures.receptors import strain_energy_density_figure
 from fingerslip.report.figures.style import (
     add_legend,
     columns_for,
@@ -17,15 +37,33 @@ from fingerslip.report.figures.style import (
     figure_grid,
     join_title,
     run_panels,
+    save_figure,
     say,
     with_style,
 )
-from unit.report.figures.made import HISTORY, panels
+from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
+from fingerslip.slip.windows import EVENTS as EVENT_NAMES
+from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked, panels, texts, titles
+from unit.synthetic import PRESS_END
+
+WINDOW = slide_window(HISTORY)
 
 
-def test_style_of_the_user_is_left_alone() -> None:
+def single_panel(width: float = 6.0, title: str = "", labels: tuple[str, str] = ("", "")) -> tuple[Figure, Any]:
+    figure, (axes,) = figure_grid(1, 1, (width, 2.0), title, labels)
+    return figure, axes
+
+
+def test_style_of_the_user_is_left_alone_also_where_drawing_fails() -> None:
+    @with_style
+    def fail() -> None:
+        assert mpl.rcParams["font.size"] == 9.0
+        raise ZeroDivisionError
+
     with mpl.rc_context({"font.size": 33.0, "axes.grid": False}):
         figure = energy_figure(HISTORY)
+        with pytest.raises(ZeroDivisionError):
+            fail()
         assert mpl.rcParams["font.size"] == 33.0
     assert panels(figure)[0].yaxis.label.get_fontsize() == 9.0
 
@@ -35,108 +73,58 @@ def test_grid_has_as_many_panels_as_asked_for(count: int, columns: int, rows: in
     figure, axes = figure_grid(count, columns, (3.0, 2.0), "a title", ("x [mm]", "y [mm]"))
     assert len(axes) == len(panels(figure)) == count
     assert axes[0].get_subplotspec().get_gridspec().nrows == rows
-    assert figure.get_size_inches().tolist() == pytest.approx(
-        [max(min(columns, count) * 3.0 + 0.6, 5.2), rows * 2 + 0.8]
-    )
+    size = [max(min(columns, count) * 3.0 + 0.6, 5.2), rows * 2 + 0.8]
+    assert figure.get_size_inches().tolist() == pytest.approx(size)
     assert (figure.get_suptitle(), figure.get_supylabel()) == ("a title", "y [mm]")
     # The lowest panel of every column says what is on its horizontal axis.
     assert sum(panel.get_xlabel() == "x [mm]" for panel in axes) == min(columns, count)
     assert axes[-1].get_xlabel() == "x [mm]"
+    assert [columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
 
 
 @pytest.mark.parametrize(("share", "x", "y"), [("all", True, True), ("x", True, False), ("none", False, False)])
 def test_panels_share_what_they_are_asked_to(share: str, x: bool, y: bool) -> None:
     _, (first, second) = figure_grid(2, 1, (3.0, 2.0), "", ("", ""), share=share)
-    first.set_xlim(0.0, 7.0)
-    first.set_ylim(0.0, 9.0)
-    assert (second.get_xlim() == (0.0, 7.0)) == x
-    assert (second.get_ylim() == (0.0, 9.0)) == y
+    first.set(xlim=(0.0, 7.0), ylim=(0.0, 9.0))
+    assert ((second.get_xlim() == (0.0, 7.0)), (second.get_ylim() == (0.0, 9.0))) == (x, y)
 
 
-def test_columns_are_three_at_most_and_four_panels_stand_two_by_two() -> None:
-    assert [columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
+def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels() -> None:
+    for names, columns in ((["a", "b"], 2), (["a rather long name of a key"] * 8, 2)):
+        keys = {f"{name}{index}": Line2D([], []) for index, name in enumerate(names)}
+        figure, axes = single_panel(labels=("x", "a label that is longer than its panel is high [s]"))
+        before = figure.get_figheight()
+        add_legend(figure, keys)
+        (legend,) = figure.legends
+        assert legend._ncols == columns
+        assert [text.get_text() for text in legend.get_texts()] == list(keys)
+    figure.canvas.draw()
+    assert figure.get_figheight() > before + 0.5
+    assert axes.get_window_extent().height > 0.5 * before * figure.dpi
+    assert figure._supylabel.get_window_extent().y0 > legend.get_window_extent().y1  # type: ignore[attr-defined]
+    bare, _ = single_panel()
+    add_legend(bare, {})
+    assert bare.legends == []
 
 
-@pytest.mark.parametrize(("names", "columns"), [(["a", "b"], 2), (["a rather long name of a key"] * 8, 2)])
-def test_legend_takes_as_many_columns_as_the_figure_is_wide(names: list[str], columns: int) -> None:
-    figure, _ = figure_grid(1, 1, (6.0, 2.0), "", ("", ""))
-    keys = {f"{name}{index}": Line2D([], []) for index, name in enumerate(names)}
-    add_legend(figure, keys)
-    (legend,) = figure.legends
-    assert legend._ncols == columns
-    assert [text.get_text() for text in legend.get_texts()] == list(keys)
-
-
-def test_drawing_takes_the_style_also_where_it_fails() -> None:
-    @with_style
-    def fail() -> None:
-        assert mpl.rcParams["font.size"] == 9.0
-        raise ZeroDivisionError
-
-    with mpl.rc_context({"font.size": 33.0}):
-        with pytest.raises(ZeroDivisionError):
-            fail()
-        assert mpl.rcParams["font.size"] == 33.0
-
-
-def test_titles_say_what_tells_them_apart() -> None:
+def test_titles_say_what_tells_them_apart_and_are_wrapped() -> None:
     assert (join_title("Forces", "run 1"), join_title("Forces", "")) == ("Forces: run 1", "Forces")
-
-
-def test_runs_have_a_panel_each_under_their_titles() -> None:
-    titles = ("angle -30 deg", "a rather long title of a run, which is wider than its panel, friction coefficient 0.6")
-    figure, axes = with_style(run_panels)(titles, "All runs", ("time [s]", "force [N]"))
-    shown = [panel.get_title(loc="left") for panel in axes]
-    assert shown[0] == "angle -30 deg"
-    assert shown[1].replace("\n", " ") == titles[1]
-    assert "\n" in shown[1]
+    long = "a rather long title of a run, which is wider than its panel, friction coefficient 0.6"
+    figure, axes = with_style(run_panels)(("angle -30 deg", long), "All runs", ("time [s]", "force [N]"))
+    assert titles(figure) == ["angle -30 deg", long]
+    assert "\n" in axes[1].get_title(loc="left")
     assert figure.get_suptitle() == "All runs"
-
-
-def test_long_titles_of_figures_are_wrapped_and_nothing_is_lost() -> None:
     title = "Forces and slipping area: " + ", ".join(["friction coefficient 0.6"] * 6)
-    figure, _ = figure_grid(1, 1, (6.0, 2.0), title, ("", ""))
+    figure, _ = single_panel(title=title)
     assert figure.get_suptitle().replace("\n", " ") == title
     figure.draw_without_rendering()
-    box = figure._suptitle.get_window_extent()  # type: ignore[attr-defined]
-    assert box.x1 <= figure.bbox.x1
+    assert figure._suptitle.get_window_extent().x1 <= figure.bbox.x1  # type: ignore[attr-defined]
 
 
 def test_an_empty_panel_says_why() -> None:
-    _, (axes,) = figure_grid(1, 1, (3.0, 2.0), "", ("", ""))
+    _, axes = single_panel()
     say(axes, "nothing here", 0.3)
-    (text,) = axes.texts
-    assert (text.get_text(), text.get_position()[1]) == ("nothing here", 0.3)
-
-
-def test_regions_that_have_no_colour_of_their_own_take_others_in_turn() -> None:
-    colours = region_colours(["b", "tissue", "a", "epidermis"])
-    assert list(colours) == ["epidermis", "tissue", "b", "a"]
-    assert colours["a"] != colours["b"]
-    assert len(region_colours([str(number) for number in range(6)])) == 6
-
-
-def test_a_figure_without_keys_has_no_legend() -> None:
-    figure, _ = figure_grid(1, 1, (2.0, 2.0), "nothing", ("x", "y"))
-    add_legend(figure, {})
-    assert figure.legends == []
-
-
-def test_a_long_legend_takes_no_height_of_the_panels_and_no_room_of_the_label() -> None:
-    figure, (axes,) = figure_grid(1, 1, (3.0, 1.5), "", ("x", "a label that is longer than its panel is high [s]"))
-    before = figure.get_figheight()
-    add_legend(figure, {f"a key that is rather long, {number}": Line2D([], []) for number in range(8)})
-    figure.canvas.draw()
-    (legend,), label = figure.legends, figure._supylabel
-    assert figure.get_figheight() > before + 0.5
-    assert axes.get_window_extent().height > 0.5 * before * figure.dpi
-    assert label.get_window_extent().y0 > legend.get_window_extent().y1
-
-
-def test_a_legend_has_as_many_columns_as_fit() -> None:
-    assert style._legend_columns([1.0] * 4, 4.0) == 4
-    assert style._legend_columns([1.0, 1.0, 3.0, 1.0], 4.5) == 2
-    assert style._legend_columns([9.0, 9.0], 5.0) == 1
+    assert (axes.texts[0].get_text(), axes.texts[0].get_position()[1]) == ("nothing here", 0.3)
 
 
 def test_dollars_of_titles_and_values_are_no_mathematics() -> None:
@@ -155,6 +143,128 @@ def test_dollars_of_titles_and_values_are_no_mathematics() -> None:
 
     figure = draw()
     figure_bytes(figure)
-    shown = [label.get_text() for label in figure.axes[0].get_yticklabels()]
-    assert any("mathdefault" in label for label in shown)
-    assert all(label.get_parse_math() for label in figure.axes[0].get_yticklabels())
+    labels = figure.axes[0].get_yticklabels()
+    assert any("mathdefault" in label.get_text() for label in labels)
+    assert all(label.get_parse_math() for label in labels)
+
+
+@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_figure_is_saved_whole(tmp_path: Path, suffix: str, start: bytes) -> None:
+    save_figure(energy_figure(HISTORY), tmp_path / f"a.{suffix}")
+    assert (tmp_path / f"a.{suffix}").read_bytes().startswith(start)
+    assert [path.name for path in tmp_path.iterdir()] == [f"a.{suffix}"]
+    with pytest.raises(ResultError, match="cannot be written"):
+        save_figure(energy_figure(HISTORY), tmp_path / "missing" / f"a.{suffix}")
+
+
+def test_pictures_have_150_dots_per_inch_and_text_for_papers_stays_text() -> None:
+    # Width and height stand in the header of a PNG file.
+    assert struct.unpack(">II", figure_bytes(Figure(figsize=(2.0, 1.0)))[16:24]) == (300, 150)
+    figure = energy_figure(HISTORY)
+    pdf, svg = figure_bytes(figure, "pdf"), figure_bytes(figure, "svg").decode()
+    assert b"/Type3" not in pdf
+    assert b"/TrueType" in pdf or b"/CIDFontType2" in pdf
+    assert ">time [s]</text>" in svg
+
+
+def test_events_that_happened_are_marked_in_their_colours_and_have_keys() -> None:
+    _, axes = single_panel()
+    mark_events(axes, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7))
+    colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
+    assert colours == {1.5: EVENT_COLOURS["incipient"], 1.7: EVENT_COLOURS["overall"]}
+    assert set(EVENT_NAMES) == set(EVENT_COLOURS)
+    assert len(set(EVENT_COLOURS.values())) == 4
+    keys = event_keys([SlipEvents(overall=1.0), None, SlipEvents(incipient=1.0)])
+    assert list(keys) == ["slide starts", "incipient", "overall"]
+    assert list(event_keys()) == ["slide starts", "incipient", "three-quarter", "overall"]
+
+
+def test_run_is_marked_and_named_at_its_slide_and_its_events() -> None:
+    _, axes = single_panel()
+    mark_run(axes, HISTORY, None)
+    assert marked(axes) == [WINDOW.start]
+    mark_run(axes, HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
+    assert marked(axes) == [WINDOW.start, WINDOW.start, WINDOW.start + 0.5]
+    axes.set_xlim(0.0, 2.0)
+    name_run([axes], HISTORY, EVENTS.slip)
+    assert texts(axes) == ["slide starts", "incipient", "three-quarter", "overall"]
+    _, bare = single_panel()
+    name_run([bare], NO_SLIDE, None)
+    name_events(bare, None, SlipEvents())
+    assert not bare.texts
+
+
+def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel() -> None:
+    _, axes = single_panel()
+    axes.set_xlim(0.0, 2.0)
+    name_events(axes, 1.0, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
+    positions = {text.get_text(): text.get_position()[0] for text in axes.texts}
+    assert list(positions) == ["slide starts", "incipient", "three-quarter", "overall"]
+    assert positions["slide starts"] == pytest.approx(0.5)
+    assert positions["incipient"] == pytest.approx(0.745)
+    assert np.all(np.diff(list(positions.values())) >= 0.26 / 6.6 - 1e-9)
+    # A name far outside would leave the layout no room for the panels.
+    _, other = single_panel()
+    other.set_xlim(0.0, 2.0)
+    name_events(other, 0.5, SlipEvents(incipient=1.0, overall=9.0))
+    assert texts(other) == ["slide starts", "incipient"]
+
+
+def test_time_shown_reaches_from_before_the_slides_to_after_overall_slip() -> None:
+    window = SlideWindow(1.0, 3.0, 0, 10)
+    assert shown_until([window], [SlipEvents(overall=1.8)]) == pytest.approx(1.8 + 0.35 * 0.8)
+    assert shown_until([window, window], [SlipEvents(overall=1.8), None]) == 3.0
+    assert shown_until([], []) is None
+    start, early = WINDOW.start, {"run": Events(slip=SlipEvents(overall=WINDOW.start + 0.1))}
+    _, axes = single_panel()
+    limit_to_slides(axes, {"run": HISTORY}, {}, before=0.3)
+    assert axes.get_xlim() == pytest.approx((start - 0.3 * (WINDOW.end - start), WINDOW.end))
+    limit_to_slides(axes, {"run": HISTORY}, early, before=0.0)
+    assert axes.get_xlim() == pytest.approx((start, start + 0.135))
+    limit_to_slides(axes, {"run": HISTORY}, early, marked=[SlipEvents(incipient=start + 0.4)])
+    assert axes.get_xlim()[1] == pytest.approx(start + 0.4 * 1.06), "beyond events of another reading"
+
+
+def growing(history: xr.Dataset, kinds: tuple[str, str] = ("press", "hold")) -> xr.Dataset:
+    """Return a history whose second phase is of another kind and whose records grow apart in it."""
+    times = history["time"].values
+    later = times > PRESS_END
+    since = np.geomspace(0.01, 100.0, int(later.sum()))
+    held = history.assign_coords(time=np.concatenate([times[~later], PRESS_END + since]))
+    return held.assign(phase_kind=("phase", list(kinds)), phase_end=("phase", [PRESS_END, PRESS_END + 100.0]))
+
+
+def test_records_that_grow_apart_are_shown_since_the_hold_began_and_even_ones_as_they_are() -> None:
+    even, held = shown_time(HISTORY), shown_time(growing(HISTORY))
+    assert (even.logarithmic, even.label) == (False, "time [s]")
+    np.testing.assert_array_equal(even.values, HISTORY["time"].values)
+    assert (held.logarithmic, held.label) == (True, "time since the hold began [s]")
+    later = growing(HISTORY)["time"].values > PRESS_END
+    assert np.isnan(held.values[~later]).all()
+    assert (np.nanmin(held.values), np.nanmax(held.values)) == pytest.approx((0.01, 100.0))
+    pressed = growing(HISTORY, ("press", "press")).isel(time=slice(int(PRESS_END / 5e-3), None))
+    without = shown_time(pressed.assign_coords(time=pressed["time"].values - PRESS_END))
+    assert (without.logarithmic, without.label) == (True, "time [s]")
+    assert np.isnan(without.values[0])
+    assert [time.logarithmic for time in shown_times((growing(HISTORY), growing(HISTORY)))] == [True, True]
+    assert [time.logarithmic for time in shown_times((growing(HISTORY), HISTORY))] == [False, False]
+    assert (is_held(HISTORY), is_held(growing(HISTORY))) == (False, True)
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        force_figure,
+        energy_figure,
+        strain_energy_density_figure,
+        lambda history: force_overview_figure({"held": history}, {}),
+        lambda history: slip_maps_figure({"held": history}, {}),
+    ],
+)
+def test_figures_over_time_take_the_axis(draw: Callable[..., Figure]) -> None:
+    figure = draw(growing(HISTORY))
+    figure.canvas.draw()
+    lowest = panels(figure)[-1]
+    assert lowest.get_xscale() == "log"
+    assert lowest.get_xlabel() == "time since the hold began [s]"
+    assert lowest.get_xlim() == pytest.approx((0.01, 100.0), rel=0.1)

@@ -1,4 +1,4 @@
-"""The answer: one or two plain sentences with the numbers of what was run."""
+"""The answer: plain sentences with the numbers of what was run, beside what is published; what its words mean."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from typing import Any
 
 import pytest
 
-from fingerslip.published import published_set
-from fingerslip.report.page.answer import answer
+from fingerslip.published import PublishedSet, PublishedValue, published_set
+from fingerslip.report.page.answer import answer, definitions, published_rows_beside
 from fingerslip.results import RunResult, StudyResult
-from fingerslip.slip import Events, SlipEvents
+from fingerslip.slip import Events, EventSettings, PeakSettings, SlipEvents
+from fingerslip.slip.windows import READINGS
+
+TABLE2 = published_set("wang2014-table2")
+CALIBRATED = {"fingertip.section": "sagittal", "fingertip.sagittal.half_height": "0.007 m", "kinematics": "small"}
 
 
 def run(name: str, overall: float | None, incipient: float | None = 1.1, **more: Any) -> RunResult:
@@ -92,9 +96,85 @@ def test_samples_have_no_names() -> None:
     assert "sample-" not in said
 
 
-@pytest.mark.parametrize(("overall", "words"), [(1.71, "agrees to the millisecond"), (1.76, "comes 50 ms later")])
-def test_published_times_are_beside_it(overall: float, words: str) -> None:
-    table2 = published_set("wang2014-table2")
-    value = next(value for value in table2.values if value.quantity == "overall")
-    own = run("a", overall, values={**value.conditions, **value.programme})
-    assert any(words in sentence for sentence in answer(study(own), {"a": 1.0}, [table2]))
+def published_run(variant: str, overall: float | None, incipient: float | None = None, **more: Any) -> RunResult:
+    value = next(one for one in TABLE2.values if one.conditions["fingertip.phalanx.variant"] == variant)
+    values = {**value.conditions, **value.programme, **more}
+    return RunResult(variant, {}, Events(slip=SlipEvents(incipient=incipient, overall=overall)), values=values)
+
+
+def test_all_that_misses_is_said_beside_what_agrees() -> None:
+    runs = [published_run("original", 1.71, 1.155, **CALIBRATED), published_run("scaled", 1.785, 1.23, **CALIBRATED)]
+    first, second, third = published_rows_beside(runs, [TABLE2])
+    assert first == (
+        "Beside 2 published times, overall slip comes 0 to 15 ms later; the model was calibrated on 1 of them."
+    )
+    assert second == (
+        "Incipient slip comes 250 to 375 ms earlier than published, and 555 ms are left to react, "
+        "against 180 to 290 ms published."
+    )
+    assert third == (
+        "These do not compare like with like: the paper reads incipient slip from acceleration peaks, here it is a "
+        "share of the contact that has slipped."
+    )
+
+
+@pytest.mark.parametrize(
+    ("times", "words"),
+    [
+        ({"flattened": 1.72}, "Beside the published time, overall slip agrees to the millisecond."),
+        ({"flattened": 1.70}, "Beside the published time, overall slip comes 20 ms earlier."),
+        ({"flattened": None}, "Overall slip, for which a time is published, is not reached."),
+        (
+            {"original": 1.70, "flattened": 1.75, "scaled": None},
+            (
+                "Beside 3 published times, overall slip comes 10 ms earlier to 30 ms later; "
+                "it is not reached in 1 of these runs."
+            ),
+        ),
+    ],
+)
+def test_overall_slip_beside_published_times(times: dict[str, float | None], words: str) -> None:
+    runs = [published_run(variant, overall) for variant, overall in times.items()]
+    assert published_rows_beside(runs, [TABLE2])[0] == words
+    study_of_runs, starts = study(*runs), {run.name: 1.0 for run in runs}
+    assert words in answer(study_of_runs, starts, [TABLE2])
+
+
+def test_only_a_run_with_the_calibrated_values_is_calibrated() -> None:
+    other = published_run("original", 1.71, **{**CALIBRATED, "fingertip.sagittal.half_height": "6.5 mm"})
+    assert "calibrated" not in published_rows_beside([other], [TABLE2])[0]
+    assert "calibrated on it" in published_rows_beside([published_run("original", 1.71, **CALIBRATED)], [TABLE2])[0]
+
+
+def test_what_is_comparable_has_no_excuse() -> None:
+    values = tuple(
+        PublishedValue(name, name, "published", "paper", "s", time, reading="slip")
+        for name, time in (("incipient", 0.9), ("overall", 1.1), ("latency", 0.2))
+    )
+    own = RunResult("a", {}, Events(slip=SlipEvents(incipient=0.565, overall=1.1)))
+    assert published_rows_beside([own], [PublishedSet("p", "", "", "", values)]) == (
+        "Beside the published time, overall slip agrees to the millisecond.",
+        "Incipient slip comes 335 ms earlier than published, and 535 ms are left to react, against 200 ms published.",
+    )
+
+
+def test_a_value_in_two_sets_counts_once_and_other_conditions_not_at_all() -> None:
+    own = published_run("original", 1.72)
+    assert published_rows_beside([own], [TABLE2, published_set("wang2014-peaks")]) == published_rows_beside(
+        [own], [TABLE2]
+    )
+    assert published_rows_beside([RunResult("a", {}, own.events)], [TABLE2]) == ()
+
+
+def test_definitions_say_the_constants() -> None:
+    assert list(definitions(EventSettings())) == [*READINGS, "latency"]
+    peaks = PeakSettings(kinds=("SA-II",), over_noise=9.0, followed=0.25)
+    settings = EventSettings(
+        slip_tolerance=35e-6, incipient_fraction=0.05, sustained=0.08, displacement_tolerance=70e-6, peaks=peaks
+    )
+    for reading, words in {
+        "slip": ("35 µm", "5 %, 48 %, 75 % and 99.5 %", "for 80 ms or up to the end of the slide"),
+        "displacement": ("lag the plate by more than 70 µm",),
+        "acceleration": ("SA-II", "by 9 spreads", "less than 25 % of the plate's travel"),
+    }.items():
+        assert all(said in definitions(settings)[reading] for said in words)

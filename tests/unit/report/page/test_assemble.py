@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import pytest
 import skfem
+import xarray as xr
 
+from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.published import published_set
+from fingerslip.report.figures.catalogue import has_receptors
+from fingerslip.report.figures.kinds import RunSubject
 from fingerslip.report.page import assemble
-from fingerslip.report.page.assemble import study_report
+from fingerslip.report.page.assemble import run_section, study_report
+from fingerslip.report.page.content import MOST_RUNS, Film, hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.page import Report, ReportSection, render_page
+from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, result_of
-from fingerslip.slip import Events, SlipEvents
+from fingerslip.slip import Events, SlipEvents, find_events, measures
 from fingerslip.slip.front import EdgeContact
+from fingerslip.slip.measures import Measure
 from fingerslip.tables.table import Column, Table, texts
 from fingerslip.uncertainty import Convergence, Series
+from fingerslip.verification.meshes import box
+from fingerslip.vision.cameras.camera import external_camera, true_tracks
+from unit.filmed import filmed_history
 from unit.report.page.contents import content_of, two_runs, with_runs
 from unit.report.pages import checked
+from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 
 VALUES = (
@@ -156,7 +168,7 @@ def test_values_are_shown_in_their_groups() -> None:
 @pytest.mark.parametrize(("count", "detailed"), [(12, 12), (15, 1)])
 def test_a_long_study_has_few_runs_in_detail(monkeypatch: pytest.MonkeyPatch, count: int, detailed: int) -> None:
     table = Table("t", (Column("a"),), ((1,),))
-    monkeypatch.setattr(assemble, "run_section", lambda run, *_: ReportSection(run.name, (), (table,)))
+    monkeypatch.setattr(assemble, "run_section", lambda _, run: ReportSection(run.name, (), (table,)))
     monkeypatch.setattr(assemble, "_side_by_side_section", lambda _: ReportSection("overview"))
     monkeypatch.setattr(assemble, "hero_pictures", lambda _: ())
     history = make(Process())
@@ -168,3 +180,98 @@ def test_a_long_study_has_few_runs_in_detail(monkeypatch: pytest.MonkeyPatch, co
     (moving,) = (part for part in report.sections if part.motions)
     assert len(moving.motions) == 12
     assert (f"first 12 of {count} runs" in " ".join(moving.text)) == (count > 12)
+
+
+HISTORY = make(Process())
+
+
+def names(history: xr.Dataset) -> list[str]:
+    return [picture.name for picture in run_pictures(RunSubject(history, Events(), name="r", title="a title"))]
+
+
+def test_section_of_a_run_has_events_measures_and_pictures_under_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    added = Measure("slides", "number of slides", lambda _: 1)
+    monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
+    run = result_of(HISTORY, "a", {"x": 1})
+    section = run_section(content_of((run,), {"a": HISTORY}), run)
+    assert (section.title, section.folded) == ("x 1", True)
+    assert [table.title for table in section.tables] == ["Slip events", "Measures", "Acceleration peaks"]
+    assert ("number of slides", "", 1) in section.tables[1].rows
+    assert [picture.name for picture in section.pictures] == [
+        "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density", "a-energy",
+    ]  # fmt: skip
+    assert section.pictures[0].figure.axes[0].get_title(loc="left") == "x 1"
+    assert all(picture.figure.get_suptitle().endswith(": x 1") for picture in section.pictures[1:])
+
+
+def test_pictures_are_those_that_a_history_has_the_signals_for() -> None:
+    assert has_receptors(HISTORY)
+    assert not has_receptors(HISTORY.assign_coords(site_kind=("site", ["marker"] * HISTORY.sizes["site"])))
+    assert names(HISTORY.drop_dims("site")) == ["r-slip-map", "r-displacement", "r-forces", "r-energy"]
+    held = HISTORY.assign(phase_kind=("phase", ["press", "hold"]))
+    assert names(held) == ["r-slip-map", "r-forces", "r-strain-energy-density", "r-energy"]
+    history, mesh = block_history(), box("T4", *([0.0, 1.0],) * 3)
+    solid = ["r-slip-frames", "r-stick-ratio", "r-surface-strain"]
+    signals = ["r-forces", "r-acceleration", "r-strain-energy-density", "r-energy"]
+    assert names(history) == [*solid, "r-cut", *signals]
+    plain = history.drop_dims("snapshot_time").assign_coords(site_kind=("site", ["skin surface"]))
+    assert names(plain) == [*solid, "r-reference-nodes", "r-forces", "r-energy"]
+    assert model_pictures(RunSubject(plain, Events()), mesh) == []
+    filmed = filmed_history()
+    assert "r-markers" in names(filmed)
+    run = RunSubject(filmed, find_events(filmed), name="a", title="t")
+    model = model_pictures(run, skfem.MeshQuad().refined(1).scaled(1e-3))
+    assert [picture.name for picture in model] == ["section-a", "markers-a"]
+    assert model[0].figure.get_suptitle() == "Section: t"
+
+
+@pytest.mark.slow
+def test_a_study_in_space_has_a_report() -> None:
+    history = block_history()
+    runs = tuple(
+        result_of(history, name, {"fingertip.solid.angle": angle})
+        for name, angle in (("a", "-30 deg"), ("b", "30 deg"))
+    )
+    mesh = box("T4", *([0.0, 1.0],) * 3)
+    report = study_report(content_of(runs, {"a": history, "b": history}, meshes={"a": mesh}))
+    pictures = {picture.name for picture in report.pictures}
+    assert {"stick-ratio", "slip-onset", "scene-a", "a-slip-frames", "b-cut", "a-forces"} <= pictures
+    assert not {"slip-maps", "section-a", "a-slip-map"} & pictures
+    assert [section.title for section in report.sections[-3:-1]] == ["angle -30 deg", "angle 30 deg"]
+
+
+def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_contact() -> None:
+    content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
+    assert [picture.name for picture in hero_pictures(content)] == [
+        "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
+    ]  # fmt: skip
+    times = swept_pictures(content)[1].figure
+    assert times.get_supylabel() == "time from the start of the slide [s]"
+    for history, expected in ((block_history("Q4"), ["answer"]), (block_history("T4"), ["answer"]), (HISTORY, [])):
+        single = content_of((result_of(history, "run", {}),), {"run": history})
+        assert [picture.name for picture in hero_pictures(single)] == expected
+
+
+def test_histories_and_events_are_found_by_title_and_only_runs_with_a_history_are_drawn() -> None:
+    content = two_runs()
+    titles = ["friction coefficient 0.4", "friction coefficient 0.6"]
+    assert list(content.titled_histories()) == list(content.titled_events()) == titles
+    assert content.titled_events()[titles[1]] == content.study.runs[1].events
+    untitled = dataclasses.replace(content, study=dataclasses.replace(content.study, title=""))
+    assert (content.title, untitled.title) == ("A <study>", "study")
+    runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(MOST_RUNS + 3))
+    many = content_of(runs, {run.name: HISTORY for run in runs[1:]})
+    assert [run.name for run in many.drawn] == [str(number) for number in range(1, MOST_RUNS + 1)]
+
+
+def test_cameras_have_a_row_each_and_the_order_of_slip() -> None:
+    history, none = filmed_history(), SimpleNamespace(films=(), histories={}, titles={})
+    assert (cameras_section(none).is_empty, cameras_section(none).text) == (True, ())  # type: ignore[arg-type]
+    camera = external_camera(30e-3, 14e-3, frame_rate=100.0, exposure=1e-3)
+    truth = true_tracks(camera, filmed_tracks(history, "external", 0.5))
+    numbers = {"frames": 76, "markers": 5, "rms": 0.01, "largest": 0.04, "kept": 0.995, "swapped": 0}
+    film = Film("run", "external", truth, truth, numbers, {})
+    content = SimpleNamespace(films=(film,), histories={"run": history}, titles={"run": "A run"})
+    section = cameras_section(content)  # type: ignore[arg-type]
+    assert section.tables[0].rows == (("run", "external", 76, 5, 0.01, 0.04, 99.5, 0),)
+    assert [picture.name for picture in section.pictures] == ["run-external-camera-order"]

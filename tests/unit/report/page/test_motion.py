@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import zlib
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.page.motion import language, run_motion
-from fingerslip.report.page.packing import unpack_arrays
+from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion
+from fingerslip.report.page.surface import surface_arrays
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
@@ -18,6 +22,17 @@ from unit.synthetic import Process, make
 @pytest.fixture(scope="module")
 def plane() -> xr.Dataset:
     return block_history("Q4")
+
+
+def unpack_arrays(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """Return the arrays of a motion as the page unpacks them."""
+    data = zlib.decompress(base64.b64decode(values["data"]))
+    return {
+        name: np.frombuffer(data, f"<{entry['type']}", int(np.prod(entry["shape"])), entry["at"]).reshape(
+            entry["shape"]
+        )
+        for name, entry in values["arrays"].items()
+    }
 
 
 def summed(frames: np.ndarray) -> np.ndarray:
@@ -70,6 +85,12 @@ def test_solid_has_triangles_and_its_states() -> None:
     assert arrays["triangles"].max() < len(arrays["points"])
     assert set(np.unique(arrays["vertexState"])) <= {0, 1, 2, 255}
     assert {0, 1} <= set(np.unique(arrays["triangleCut"]))
+    # Vertices have means over cells, which are smaller than what single cells have: the colours reach what is drawn.
+    assert summed(arrays["stress"]).max() == 255
+    assert (summed(arrays["stress"]) == 255).mean() < 0.01
+    colours = language()
+    assert len(colours["states"]) == len(colours["stateNames"]) == 3
+    assert len(colours["map"]) == 33
 
 
 @pytest.mark.parametrize("element", ["Q4", "T4"])
@@ -84,15 +105,62 @@ def test_the_phalanx_does_not_set_the_colours(element: str) -> None:
     assert "phalanx" not in soft["field"]
 
 
-def test_colours_of_a_solid_reach_what_is_drawn() -> None:
-    """Its vertices have means over cells, which are smaller than what single cells have."""
-    history = block_history("T4")
-    motion = run_motion(history, Events(), "t")
-    assert summed(unpack_arrays(motion)["stress"]).max() == 255
-    assert (summed(unpack_arrays(motion)["stress"]) == 255).mean() < 0.01
+def test_arrays_come_back() -> None:
+    arrays = {
+        "states": np.array([[0, 1, 2]], dtype=np.uint8),
+        "times": np.array([0.5, 1.5], dtype=np.float32),
+        "points": np.array([[-3, 4], [5, 6]], dtype=np.int16),
+    }
+    packed = pack_arrays(arrays)
+    assert all(entry["at"] % 4 == 0 for entry in packed["arrays"].values())
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(unpack_arrays(packed)[name], array)
+    with pytest.raises(AssertionError, match="times has the type f8"):
+        pack_arrays({"times": np.array([1.0])})
 
 
-def test_language_has_a_colour_for_each_state_and_a_map() -> None:
-    found = language()
-    assert len(found["states"]) == len(found["stateNames"]) == 3
-    assert len(found["map"]) == 33
+def test_quantised_numbers_are_off_by_half_a_unit_at_most() -> None:
+    values = np.linspace(-3.0, 7.0, 11)
+    whole, unit = quantise(values)
+    assert np.abs(whole * unit - values).max() <= 0.5 * unit
+    assert unit == pytest.approx(7.0 / 32000)
+    assert quantise(np.zeros(3))[1] == 1.0
+
+
+SIDE = 10e-3
+
+
+def areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+@pytest.mark.parametrize("element", ["T4", "T10", "H8"])
+def test_a_block_of_two_layers_has_its_faces_and_its_section(element: str) -> None:
+    history = block_history(element)
+    surface = surface_arrays(history, [0, history.sizes["snapshot_time"] - 1])
+    size = areas(surface.points, surface.triangles)
+    # Two blocks share a face, which each of them has.
+    assert size[~surface.is_cut].sum() == pytest.approx(8 * SIDE**2)
+    assert size[surface.is_cut].sum() == pytest.approx(SIDE**2)
+    cut = np.unique(surface.triangles[surface.is_cut])
+    assert surface.points[cut, 2] == pytest.approx(surface.cut_at)
+    first, second, third = (surface.points[surface.triangles[surface.is_cut][:, corner]] for corner in range(3))
+    assert (np.cross(second - first, third - first)[:, 2] > 0.0).all(), "all face one way, or shading is speckled"
+    assert set(surface.regions) == {0, 1}
+
+
+@pytest.mark.parametrize("element", ["T4", "T10", "H8"])
+def test_vertices_move_and_touch_as_nodes_do(element: str) -> None:
+    history = block_history(element)
+    last = history.sizes["snapshot_time"] - 1
+    surface = surface_arrays(history, [last])
+    moved = history["snapshot_displacement"].values[
+        last, np.unique(history["cell_nodes"].values[:, : 8 if element == "H8" else 4])
+    ]
+    assert np.abs(surface.displacements).max() == pytest.approx(np.abs(moved).max())
+    touching = surface.points[surface.states[0] != 255]
+    np.testing.assert_allclose(touching[:, 2], 0.0, atol=1e-12)
+    assert len(touching) == 25, "all corners of the face on the plate"
+    assert {*surface.states[0]} <= {*history["contact_state"].values[-1], 255}
+    assert surface.stress.max() <= history["snapshot_von_mises"].values[last].max() + 1e-9

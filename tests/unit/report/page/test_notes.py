@@ -1,22 +1,23 @@
-"""The user's own notes and figures in a report."""
+"""The user's own notes and figures in a report, and what to cite with it."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from fingerslip.errors import ResultError
-from fingerslip.report.page.notes import notes_html
+from fingerslip.published import published_set
+from fingerslip.report.page.notes import bibliography, bibtex_entries, notes_html
+from fingerslip.report.tables.parameters import ShownValue
+from places import ROOT
 
 PNG = b"\x89PNG\r\n"
 
 
-def test_without_notes_there_is_nothing(tmp_path: Path) -> None:
-    assert notes_html(tmp_path) == ""
-
-
 def test_markdown_is_shown_with_its_pictures_and_no_html_of_its_own(tmp_path: Path) -> None:
+    assert notes_html(tmp_path) == ""
     (tmp_path / "my plot.png").write_bytes(PNG)
     text = "# What I saw\n\nIt *slips* <script>x</script>.\n\n![a plot](my%20plot.png)\n\n| a |\n|---|\n| 1 |\n"
     (tmp_path / "notes.md").write_text(text, encoding="utf-8")
@@ -45,3 +46,29 @@ def test_a_picture_that_cannot_be_shown_is_refused(tmp_path: Path, source: str, 
     (tmp_path / "notes.md").write_text(f"![x]({source})", encoding="utf-8")
     with pytest.raises(ResultError, match=words):
         notes_html(tmp_path)
+
+
+def test_the_papers_of_values_and_comparisons_are_cited_and_no_others() -> None:
+    values = (ShownValue("a", "1", "corniani2024"), ShownValue("b", "2", "assumed"))
+    text = bibtex_entries(values, [published_set("wang2014-table2")])
+    assert text.startswith("@misc{fingerslip,"), "plain BibTeX knows no @software"
+    assert "@article{barrea2018," in text, "the share of the contact at which slip is noticed"
+    assert "@article{corniani2024," in text
+    assert "@article{wang2014," in text
+    assert "pawluk1999" not in text
+    assert text.count("{") == text.count("}")
+
+
+def test_every_entry_has_what_styles_of_bibliographies_ask_for() -> None:
+    needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "misc": set()}
+    assert {"wang2014", "bulens2023"} <= bibliography().keys()
+    for entry in [*bibliography().values(), bibtex_entries([], []).partition("\n\n")[0]]:
+        kind, fields = re.match(r"@(\w+)", entry)[1], set(re.findall(r"^  (\w+) *= \{.+\},$", entry, re.MULTILINE))
+        assert entry.count("{") == entry.count("}")
+        assert fields >= {"title", "author", "year"} | needed[kind], entry
+        assert entry.isascii(), "plain BibTeX sorts and prints nothing else"
+
+
+def test_the_year_of_the_program_is_that_of_its_licence() -> None:
+    year = re.search(r"Copyright \(c\) (\d{4})", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
+    assert f"year   = {{{year}}}" in bibtex_entries([], [])

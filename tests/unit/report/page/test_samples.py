@@ -8,10 +8,18 @@ from fingerslip.published import published_set
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import render_page
-from fingerslip.report.page.samples import published_times, sample_sections, tornado_pictures
-from fingerslip.results import RefusedRun
+from fingerslip.report.page.samples import (
+    published_times,
+    representatives,
+    sample_sections,
+    samples_in_motion,
+    tornado_pictures,
+)
+from fingerslip.results import RefusedRun, StudyResult
 from fingerslip.sampling import fits_of
+from fingerslip.slip import Events, SlipEvents
 from unit.sampled import study_of
+from unit.synthetic import Process, make
 
 REFERENCES = (published_set("wang2014-table2"),)
 
@@ -34,14 +42,8 @@ def test_sections_of_a_study_with_samples() -> None:
         "tornado-incipient",
     ]
     assert "clearance" in render_page(report)
-
-
-def test_too_few_samples_say_how_many_a_regression_needs() -> None:
     section = sample_sections(content(count=3))[1]
     assert section.text == ("Too few samples for 3 ranges: a regression needs 5.",)
-
-
-def test_refused_samples_are_listed() -> None:
     refused = (RefusedRun("sample-3", {}, {}, "too large"),)
     made = content()
     made = dataclasses.replace(made, study=dataclasses.replace(made.study, refused=refused))
@@ -53,3 +55,70 @@ def test_published_times_are_those_of_the_phalanx_of_a_fit() -> None:
     fits = [fit for fit in fits_of(study) if fit.time == "overall"]
     assert published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}
     assert len(tornado_pictures(study.runs, fits, REFERENCES)) == 1
+
+
+HISTORY = make(Process())
+
+
+def starts_of(study: StudyResult) -> dict[str, float]:
+    return {run.name: 1.0 for run in study.runs}
+
+
+def content_in_motion(study: StudyResult) -> ReportContent:
+    histories = {one.run.name: HISTORY for one in representatives(study, starts_of(study))}
+    return ReportContent(study, {}, starts=starts_of(study), representatives=histories)
+
+
+def test_the_middle_and_both_ends_of_overall_slip_are_chosen() -> None:
+    study = study_of(count=11)
+    found = representatives(study, starts_of(study))
+    assert [one.title for one in found] == [
+        "overall slip nearest to the median",
+        "earliest overall slip",
+        "latest overall slip",
+    ]
+    times = sorted(run.events.overall or 0.0 for run in study.runs)
+    assert [one.since + 1.0 for one in found] == [times[5], times[0], times[-1]]
+    assert [one.run.events.overall for one in found] == [times[5], times[0], times[-1]]
+    # Times are counted from the start of each slide.
+    late = study.runs[0].name
+    found = representatives(study, {**starts_of(study), late: -10.0})
+    assert found[-1].run.name == late
+
+
+def test_where_no_sample_slips_as_a_whole_an_earlier_event_counts_and_without_any_nothing_is_chosen() -> None:
+    study = study_of(count=5)
+    partly = tuple(
+        dataclasses.replace(run, events=Events(SlipEvents(incipient=run.events.incipient))) for run in study.runs
+    )
+    found = representatives(dataclasses.replace(study, runs=partly), starts_of(study))
+    assert [one.title for one in found][1:] == ["earliest incipient slip", "latest incipient slip"]
+    assert representatives(study_of(count=5, time=lambda *_: None), starts_of(study)) == ()
+    assert representatives(study, {}) == ()
+
+
+def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_names_of_runs() -> None:
+    made = content_in_motion(study_of(count=11))
+    section = samples_in_motion(made)
+    assert [motion["title"] for motion in section.motions] == [
+        "Overall slip nearest to the median",
+        "Earliest overall slip",
+        "Latest overall slip",
+    ]
+    (table,) = section.tables
+    assert [column.heading for column in table.columns] == [
+        "sample",
+        "overall slip [s]",
+        "phalanx",
+        "clearance",
+        "half height",
+        "Poisson's ratio",
+    ]
+    assert all(len(str(cell).split()[0]) <= 7 for row in table.rows for cell in row[3:])
+    report = study_report(made)
+    alone = dataclasses.replace(report, sections=tuple(one for one in report.sections if one.motions))
+    page = render_page(alone)
+    assert "Samples in motion" in page
+    assert not [run.name for run in made.study.runs if run.name in page]
+    made = dataclasses.replace(content_in_motion(study_of(count=5)), representatives={})
+    assert samples_in_motion(made).is_empty

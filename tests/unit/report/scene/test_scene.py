@@ -1,14 +1,21 @@
-"""What a scene is made of."""
+"""What a scene is made of, the names of what can be chosen, and where a browser finds it."""
 
 from __future__ import annotations
+
+import socket
+from typing import Any
 
 import numpy as np
 import pytest
 import pyvista
 import xarray as xr
 
+from fingerslip.commands.shared import cameras, fields
 from fingerslip.errors import InputError, ResultError
-from fingerslip.report.scene.options import SceneOptions
+from fingerslip.parameters import from_mapping
+from fingerslip.report.scene import scene
+from fingerslip.report.scene.names import CAMERAS, CUTS, FIELDS, alternatives
+from fingerslip.report.scene.options import LOCAL, SCALARS, SceneOptions, Served, require_free
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, field_limits, region_names, snapshot_grid
 from unit.report.scenes import block_history
 
@@ -18,50 +25,54 @@ def history() -> xr.Dataset:
     return block_history()
 
 
-def test_grid_is_the_deformed_mesh_in_millimetres(history: xr.Dataset) -> None:
+def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(history: xr.Dataset) -> None:
     grid = snapshot_grid(history, 0)
     assert grid.volume == pytest.approx(1000.0)
     assert grid.bounds == pytest.approx((0.0, 10.0) * 3)
     pressed = snapshot_grid(history, history.sizes["snapshot_time"] - 1)
     assert pressed.bounds[4] == pytest.approx(0.5, abs=0.05)  # on soft penalties
-
-
-def test_fields_are_in_their_units(history: xr.Dataset) -> None:
-    grid = snapshot_grid(history, 1)
-    moved = history["snapshot_displacement"].values[1]
-    assert grid.point_data["displacement"] == pytest.approx(1e3 * np.linalg.norm(moved, axis=1))
-    assert grid.cell_data["von_mises"] == pytest.approx(1e-3 * history["snapshot_von_mises"].values[1])
+    later, moved = snapshot_grid(history, 1), history["snapshot_displacement"].values[1]
+    assert later.point_data["displacement"] == pytest.approx(1e3 * np.linalg.norm(moved, axis=1))
+    assert later.cell_data["von_mises"] == pytest.approx(1e-3 * history["snapshot_von_mises"].values[1])
 
 
 @pytest.mark.parametrize("element", ["T10", "H8", "Q4", "T3", "T6"])
 def test_every_element_has_its_cells(element: str) -> None:
-    history = block_history(element)
-    grid = snapshot_grid(history, 0)
-    sizes = grid.compute_cell_sizes()["Area" if history.sizes["component"] == 2 else "Volume"]
-    assert sizes.sum() == pytest.approx(100.0 if history.sizes["component"] == 2 else 1000.0)
+    flat = block_history(element)
+    sizes = snapshot_grid(flat, 0).compute_cell_sizes()["Area" if flat.sizes["component"] == 2 else "Volume"]
+    assert sizes.sum() == pytest.approx(100.0 if flat.sizes["component"] == 2 else 1000.0)
 
 
-def drawn(history: xr.Dataset, options: SceneOptions) -> pyvista.Plotter:
+def drawn(history: xr.Dataset, **options: Any) -> pyvista.Plotter:
     plotter = pyvista.Plotter(off_screen=True)
-    draw_scene(plotter, history, 2, options)
-    aim(plotter, history, options)
+    draw_scene(plotter, history, 2, SceneOptions(**options))
+    aim(plotter, history, SceneOptions(**options))
     return plotter
 
 
-def test_layers_plate_and_receptors_are_there(history: xr.Dataset) -> None:
-    names = set(drawn(history, SceneOptions()).actors)
-    assert {"layer skin", "layer tissue", "plate 0", "sites FA-II", "time"} <= names
-
-
-def test_what_is_hidden_is_not_there(history: xr.Dataset) -> None:
-    names = set(drawn(history, SceneOptions(hidden=("skin",), plate=False, receptors=False)).actors)
-    assert "layer tissue" in names
-    assert not names & {"layer skin", "plate 0", "sites FA-II"}
+@pytest.mark.parametrize(
+    ("options", "has", "lacks"),
+    [
+        ({}, {"layer skin", "layer tissue", "plate 0", "sites FA-II", "time"}, set()),
+        (
+            {"hidden": ("skin",), "plate": False, "receptors": False},
+            {"layer tissue"},
+            {"layer skin", "plate 0", "sites FA-II"},
+        ),
+        ({"written": False}, {"layer skin"}, {"time"}),
+    ],
+)
+def test_what_is_chosen_is_there(history: xr.Dataset, options: Any, has: set[str], lacks: set[str]) -> None:
+    plotter = drawn(history, **options)
+    assert has <= set(plotter.actors)
+    assert not lacks & set(plotter.actors)
+    assert bool(plotter.scalar_bars) == options.get("written", True)
 
 
 def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history: xr.Dataset) -> None:
     values = np.where(history["cell_region"].values == 0, 1e3, 9e6) * np.ones_like(history["snapshot_von_mises"])
     names = region_names(history)
+    assert names == ("skin", "tissue")
     stressed = history.assign(snapshot_von_mises=(history["snapshot_von_mises"].dims, values))
     assert field_limits(stressed, SceneOptions()) == pytest.approx((0.0, 9e3))
     assert field_limits(stressed, SceneOptions(hidden=names[1:])) == pytest.approx((0.0, 1.0))
@@ -70,37 +81,67 @@ def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history: xr.Dat
     assert field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
 
 
-def test_a_picture_can_go_without_writing(history: xr.Dataset) -> None:
-    plotter = drawn(history, SceneOptions(written=False))
-    assert "time" not in plotter.actors
-    assert not plotter.scalar_bars
-
-
-def test_a_cut_leaves_half_of_the_body(history: xr.Dataset) -> None:
+def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history: xr.Dataset) -> None:
     def depth(cut: str) -> float:
-        plotter = drawn(history, SceneOptions(cut=cut, plate=False, scalar="region"))
-        bounds = plotter.actors["layer tissue"].bounds
-        return bounds[3] - bounds[2]
+        bounds = drawn(history, cut=cut, plate=False, scalar="region").actors["layer tissue"].bounds
+        return float(bounds[3] - bounds[2])
 
     assert depth("y") == pytest.approx(0.5 * depth("none"), rel=0.05)
-
-
-def test_the_plate_is_where_the_body_touches(history: xr.Dataset) -> None:
-    plotter = drawn(history, SceneOptions())
     step = int(np.abs(history["time"].values - float(history["snapshot_time"][2])).argmin())
     height = 1e3 * float(history["counterface_displacement"].values[step, 0, 2])
-    assert plotter.actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
+    assert drawn(history).actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
 
 
-def test_regions_keep_their_order(history: xr.Dataset) -> None:
-    assert region_names(history) == ("skin", "tissue")
-
-
-def test_a_region_that_is_not_there_is_refused(history: xr.Dataset) -> None:
+def test_what_cannot_be_shown_is_refused(history: xr.Dataset) -> None:
     with pytest.raises(InputError, match="'nail', which is no region, may hold skin, tissue"):
         check_options(history, SceneOptions(hidden=("nail",)))
-
-
-def test_a_history_without_snapshots_says_what_to_write(history: xr.Dataset) -> None:
     with pytest.raises(ResultError, match="snapshots_every"):
         check_options(history.drop_dims("snapshot_time"), SceneOptions())
+    with pytest.raises(InputError, match="view: camera: got 'top', needs 'oblique', 'side', 'front' or 'below'"):
+        from_mapping(SceneOptions, {"camera": "top"}, "view")
+
+
+def test_every_name_is_an_option_that_can_be_drawn_and_completed() -> None:
+    assert set(CAMERAS) == set(scene._DIRECTIONS)
+    assert tuple(SCALARS) == FIELDS
+    assert SCALARS["displacement"] == ("displacement [mm]", 1e3)
+    for name, names in (("camera", CAMERAS), ("scalar", FIELDS), ("cut", CUTS)):
+        assert [getattr(SceneOptions(**{name: one}), name) for one in names] == list(names)
+    assert (cameras(""), fields(""), fields("re")) == (list(CAMERAS), list(FIELDS), ["region"])
+    assert [alternatives(names) for names in (("a", "b"), ("a", "b", "c"))] == ["a or b", "a, b or c"]
+
+
+@pytest.mark.parametrize("host", [LOCAL, "localhost", "0.0.0.0"])
+def test_a_free_port_is_taken(host: str) -> None:
+    require_free(Served(host, 0))
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "words"),
+    [
+        *((LOCAL, port, f"--port: got {port}, needs a number from 0 to 65535; 0 takes") for port in (-1, 65536, 10**9)),
+        *(
+            (host, 0, "--host: .* is no address of this machine, needs one, such as 127")
+            for host in ("192.0.2.1", "no such host", "a" * 300, "256.1.1.1")
+        ),
+    ],
+)
+def test_a_place_at_which_nothing_can_listen_is_refused(host: str, port: int, words: str) -> None:
+    with pytest.raises(InputError, match=f"view: {words}"):
+        require_free(Served(host, port))
+
+
+def test_a_port_in_use_or_of_the_system_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Served().host == LOCAL == "127.0.0.1", "only this machine can look unless told otherwise"
+    with socket.create_server((LOCAL, 0)) as other:
+        port = other.getsockname()[1]
+        with pytest.raises(InputError, match=f"--port: port {port} is in use at 127.0.0.1, needs .*; write --port 0"):
+            require_free(Served(LOCAL, port))
+    require_free(Served(LOCAL, port))
+
+    def bind(*_: Any) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(socket.socket, "bind", bind)
+    with pytest.raises(InputError, match="port 80 is reserved for the system, needs one from 1024 to 65535"):
+        require_free(Served(LOCAL, 80))

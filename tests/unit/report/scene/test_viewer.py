@@ -1,7 +1,8 @@
-"""Pictures and films, drawn without a display."""
+"""Pictures, films and windows, drawn without a display, and ways to draw where there is none."""
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,9 +15,21 @@ from PIL import Image
 from fingerslip.errors import InputError, ResultError
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.viewer import SceneControl, open_window, save_movie, save_still, still
+from fingerslip.report.scene.viewer import (
+    SceneControl,
+    nearest_node,
+    open_window,
+    picked_figure,
+    receptor_legend,
+    save_movie,
+    save_still,
+    still,
+)
 from fingerslip.slip import Events, SlipEvents
+from unit.report.figures.made import panels
 from unit.report.scenes import block_history
+
+INCIPIENT = Events(slip=SlipEvents(incipient=0.06))
 
 
 @pytest.fixture(scope="module")
@@ -30,35 +43,30 @@ def test_a_picture_shows_something_and_changes_with_what_is_shown(history: xr.Da
     assert whole.shape == (120, 160, 3)
     assert whole.std() > 5.0
     assert (whole[0, -1] == 255).all()  # a white ground
-    field = still(history, options=SceneOptions(), size=size)
-    early = still(history, 0.0, SceneOptions(), size)
+    field, early = still(history, size=size), still(history, 0.0, size=size)
     assert np.abs(whole.astype(int) - field).max() > 50
     assert np.abs(early.astype(int) - field).max() > 50
 
 
-def test_a_picture_is_a_file(history: xr.Dataset, tmp_path: Path) -> None:
+def test_pictures_and_films_are_files_written_whole(history: xr.Dataset, tmp_path: Path) -> None:
     save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:
         assert picture.size == (1200, 900)
     assert [path.name for path in tmp_path.iterdir()] == ["block.png"]
-
-
-def test_a_film_has_a_frame_for_every_snapshot(history: xr.Dataset, tmp_path: Path) -> None:
     save_movie(history, tmp_path / "block.gif", SceneOptions(cut="y"))
     with Image.open(tmp_path / "block.gif") as film:
         assert film.n_frames == history.sizes["snapshot_time"]
+    with pytest.raises(ResultError, match="cannot be written"):
+        save_still(history, tmp_path / "nowhere" / "block.png")
 
 
 @pytest.mark.parametrize("save", [save_still, save_movie])
 def test_an_ending_that_cannot_be_written_is_refused(history: xr.Dataset, tmp_path: Path, save: object) -> None:
     with pytest.raises(InputError, match=r"ends in '\.bmp', needs one of"):
         save(history, tmp_path / "block.bmp")  # type: ignore[operator]
+    with pytest.raises(ResultError, match="snapshots_every"):
+        save(history.drop_dims("snapshot_time"), tmp_path / "block.webp")  # type: ignore[operator]
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_that_is_not_there_is_an_error(history: xr.Dataset, tmp_path: Path) -> None:
-    with pytest.raises(ResultError, match="cannot be written"):
-        save_still(history, tmp_path / "nowhere" / "block.png")
 
 
 def test_without_a_display_no_window_opens(history: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,7 +78,7 @@ def test_without_a_display_no_window_opens(history: xr.Dataset, monkeypatch: pyt
 @pytest.fixture
 def control(history: xr.Dataset) -> Iterator[SceneControl]:
     plotter = pyvista.Plotter(off_screen=True)
-    yield SceneControl(plotter, history, SceneOptions())
+    yield SceneControl(plotter, history, SceneOptions(), 0.0)
     plotter.close()
 
 
@@ -80,11 +88,34 @@ def press(control: SceneControl, box: int, state: int) -> None:
     boxes[box].InvokeEvent("StateChangedEvent")
 
 
-def test_boxes_hide_layers_and_the_slider_keeps_them_hidden(control: SceneControl) -> None:
-    viewer._add_controls(control)
+def test_what_is_shown_follows_the_choices(control: SceneControl) -> None:
+    control.choose(scalar="displacement")
+    assert list(control.plotter.scalar_bars.keys()) == ["displacement [mm]"]
+    control.choose(scalar="region")
+    assert list(control.plotter.scalar_bars.keys()) == []
+    control.show(0.1)
+    control.choose(plate=False, contact=True, receptors=False)
+    names = set(control.plotter.actors)
+    assert names & {"contact 1", "contact 2"}
+    assert not names & {"plate 0", "arrow 0", "sites FA-II"}
+    control.choose(contact=False, camera="side")
+    assert not {"contact 1", "contact 2"} & set(control.plotter.actors)
+    control.toggle("skin", False)
+    control.toggle("tissue", False)
+    assert control.options.hidden == ("skin",), "the last layer stays"
+
+
+def test_boxes_and_the_slider_show_and_hide(control: SceneControl) -> None:
+    control.show(1.0)
+    viewer._add_controls(control, INCIPIENT)
     plotter = control.plotter
     (slider,) = plotter.widgets.slider_widgets
     assert len(plotter.widgets.button_widgets) == 5
+    assert "event incipient" in plotter.actors
+    press(control, 2, 0)
+    press(control, 4, 1)
+    assert "plate 0" not in plotter.actors
+    assert {"contact 1", "contact 2"} & set(plotter.actors)
     press(control, 0, 0)
     assert "layer skin" not in plotter.actors
     slider.GetRepresentation().SetValue(0.0)
@@ -93,24 +124,72 @@ def test_boxes_hide_layers_and_the_slider_keeps_them_hidden(control: SceneContro
     assert plotter.actors["layer tissue"].bounds[5] == pytest.approx(10.0)
     press(control, 0, 1)
     assert "layer skin" in plotter.actors
-
-
-def test_boxes_show_the_contact_and_hide_the_plate(control: SceneControl) -> None:
-    viewer._add_controls(control)
-    press(control, 2, 0)
-    press(control, 4, 1)
-    names = set(control.plotter.actors)
-    assert "plate 0" not in names
-    assert names & {"contact 1", "contact 2"}
-
-
-def test_events_are_listed_and_a_picked_node_has_a_chart(control: SceneControl) -> None:
-    viewer._add_controls(control, Events(slip=SlipEvents(incipient=0.06)))
-    assert "event incipient" in control.plotter.actors
     for _ in range(2):
         viewer._draw_picked_node(control, (5.0, 5.0, 0.0))
-    assert len(control.plotter.renderer._charts) == 1
-
-
-def test_keys_go_round() -> None:
+    assert len(plotter.renderer._charts) == 1
     assert [viewer._next(("a", "b"), name) for name in ("a", "b")] == ["b", "a"]
+
+
+def test_the_nearest_node_is_that_of_the_deformed_body(history: xr.Dataset) -> None:
+    last = history.sizes["snapshot_time"] - 1
+    moved = history["node_position"].values + history["snapshot_displacement"].values[last]
+    assert nearest_node(history, last, 1e3 * moved[7] + 1e-3) == 7
+    flat = block_history("Q4")
+    assert nearest_node(flat, 0, np.array([*1e3 * flat["node_position"].values[3], 0.0])) == 3
+
+
+def test_a_picked_node_has_its_displacement_and_the_stress_around_it(history: xr.Dataset) -> None:
+    figure = picked_figure(history, 7, INCIPIENT)
+    above, below = panels(figure)
+    drawn = [line for line in above.lines if line.get_label() in "xyz"]
+    moved = 1e3 * history["snapshot_displacement"].values[:, 7]
+    np.testing.assert_allclose(np.stack([line.get_ydata() for line in drawn], axis=1), moved)
+    assert below.lines[0].get_ydata().max() > 0.0
+    assert figure.get_suptitle().startswith("Node 7 at (")
+    assert [kind for kind, _ in receptor_legend(history)] == ["FA-II"], "the recorded receptors only"
+
+
+@pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """Leave neither a display nor an earlier choice."""
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW"):
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)
+    monkeypatch.setattr(viewer.sys, "platform", "linux")
+    viewer._working_window.cache_clear()
+    return monkeypatch
+
+
+def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(bare: pytest.MonkeyPatch) -> None:
+    bare.setattr(viewer, "_draws", lambda _: False)
+    with pytest.raises(ResultError, match=r"libegl1.*ParaView"):
+        viewer.prepare_rendering()
+    viewer._working_window.cache_clear()
+    bare.setattr(viewer, "_draws", lambda window: window == "vtkOSOpenGLRenderWindow")
+    viewer.prepare_rendering()
+    assert viewer.os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
+    viewer._working_window.cache_clear()
+
+
+def test_with_a_display_nothing_is_tried(bare: pytest.MonkeyPatch) -> None:
+    bare.setenv("DISPLAY", ":0")
+    bare.setattr(viewer, "_connects", lambda *_: True)
+    bare.setattr(viewer, "_draws", lambda _: pytest.fail("tried"))
+    viewer.prepare_rendering()
+    assert viewer.has_display()
+
+
+def test_a_way_that_ends_the_process_does_not_draw(bare: pytest.MonkeyPatch) -> None:
+    assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
+
+
+@pytest.mark.parametrize("display", ["", ":9876", "localhost:3456.0", "unix:9876", "no display", "wayland-0", ":99999"])
+def test_a_display_that_does_not_answer_is_none_and_one_that_does_is_one(
+    display: str, bare: pytest.MonkeyPatch
+) -> None:
+    bare.setenv("DISPLAY", display)
+    assert not viewer.has_display()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        bare.setattr(viewer, "_X_PORT", server.getsockname()[1] - 10)
+        bare.setenv("DISPLAY", "localhost:10.0")
+        assert viewer.has_display()

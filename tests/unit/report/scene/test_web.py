@@ -16,8 +16,7 @@ import pytest
 from fingerslip.errors import ResultError
 from fingerslip.history import write_history
 from fingerslip.report.scene import web
-from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.served import LOCAL, Served
+from fingerslip.report.scene.options import LOCAL, SceneOptions, Served
 from fingerslip.report.scene.web import serve
 from fingerslip.slip import Events
 from unit.report.scenes import block_history

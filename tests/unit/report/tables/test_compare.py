@@ -1,20 +1,26 @@
-"""Results beside published values: compared where the conditions hold, and said where they do not."""
+"""Tables that compare: published values, refinements, two studies."""
 
 from __future__ import annotations
 
-import io
-
 import pytest
-from rich.console import Console
 
 from fingerslip.published import published_set
-from fingerslip.report.tables.compare import compare_table, statements_table
+from fingerslip.report.tables.compare import (
+    compare_table,
+    convergence_table,
+    differences_table,
+    series_table,
+    statements_table,
+)
 from fingerslip.results import RunResult
-from fingerslip.tables.table import Missing, to_rich
+from fingerslip.tables.table import Missing, texts, to_markdown
+from fingerslip.uncertainty import Convergence, Series
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 TABLE2 = published_set("wang2014-table2")
+
 SOLID = published_set("wang2014-solid")
+
 NOT_COMPARED = Missing.NOT_COMPARED
 
 
@@ -75,21 +81,9 @@ def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_no
     assert rows["incipient", "0.90"] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
     assert rows["incipient", "0.80"] == (*[NOT_COMPARED] * 2, *[Missing.NO_EVENT] * 2, *[NOT_COMPARED] * 2)
     assert rows["overall", "1.11"] == (*[NOT_COMPARED] * 4, *[Missing.NOT_RECORDED] * 2)
-
-
-def test_difference_to_a_range_is_to_its_nearer_end() -> None:
     row = compare_table(RUNS, published_set("wang2014-peaks")).rows[1]
     assert row[2:4] == ("three-quarter", "1.63 to 1.65")
     assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
-
-
-def test_terminal_table_fits_eighty_columns() -> None:
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(to_rich(compare_table(RUNS, TABLE2)))
-    text = console.export_text()
-    assert "…" not in text
-    assert "original" in text
-    assert "n/c" in text
 
 
 def test_contact_at_a_free_edge_is_warned_of() -> None:
@@ -103,3 +97,73 @@ def test_statements_are_shown_with_their_check() -> None:
     assert all(row[1] for row in table.rows)
     assert statements_table(TABLE2).rows == ()
     assert compare_table(RUNS, published_set("wang2014-qualitative")).rows == ()
+
+
+SIZES = (1.0, 0.5, 0.25)
+
+GOOD = Convergence(
+    "overall slip",
+    "s",
+    2.0,
+    {
+        "mesh": Series("mesh", SIZES, (2.0, 1.5, 1.25)),
+        "step": Series("step", SIZES, (2.0, 2.2, 2.1)),
+        "penalty": Series("penalty", SIZES, (2.0, 2.0, 2.0)),
+        "alpha": Series("alpha", (-0.4, -0.05), (2.0, 2.001)),
+    },
+)
+
+NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, (None, None, None))})
+
+
+def test_a_number_has_its_uncertainty_by_setting_and_its_verdict() -> None:
+    row = texts(convergence_table({"slip.overall": GOOD}, "run"))[0]
+    assert row == [
+        "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step",
+    ]  # fmt: skip
+
+
+def test_an_event_that_did_not_happen_says_so_in_every_cell() -> None:
+    table = convergence_table({"slip.incipient": NEVER, "normal_force_max_N": NEVER}, "run")
+    assert texts(table)[0][2:] == ["none"] * 7
+    assert texts(table)[1][2:] == ["n/a"] * 7, "a measure is no event"
+    assert "none: the event did not happen" in table.remarks
+
+
+def test_a_setting_that_was_not_varied_is_told_from_an_event_that_a_level_lacks() -> None:
+    one = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
+    row = convergence_table({"slip.overall": one}, "run").rows[0]
+    assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
+
+
+def test_a_number_that_nothing_changes_has_no_error_bar() -> None:
+    still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
+    assert still.uncertainty is None
+    assert texts(convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
+
+
+def test_series_have_a_row_for_every_level() -> None:
+    rows = series_table({"run": {"slip.overall": GOOD}}).rows
+    assert len(rows) == 3 * 3 + 2
+    assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
+
+
+def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below() -> None:
+    first = {"time.step": "5 ms", "contact.friction_coefficient": "0.4", "record.snapshots_every": "50 ms"}
+    second = {"time.step": "5 ms", "contact.friction_coefficient": "0.6", "damping.mass": "1 1/s"}
+    table = differences_table(first, second, same="Same.")
+    assert table.rows == (
+        ("contact.friction_coefficient", "0.4", "0.6"),
+        ("damping.mass", Missing.NOT_DEFINED, "1 1/s"),
+    )
+    assert table.note == "Recorded differently, too, which moves no slip event: record.snapshots_every."
+    table = differences_table({f"record.sites.{n}.name": "a" for n in range(7)}, {}, same="Same.")
+    assert table.rows == ()
+    assert table.note.endswith("record.sites.3.name and 3 more.")
+
+
+def test_where_nothing_differs_it_says_so() -> None:
+    table = differences_table({"a": "1"}, {"a": "1"}, same="Both are the same.", note="A: x; B: y.")
+    assert table.note == "A: x; B: y. Both are the same."
+    assert to_markdown(table).count("\n") == 2
+    assert "same" not in differences_table({"record.a": "1"}, {"record.a": "2"}, same="the same").note

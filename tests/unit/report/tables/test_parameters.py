@@ -1,11 +1,21 @@
-"""Tables of values with their sources."""
+"""Tables of values with their sources, of what was run and of models as computed."""
 
 from __future__ import annotations
 
 import pytest
+import xarray as xr
 
-from fingerslip.report.tables.parameters import GROUPS, ShownValue, group_of, value_tables
-from fingerslip.tables.table import to_markdown
+from fingerslip.report.tables.parameters import (
+    GROUPS,
+    ShownValue,
+    conditions_table,
+    group_of,
+    models_table,
+    value_tables,
+)
+from fingerslip.tables.table import texts, to_markdown
+from unit.report.scenes import block_history
+from unit.synthetic import Process, make
 
 VALUES = (
     ShownValue("fingertip.depth", "1 mm", "not used", "of 2D sections only"),
@@ -51,3 +61,44 @@ def test_no_value_is_lost_and_groups_keep_their_order() -> None:
     assert sorted(str(row[0]) for table in tables for row in table.rows) == sorted(value.path for value in VALUES)
     titles = [table.title for table in tables]
     assert titles == sorted(titles, key=list(GROUPS).index)
+
+
+CONDITIONS = (
+    ShownValue("time.step", "5 ms", "study file"),
+    ShownValue("fingertip.preset", "wang2014-2d", "study file"),
+    ShownValue("fingertip.depth", "1 mm", "assumed", "scales all forces"),
+    ShownValue("fingertip.materials.dermis.youngs_modulus", "80 kPa", "wang2014"),
+    ShownValue("fingertip.layers.skin_thickness", "1.5 mm", "wang2014"),
+    ShownValue("fingertip.ridges.pitch", "0.5 mm", "study file", "preset: 0.47 mm"),
+    ShownValue("programme.0.press.depth", "1.5 mm", "study file"),
+    ShownValue("fingertip.transverse.half_width", "8 mm", "not used"),
+    ShownValue("record.receptors", "FA-I", "study file"),
+)
+
+
+def test_conditions_stand_in_one_order_with_overrides_and_marked_assumptions() -> None:
+    histories = {name: xr.Dataset(attrs={"n_nodes": count}) for name, count in (("a", 10), ("b", 20))}
+    table = conditions_table(CONDITIONS, histories)
+    assert [row[:2] for row in table.rows] == [
+        ("specimen, preset", "wang2014-2d"),
+        ("depth out of the plane", "1 mm"),
+        ("dermis: youngs modulus", "80 kPa"),
+        ("press: depth", "1.5 mm"),
+        ("time: step", "5 ms"),
+        ("fingertip.ridges.pitch", "0.5 mm"),
+        ("mesh: nodes", "10 to 20"),
+    ]
+    assert table.marked == (1,)
+    assert "Assumed" in table.note
+
+
+def test_sizes_contact_stiffness_and_solver_are_those_of_the_history() -> None:
+    history = block_history("Q4")
+    table = models_table({"one": history, "bare": make(Process())})
+    rows = {row[0]: row[1:] for row in texts(table)}
+    assert rows["element"] == ["Q4", "n/r"]
+    assert rows["nodes"][0] == str(history.sizes["node"])
+    assert rows["contact candidates"][0] == str(history.sizes["contact_node"])
+    assert rows["mean normal penalty [Pa/m]"][0] == f"{history.attrs['normal_penalty']:.3g}"
+    assert rows["linear solver"][0] == history.attrs["linear_solver"]
+    assert models_table({"bare": make(Process())}).rows == ()

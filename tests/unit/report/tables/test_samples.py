@@ -1,16 +1,20 @@
-"""Tables of a study with samples."""
+"""Tables of a study with samples, of sensitivities and of predictions."""
 
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from fingerslip.published import published_set
 from fingerslip.report.tables.samples import (
     group_text,
+    indices_table,
     interval_cells,
     intervals_table,
+    prediction_table,
     published_table,
     refused_table,
     sample_tables,
@@ -19,7 +23,9 @@ from fingerslip.report.tables.samples import (
 )
 from fingerslip.results import RefusedRun
 from fingerslip.sampling import fits_of, interval_of
+from fingerslip.sampling.surrogate import Prediction, Surrogate, Validation
 from fingerslip.tables.table import texts, to_csv
+from unit.report.tables.runs import sensitivity
 from unit.sampled import study_of
 
 TABLE2 = [published_set("wang2014-table2")]
@@ -34,9 +40,6 @@ def test_published_times_stand_beside_the_interval_of_their_phalanx() -> None:
     assert [float(cell) for cell in overall[3:8]] == sorted(float(cell) for cell in overall[3:8])
     assert overall[8].startswith("within, at ")
     assert overall[9] == "12 of 12"
-
-
-def test_conditions_that_all_have_in_common_are_left_out() -> None:
     assert {row[1] for row in published_table(study_of().runs, TABLE2).rows} == {"all"}
 
 
@@ -66,10 +69,7 @@ def test_sensitivities_have_units_errors_and_changes() -> None:
     assert texts(table)[2][0] == "Poisson's ratio"
     assert texts(table)[2][3].endswith(" s")
     assert table.note.startswith("Linear regression over 12 samples, ± standard error: 1.700 s in the middle")
-
-
-def test_slopes_have_two_digits_of_their_errors() -> None:
-    (fit,) = (fit for fit in fits_of(study_of()) if fit.time == "overall")
+    # Slopes have two digits of their errors.
     clearance = fit.effects[0]
     noisy = [dataclasses.replace(clearance, error=error) for error in (0.0456, 0.000321, 2.3)]
     table = sensitivity_table(dataclasses.replace(fit, effects=tuple(noisy)))
@@ -103,3 +103,39 @@ def test_what_samples_have_in_common_is_in_words() -> None:
         "phalanx scaled, friction coefficient 0.6"
     )
     assert group_text({}) == ""
+
+
+GOOD = Validation(error=0.01, largest=0.03, explained=0.99, covered=0.96, runs=40)
+
+
+def test_sobol_indices_have_their_intervals() -> None:
+    table = indices_table(sensitivity("sobol", group={"fingertip.phalanx.variant": "scaled"}))
+    assert table.title == "What moves latency (accumulated slip), phalanx scaled"
+    assert table.rows[0] == ("friction coefficient", 0.6, 0.1, 0.5, 0.2)
+    assert table.note.startswith("56 runs, mean 0.4 s, standard deviation 0.1 s; 8 blocks, 1 left out because")
+    of_surrogate = indices_table(sensitivity("sobol", surrogate=GOOD)).note
+    assert "its error is 0.01 s (root mean square), at most 0.03 s, Q² 0.990, and 96 % lie in its 95 %" in of_surrogate
+    table = indices_table(sensitivity("morris"))
+    assert [column.unit for column in table.columns] == ["", *4 * ["s"]]
+    assert table.rows[0] == ("friction coefficient", 0.6, 0.1, 0.1, 0.5)
+
+
+def test_predictions_say_their_error() -> None:
+    surrogate = Surrogate("overall_slip", "s", (), GOOD, Path())
+    table = prediction_table([(surrogate, Prediction(1.5, 1.4, 1.6))], {"contact.friction_coefficient": 0.5})
+    assert table.title == "Predicted for friction coefficient 0.5"
+    assert table.rows == (("overall slip", "s", 1.5, 1.4, 1.6, 0.01, 0.03, 0.99),)
+    assert table.note.startswith("A Gaussian process of 40 runs. From, to:")
+
+
+def test_predictions_say_which_runs_they_do_without() -> None:
+    fewer = replace(GOOD, runs=427, repeated=21)
+    latency, slip = (Surrogate(name, "s", (), fewer, Path()) for name in ("latency", "overall_slip"))
+    found = Prediction(1.5, 1.4, 1.6)
+    of = "427 of 448 runs (left out: 21 with the inputs of another)"
+    assert prediction_table([(latency, found), (slip, found)], {}).note.startswith(f"A Gaussian process of {of}. From")
+    assert f"indices of a surrogate of {of}: for runs" in indices_table(sensitivity("sobol", surrogate=fewer)).note
+    seldom = Surrogate("latency", "s", (), replace(fewer, runs=424, missing=3), Path())
+    fewest = "424 of 448 runs (left out: 21 with the inputs of another, 3 without this output)"
+    said = f"latency: {fewest}; overall slip: {of}."
+    assert said in prediction_table([(seldom, found), (slip, found)], {}).note

@@ -1,4 +1,4 @@
-"""Tables as data, in Markdown, as CSV and for JSON."""
+"""Tables as text, Markdown, CSV, JSON and on terminals of any width."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import csv
 import io
 import json
 
+import pytest
 from rich.console import Console
 
 from fingerslip.tables.table import (
@@ -110,3 +111,109 @@ def test_a_missing_value_says_why_and_the_legend_explains_what_is_there() -> Non
     console = Console(width=80, record=True, file=io.StringIO())
     console.print(to_rich(table))
     assert "none: the event did not happen" in console.export_text()
+
+
+def test_a_heading_with_brackets_survives_the_terminal() -> None:
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(to_rich(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays")))
+    text = console.export_text()
+    assert "t [a]" in text
+    assert "[s]" in text
+    assert "[b]" in text
+
+
+def test_marked_rows_stand_out_in_the_terminal() -> None:
+    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
+    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
+    console.print(to_rich(table))
+    lines = console.export_text(styles=True).splitlines()
+    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
+
+
+def printed(table: Table, width: int) -> list[str]:
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(to_rich(table, width))
+    return console.export_text().splitlines()
+
+
+WIDE = Table(
+    "Checked",
+    (Column("study"), Column("run"), *(Column(f"number {n}", "s", 1) for n in range(5)), Column("state")),
+    ((("a_long_file_name.yaml"), "variant-flattened_friction-0.4", *(12345.5 + n for n in range(5)), "to do"),) * 2,
+    note="What a reader has to know.",
+)
+
+
+@pytest.mark.parametrize("width", [20, 30, 40, 60, 80, 100, 160])
+def test_a_terminal_shows_every_cell_whole_whatever_its_width(width: int) -> None:
+    lines = printed(WIDE, width)
+    assert max(map(len, lines)) <= width
+    for number in range(5):
+        assert sum(f"{12345.5 + number:.1f}" in line for line in lines) == 2, "numbers are never broken"
+    letters = "".join("".join(lines).split())
+    assert "…" not in letters
+    if width in {20, 160}:
+        assert "a_long_file_name.yaml" in letters
+        assert "variant-flattened_friction-0.4" in letters
+
+
+def test_where_no_table_fits_rows_become_lists() -> None:
+    lines = [line.rstrip() for line in printed(WIDE, 40)]
+    assert lines[0] == "Checked"
+    assert "number 0 [s] 12345.5" in lines
+    assert lines[-2] == "What a reader has to know."
+
+
+def test_a_table_without_rows_or_columns_is_printed() -> None:
+    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
+
+
+def test_long_texts_in_narrow_columns_become_lists() -> None:
+    quantity = "travel of the plate at overall slip over friction times depth, original (accumulated slip)"
+    columns = (*map(Column, ("quantity", "source", "published")), *(Column(f"number {n}", "s", 3) for n in range(4)))
+    table = Table("Beside each other", columns, ((quantity, "wang2014, Table 2", "1.71", 1.0, 2.0, 3.0, 4.0),) * 3)
+    narrow, wide = printed(table, 50), printed(table, 160)
+    assert "number 3 [s] 4.000" in [line.rstrip() for line in narrow]
+    assert any(line.split()[-4:] == ["1.000", "2.000", "3.000", "4.000"] for line in wide)
+    words = quantity.split()
+    assert all(any(word in line.split() for line in narrow) for word in words), "no word is broken"
+
+
+PREDICTED = Table(
+    "Predicted for friction 0.6",
+    tuple(map(Column, ("output", "unit", "predicted", "from", "to", "error", "largest error", "Q²"))),
+    (("incipient slip", "s", 0.12345, 0.12123, 0.12567, 0.0011, 0.0023, 0.987),) * 3,
+)
+
+
+@pytest.mark.parametrize("width", [40, 60, 80])
+def test_usual_words_are_whole_whatever_the_width(width: int) -> None:
+    words = [word for line in printed(PREDICTED, width) for word in line.split()]
+    assert {"incipient", "slip", "predicted", "largest", "error"} <= set(words)
+
+
+def test_long_names_break_where_their_parts_meet() -> None:
+    names = ("displacement_threshold", "residual_threshold")
+    columns = (Column("event"), *map(Column, names))
+    table = Table("t", columns, (("onset", "-0.907 [-1.189, -0.635]", "-0.537 [-0.681, -0.387]"),) * 4)
+    lines = printed(table, 34)
+    assert ["displacement_", "residual_"] in [line.split() for line in lines]
+    assert any(line.split()[1:] == ["threshold", "threshold"] for line in lines)
+
+
+def test_columns_that_lack_as_much_become_as_wide() -> None:
+    interval = "0.893 [0.855, 0.930]"
+    columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
+    lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
+    assert [line.split() for line in lines][-4:-2] == [
+        ["no_slip", *["0.893", "[0.855,"] * 3],
+        ["0.930]"] * 3,
+    ]
+
+
+def test_long_names_in_lists_break_where_their_parts_meet() -> None:
+    columns = tuple(map(Column, ("value", "slope_standard_error", *(f"a rather long heading {n}" for n in range(4)))))
+    table = Table("t", columns, (("fingertip.phalanx.sagittal.concavity_depth", *("0.0123456789",) * 5),))
+    lines = [line.strip() for line in printed(table, 50)]
+    assert "value                   fingertip.phalanx." in lines
+    assert "sagittal.concavity_depth" in lines

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from fingerslip.report.figures import style as figures
-from fingerslip.report.page import run as page
+from fingerslip.report.page import pictures as page
 from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.study.running import runner
 from fingerslip.study.running.pictures import Drawing, draw_runs, drawings_of
@@ -87,7 +87,7 @@ def only_drawn(write: Callable[..., None]) -> Callable[..., None]:
             raise AssertionError
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("fingerslip.report.page.run._pictures", again)
+            patch.setattr("fingerslip.report.page.assemble.run_pictures", again)
             patch.setattr("fingerslip.study.running.build.build_mesh", again)
             write(study, pictures)
 

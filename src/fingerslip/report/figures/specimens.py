@@ -1,0 +1,255 @@
+"""Figures of specimens at rest: fingertips and sensors from their numbers, sections with their mesh."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import skfem
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from mpl_toolkits.mplot3d import Axes3D
+from numpy.typing import NDArray
+
+from fingerslip.history import sites_of_kinds
+from fingerslip.report.colours import BLACK, GREY, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
+from fingerslip.report.figures.markers import ring_colours
+from fingerslip.report.figures.style import add_legend, figure_grid, join_title, with_style
+from fingerslip.specimens.fingertip import (
+    REGIONS,
+    Fingertip,
+    at_depth,
+    interface_depth,
+    outline_curve,
+    phalanx_contour,
+    phalanx_surface,
+    pose_points,
+    skin_grid,
+    surface_depth,
+)
+from fingerslip.specimens.fingertip.numbers import Section
+from fingerslip.specimens.fingertip.outline import arc_length_at_cut
+from fingerslip.specimens.tactip import TacTip, marker_places, skin_lines
+from fingerslip.specimens.tactip.sites import modelled_places, points_at
+
+Floats = NDArray[np.float64]
+
+_MILLIMETRES = 1e3
+_EDGE = "#7d6b5d"
+_SECTIONS: Mapping[Section, str] = MappingProxyType(
+    {"sagittal": "along the finger (sagittal, z = 0)", "transverse": "across the finger (transverse, x = 0)"}
+)
+
+
+@with_style
+def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
+    """Draw a fingertip: both sections with their layers, and the finger in 3D, to one scale within each panel."""
+    count = 2 if fingertip.solid is None else 3
+    heading = join_title("Fingertip", title)
+    figure, panels = figure_grid(count, count, (3.9, 3.4), heading, ("x [mm]", "y [mm]"), share="none")
+    for axes, (section, name) in zip(panels, _SECTIONS.items(), strict=False):
+        _draw_fingertip_section(axes, dataclasses.replace(fingertip, section=section))
+        axes.set_title(name)
+    if fingertip.solid is not None:
+        panels[1].set_xlabel("z [mm]")
+        cell = panels[2].get_subplotspec()
+        panels[2].remove()
+        _draw_solid(figure.add_subplot(cell, projection="3d"), fingertip)
+    add_legend(figure, _layer_keys({name: REGION_COLOURS[name] for name in REGIONS}, _EDGE))
+    return figure
+
+
+def _layer_keys(colours: Mapping[str, str], edge: str, **look: Any) -> dict[str, Artist]:
+    return {name: Patch(facecolor=colour, edgecolor=edge, **look) for name, colour in colours.items()}
+
+
+def _fill(axes: Axes, polygons: Sequence[Floats], colour: str, edge: str = _EDGE, line: float = 0.6) -> None:
+    """Fill polygons (n, 2) [m]."""
+    scaled = [_MILLIMETRES * polygon for polygon in polygons]
+    axes.add_collection(PolyCollection(scaled, facecolor=colour, edgecolor=edge, linewidth=line))
+
+
+def _draw_to_scale(axes: Axes) -> None:
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+
+
+def _draw_fingertip_section(axes: Axes, fingertip: Fingertip) -> None:
+    curve, layers = outline_curve(fingertip), fingertip.layers
+    depths = {"epidermis": 0.0, "dermis": layers.epidermis_thickness, "tissue": layers.skin_thickness}
+    for name, mean in depths.items():
+        first, last = arc_length_at_cut(fingertip, curve, mean)
+        arc_length = np.linspace(first, last, 2000)
+        depth = np.full(2000, mean)
+        if name == "epidermis":
+            depth = surface_depth(fingertip, arc_length)
+        if name == "dermis":
+            depth = interface_depth(fingertip, arc_length)
+        _fill(axes, [at_depth(curve, arc_length, depth)], REGION_COLOURS[name])
+    _fill(axes, [phalanx_contour(fingertip)], REGION_COLOURS["phalanx"])
+    axes.axhline(-1e3 * fingertip.outline.half_height, color=BLACK, linewidth=1.6)
+    _draw_to_scale(axes)
+    axes.autoscale_view()
+
+
+def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
+    """Draw the far half of the skin, and the phalanx before it."""
+    skin, phalanx = skin_grid(fingertip), phalanx_surface(fingertip).points
+    closed = np.concatenate([phalanx, phalanx[:, :1]], axis=1)
+    grids = {"epidermis": skin[::4, : skin.shape[1] // 2 + 1 : 6], "phalanx": closed[::6, ::4]}
+    for name, grid in grids.items():
+        x, y, z = 1e3 * pose_points(fingertip, grid.reshape(-1, 3)).T.reshape(3, *grid.shape[:2])
+        look = {"color": REGION_COLOURS[name], "edgecolor": _EDGE, "linewidth": 0.15, "rcount": 500, "ccount": 500}
+        axes.plot_surface(x, z, y, **look)
+    axes.set_title("in 3D: phalanx and one half of the skin")
+    limits = axes.get_xlim(), axes.get_ylim(), axes.get_zlim()
+    axes.set_box_aspect([last - first for first, last in limits], zoom=1.2)
+    axes.view_init(elev=18.0, azim=-70.0)
+    axes.set_axis_off()
+
+
+_ZOOM_WIDTH = 3.2e-3
+
+
+def receptor_positions(history: xr.Dataset) -> dict[str, Floats]:
+    """Return the reference positions of a history's receptors by type, each (n, 2) [m]."""
+    rows = {kind: sites_of_kinds(history, [kind]) for kind in RECEPTOR_MARKS}
+    return {kind: history["site_position"].values[row] for kind, row in rows.items() if row.size}
+
+
+@with_style
+def section_figure(
+    mesh: skfem.Mesh,
+    receptors: Mapping[str, Floats],
+    displacement: Floats | None = None,
+    plate: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw a section with its layers, elements, receptors and the plate, and a close view of the skin.
+
+    Receptors (n, 2) and the height of the plate are in the axes of the mesh [m], displacements (n_nodes, 2) [m].
+    """
+    labels, heading = ("x [mm]", "y [mm]"), join_title("Section", title)
+    figure, (whole, close) = figure_grid(2, 2, (4.6, 3.5), heading, labels, share="none", widths=(1.75, 1.0))
+    rest = mesh.p.T[:, :2]
+    points = rest if displacement is None else rest + displacement[: len(rest)]
+    positions = {kind: _move_receptors(rest, points, values) for kind, values in receptors.items()}
+    lowest = points[np.argmin(points[:, 1])]
+    level, colours = float(lowest[1]) if plate is None else plate, region_colours(tuple(mesh.subdomains or {}))
+    corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
+    regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
+    for axes, line, size in ((whole, 0.12, 1.6), (close, 0.3, 5.0)):
+        for name, cells in regions.items():
+            _fill(axes, list(points[corners[cells]]), colours.get(name, REGION_COLOURS["tissue"]), line=line)
+        axes.axhline(1e3 * level, color=BLACK, linewidth=1.6, zorder=3)
+        _draw_to_scale(axes)
+        for kind, values in positions.items():
+            look: dict[str, Any] = {
+                "color": _receptor_colour(kind),
+                "markeredgecolor": "white",
+                "markeredgewidth": 0.15 * size / 2,
+            }
+            axes.plot(*1e3 * values.T, RECEPTOR_MARKS.get(kind, "x"), markersize=size, **look)
+    whole.autoscale_view()
+    _zoom(whole, close, lowest, level)
+    keys = _layer_keys(colours, _EDGE, linewidth=0.4)
+    for kind in positions:
+        mark, colour = RECEPTOR_MARKS.get(kind, "x"), _receptor_colour(kind)
+        keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
+    add_legend(figure, {**keys, "plate": Line2D([], [], color=BLACK, linewidth=1.6)})
+    return figure
+
+
+def _receptor_colour(kind: str) -> str:
+    return RECEPTOR_COLOURS.get(kind, BLACK)
+
+
+def _move_receptors(rest: Floats, points: Floats, positions: Floats) -> Floats:
+    """Move receptors with the nearest nodes of the mesh."""
+    nearest = np.argmin(np.linalg.norm(rest[None] - positions[:, None], axis=2), axis=1)
+    moved: Floats = positions + points[nearest] - rest[nearest]
+    return moved
+
+
+def _zoom(whole: Axes, close: Axes, lowest: Floats, level: float) -> None:
+    """Show the skin round the lowest point in `close`, and frame that part in `whole`."""
+    left, bottom = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (level - 0.06 * _ZOOM_WIDTH)
+    width = 1e3 * _ZOOM_WIDTH
+    close.set_xlim(left, left + width)
+    close.set_ylim(bottom, bottom + 1.1 * width)
+    close.set_title("close view of the framed part")
+    whole.add_patch(Rectangle((left, bottom), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
+
+
+#: Colours of the regions of a sensor.
+SENSOR_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"gel": "#d9e6f2", "skin": "#6b6b6b", "rods": "#f4f0d8", "window": "#d9d9d9"}
+)
+_SENSOR_EDGE = "#4a4a4a"
+
+
+@with_style
+def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
+    """Draw a sensor: its section through the axis, and where its markers are, coloured by ring."""
+    labels, heading = ("x [mm]", ""), join_title("Sensor", title)
+    figure, panels = figure_grid(3, 3, (4.2, 3.6), heading, labels, share="none", widths=(1.5, 1, 1))
+    _draw_sensor_section(panels[0], dataclasses.replace(sensor, part="section"))
+    panels[0].set_ylabel("y [mm]")
+    panels[0].set_title("cut open along the axis")
+    whole = dataclasses.replace(sensor, part="whole")
+    depths = {"internal markers, from inside": whole.marker_depth, "external markers, from below": 0.0}
+    for axes, (name, depth) in zip(panels[1:], depths.items(), strict=True):
+        _draw_markers(axes, whole, depth)
+        axes.set_ylabel("z [mm]")
+        axes.set_title(f"{len(marker_places(whole.markers).ring)} {name}")
+    # From inside, x to the right and z downwards, as the internal camera sees them.
+    panels[1].invert_yaxis()
+    add_legend(figure, _layer_keys(SENSOR_COLOURS, _SENSOR_EDGE))
+    return figure
+
+
+def _draw_sensor_section(axes: Axes, sensor: TacTip) -> None:
+    lines, top = skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing), sensor.dome.height
+    half, thickness = float(lines.outer[-1, 0]), sensor.window.thickness
+    places = modelled_places(sensor)
+    feet, ends = (points_at(sensor, places, depth) for depth in (sensor.rod_depth, sensor.marker_depth))
+    shapes = {
+        "skin": [_mirror(lines.outer)],
+        "gel": [_mirror(lines.inner)],
+        "rods": [_strip(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)],
+        "window": [np.array([[-half, top], [half, top], [half, top + thickness], [-half, top + thickness]])],
+    }
+    for name, polygons in shapes.items():
+        _fill(axes, polygons, SENSOR_COLOURS[name], _SENSOR_EDGE, 0.5)
+    axes.autoscale_view()
+    _draw_to_scale(axes)
+
+
+def _draw_markers(axes: Axes, sensor: TacTip, depth: float) -> None:
+    places = marker_places(sensor.markers)
+    points = _MILLIMETRES * points_at(sensor, places, depth)
+    colours = ring_colours(int(places.ring.max(initial=0)) + 1)
+    axes.scatter(points[:, 0], points[:, 2], s=10, c=[colours[ring] for ring in places.ring])
+    edge = _MILLIMETRES * float(skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing).outer[-1, 0])
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    axes.plot(edge * np.cos(angle), edge * np.sin(angle), color=GREY, linewidth=0.8)
+    _draw_to_scale(axes)
+
+
+def _mirror(line: Floats) -> Floats:
+    """Return the polygon between a line from the axis outwards and its mirror image."""
+    return np.vstack([line[::-1], (line * [-1.0, 1.0])[1:]])
+
+
+def _strip(foot: Floats, end: Floats, radius: float) -> Floats:
+    along = (end - foot) / np.linalg.norm(end - foot)
+    side = radius * np.array([-along[1], along[0]])
+    return np.array([foot - side, end - side, end + side, foot + side])
