@@ -304,8 +304,18 @@ def external_camera(
     ----------
     distance : float
         Depth of the lens below the target [m].
-    view_width, target, size, lens, frame_rate, exposure
-        As for :func:`internal_camera`.
+    view_width : float
+        Length along x that the image shows at the target [m].
+    target : float, optional
+        Height y of the point on the axis that it looks at [m].
+    size : (int, int), optional
+        Width and height of the image [px].
+    lens : {'pinhole', 'fisheye'}, optional
+        Kind of the lens, without distortion of its own.
+    frame_rate : float, optional
+        Frames a second [1/s].
+    exposure : float, optional
+        Exposure of a frame [s].
 
     Returns
     -------

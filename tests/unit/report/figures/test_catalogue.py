@@ -10,8 +10,8 @@ import pytest
 import fingerslip as fs
 from fingerslip.errors import InputError, ResultError
 from fingerslip.report.figures.catalogue import RUN_FIGURES, STUDY_DRAWERS, draw_of_run, draw_of_study
+from fingerslip.report.figures.film import Film, film_frames
 from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
-from fingerslip.report.figures.sensor import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.slip import Events, SlipEvents

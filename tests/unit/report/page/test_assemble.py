@@ -15,8 +15,9 @@ from fingerslip.report.figures.catalogue import has_receptors
 from fingerslip.report.figures.kinds import RunSubject
 from fingerslip.report.page import assemble
 from fingerslip.report.page.assemble import run_section, study_report
-from fingerslip.report.page.content import MOST_RUNS, Film, hero_pictures, model_pictures, run_pictures, swept_pictures
+from fingerslip.report.page.content import MOST_RUNS, Film
 from fingerslip.report.page.page import Report, ReportSection, render_page
+from fingerslip.report.page.pictures import hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, result_of
@@ -26,7 +27,8 @@ from fingerslip.slip.measures import Measure
 from fingerslip.tables.table import Column, Table, texts
 from fingerslip.uncertainty import Convergence, Series
 from fingerslip.verification.meshes import box
-from fingerslip.vision.cameras.camera import external_camera, true_tracks
+from fingerslip.vision.cameras.camera import true_tracks
+from fingerslip.vision.cameras.camera import external_camera
 from unit.filmed import filmed_history
 from unit.report.page.contents import content_of, two_runs, with_runs
 from unit.report.pages import checked
