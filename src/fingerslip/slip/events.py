@@ -1,6 +1,4 @@
-"""Slip events: incipient, noticed, three-quarter and overall slip in three readings.
-
-Slip events: incipient, noticed, three-quarter and overall slip, each in three readings.
+"""Slip events: incipient, noticed, three-quarter and overall slip, each in three readings.
 
 From accumulated slip
     The first time from which, of the area in contact since the slide began, the fraction that has slipped by more
@@ -27,13 +25,12 @@ import numpy as np
 
 from fingerslip.contact.states import OPEN
 from fingerslip.parameters.schema import require_kind
-from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
+from fingerslip.slip.peaks import PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import (
     EVENTS,
     READINGS,
     TIMES,
-    SlideWindow,
     relative_displacement,
     slide_window,
     slipped_steps,
@@ -162,7 +159,7 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
     if window is None:
         return SlipEvents()
     times, fractions = slipped_steps(history, window, settings.slip_tolerance)
-    levels = (level - _ROUNDING for level in _levels(settings))
+    levels = (getattr(settings, f"{name}_fraction") - _ROUNDING for name in EVENTS)
     return _events(sustained_crossing(times, fractions, level, settings.sustained) for level in levels)
 
 
@@ -175,7 +172,15 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    return events_of_leaving(_leaving_times(history, window, settings), settings)
+    times = history["time"].values[window.records]
+    touching = history["contact_state"].values[window.records] != OPEN
+    nodes = np.flatnonzero(touching[0])
+    distance, lifts = relative_displacement(history, window)[:, nodes], ~touching[:, nodes]
+    leaving = sustained_crossings(times, distance, settings.displacement_tolerance, settings.sustained)
+    lifted = np.where(lifts.any(axis=0), times[lifts.argmax(axis=0)], np.inf).tolist()
+    pairs = zip(leaving, lifted, strict=True)
+    counted = [left for left, until in pairs if until == np.inf or (left is not None and left <= until)]
+    return events_of_leaving(counted, settings)
 
 
 def events_of_leaving(leaving: Sequence[float | None], settings: EventSettings) -> SlipEvents:
@@ -187,6 +192,11 @@ def events_of_leaving(leaving: Sequence[float | None], settings: EventSettings) 
     shares = (0.0, settings.noticed_fraction, settings.three_quarter_fraction, 1.0)
     ranks = (max(math.ceil(share * len(leaving)), 1) for share in shares)
     return _events(finite[rank - 1] if rank <= len(finite) else None for rank in ranks)
+
+
+def _events(times: Iterable[float | None]) -> SlipEvents:
+    incipient, noticed, three_quarter, overall = times
+    return SlipEvents(incipient, noticed, three_quarter, overall)
 
 
 def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = None, slide: int = 0) -> SlipEvents:
@@ -210,7 +220,12 @@ def events_of_peaks(history: xr.Dataset, table: PeakTable, settings: PeakSetting
     rows = slide_receptors(history, window, settings)
     if followed_share(history, window, rows, largest.time) >= settings.followed:
         return SlipEvents(incipient=table.peaks[0].time)
-    return _events_before(table, largest)
+    before = [peak for peak in table.peaks if peak.time < largest.time]
+    if not before:
+        return SlipEvents(overall=largest.time)
+    strongest = max(before[1:], key=lambda peak: peak.prominence, default=None)
+    three_quarter = strongest.time if strongest else None
+    return SlipEvents(incipient=before[0].time, three_quarter=three_quarter, overall=largest.time)
 
 
 def events_mapping(events: Events) -> dict[str, dict[str, float | bool | None]]:
@@ -229,45 +244,6 @@ def events_from_mapping(values: Mapping[str, Mapping[str, Any]]) -> Events:
     """Read events back from plain data: the inverse of :func:`events_mapping`."""
     names = ("recorded", *EVENTS)
     return Events(**{reading: SlipEvents(**{name: values[reading][name] for name in names}) for reading in READINGS})
-
-
-def _events(times: Iterable[float | None]) -> SlipEvents:
-    incipient, noticed, three_quarter, overall = times
-    return SlipEvents(incipient, noticed, three_quarter, overall)
-
-
-def _levels(settings: EventSettings) -> tuple[float, float, float, float]:
-    return (
-        settings.incipient_fraction,
-        settings.noticed_fraction,
-        settings.three_quarter_fraction,
-        settings.overall_fraction,
-    )
-
-
-def _leaving_times(history: xr.Dataset, window: SlideWindow, settings: EventSettings) -> Sequence[float | None]:
-    """Return when each counted node began to lag the plate; None for one that never did."""
-    times = history["time"].values[window.records]
-    touching = history["contact_state"].values[window.records] != OPEN
-    distance = relative_displacement(history, window)
-    nodes = np.flatnonzero(touching[0])
-    leaving = sustained_crossings(times, distance[:, nodes], settings.displacement_tolerance, settings.sustained)
-    lifts = ~touching[:, nodes]
-    lifted = np.where(lifts.any(axis=0), times[lifts.argmax(axis=0)], np.inf).tolist()
-    pairs = zip(leaving, lifted, strict=True)
-    return [left for left, until in pairs if until == np.inf or (left is not None and left <= until)]
-
-
-def _events_before(table: PeakTable, overall: Peak) -> SlipEvents:
-    before = [peak for peak in table.peaks if peak.time < overall.time]
-    if not before:
-        return SlipEvents(overall=overall.time)
-    strongest = max(before[1:], key=lambda peak: peak.prominence, default=None)
-    return SlipEvents(
-        incipient=before[0].time,
-        three_quarter=strongest.time if strongest else None,
-        overall=overall.time,
-    )
 
 
 @dataclass(frozen=True)

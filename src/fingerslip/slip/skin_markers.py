@@ -94,23 +94,13 @@ def stick_slip_cycles(history: xr.Dataset) -> int | None:
     # scipy.signal is slow to import, and study files are read without it.
     from scipy.signal import find_peaks
 
-    peaks, _ = find_peaks(friction)
-    falls = [_fall_behind(friction, peak) for peak in peaks]
-    return _count_peaks(friction, peaks[np.array(falls, dtype=float) >= _LEAST_FALL * largest], _LEAST_FALL * largest)
-
-
-def _fall_behind(friction: Floats, peak: int) -> float:
-    """Return how far the force falls behind a peak before it is as large again [N]."""
-    behind = friction[peak:]
-    again = np.flatnonzero(behind[1:] > behind[0])
-    until = behind if not again.size else behind[: again[0] + 1]
-    return float(behind[0] - until.min())
-
-
-def _count_peaks(friction: Floats, peaks: NDArray[np.intp], least: float) -> int:
-    """Count peaks between which the force falls by at least `least` [N]."""
-    count, last = 0, None
-    for peak in peaks:
+    least, count, last = _LEAST_FALL * largest, 0, None
+    for peak in find_peaks(friction)[0]:
+        # How far the force falls behind the peak before it is as large again.
+        again = np.flatnonzero(friction[peak + 1 :] > friction[peak])
+        behind = friction[peak:] if not again.size else friction[peak : peak + again[0] + 1]
+        if friction[peak] - behind.min() < least:
+            continue
         if last is None or friction[last] - friction[last : peak + 1].min() >= least:
             count, last = count + 1, peak
         elif friction[peak] > friction[last]:
