@@ -17,7 +17,7 @@ from fingerslip.fe.cell_materials import CellMaterials, Law
 from fingerslip.fe.space import Space
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation, Material
-from fingerslip.materials.viscoelastic import Relaxed, across_of, in_space, stored_energy, stress
+from fingerslip.materials.viscoelastic import Relaxed, across_of, stored_energy, stress, with_across
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
@@ -152,7 +152,7 @@ class Recovery:
         if self.formulation == "plane_stress":
             result = self._mean(strains, 4, _with_thinning, lambda _, relaxed: relaxed.strains)
         else:
-            result = in_space(strains).copy()
+            result = with_across(strains).copy()
         result[..., 3:] *= 0.5
         return result
 
@@ -193,7 +193,7 @@ class Recovery:
 def _with_thinning(material: Material, strains: Array) -> Array:
     """Return strains in plane stress (k, 3) [-] with the one across the plane, shape (k, 4)."""
     along = across_of(material.poisson_ratio).along if isinstance(material, Elastic) else np.nan
-    return in_space(strains, -along * strains[:, :2].sum(axis=1))
+    return with_across(strains, -along * strains[:, :2].sum(axis=1))
 
 
 def mean_of_shares(

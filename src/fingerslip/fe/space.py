@@ -64,8 +64,8 @@ class Space:
     centre: skfem.CellBasis
     mass: skfem.CellBasis
     positions: NDArray[np.float64]  # (n_nodes, dim), reference positions of the nodes [m]
-    known_nodes: dict[str, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False, compare=False)
-    known_lengths: dict[str, NDArray[np.float64]] = field(default_factory=dict, init=False, repr=False, compare=False)
+    nodes_by_boundary: dict[str, Indices] = field(default_factory=dict, init=False, repr=False, compare=False)
+    areas_by_boundary: dict[str, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def dim(self) -> int:
@@ -132,10 +132,10 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
 
 def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
     """Return the sorted nodes of a named boundary, shape (k,)."""
-    if name not in space.known_nodes:
+    if name not in space.nodes_by_boundary:
         facets = _group_facets(space.mesh.boundaries, name, "boundary")
-        space.known_nodes[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
-    return space.known_nodes[name].copy()
+        space.nodes_by_boundary[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
+    return space.nodes_by_boundary[name].copy()
 
 
 def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
@@ -165,13 +165,13 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     The areas are the integrals of the shape functions over the boundary times `depth` [m], so that a
     uniform traction times the areas are its consistent nodal forces.
     """
-    if name not in space.known_lengths:
+    if name not in space.areas_by_boundary:
         facets = np.asarray(_group_facets(space.mesh.boundaries, name, "boundary"))
         mesh = space.mesh
         mapping = mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
         basis = skfem.FacetBasis(mesh, space.scalar_element, mapping, facets=facets)
-        space.known_lengths[name] = _shape_function.assemble(basis)
-    return depth * space.known_lengths[name]
+        space.areas_by_boundary[name] = _shape_function.assemble(basis)
+    return depth * space.areas_by_boundary[name]
 
 
 def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:

@@ -62,7 +62,7 @@ def across_of(poisson_ratio: float) -> Across:
     return Across((bulk - 1.0 / 3.0) / (bulk + 2.0 / 3.0), 1.0 / (3.0 * bulk + 2.0), bulk)
 
 
-def in_space(strains: Array, across: Array | float = 0.0) -> Array:
+def with_across(strains: Array, across: Array | float = 0.0) -> Array:
     """Return strains (..., 3 or 6) with a strain (...) across the plane, shape (..., 4 or 6); in 3D as they are."""
     if strains.shape[-1] == 6:
         return strains
@@ -76,11 +76,11 @@ def follow_strains(material: Elastic, strains: Array, formulation: Formulation, 
     follow = recurrence(material.prony, step)
     dashpots = follow.follow(strains)
     if formulation != "plane_stress":
-        return Relaxed(in_space(strains), in_space(dashpots))
+        return Relaxed(with_across(strains), with_across(dashpots))
     thinned, thinning = _thickness_strain(
         material, strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1), follow
     )
-    return Relaxed(in_space(strains, -thinned), in_space(dashpots, -thinning))
+    return Relaxed(with_across(strains, -thinned), with_across(dashpots, -thinning))
 
 
 def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: Recurrence) -> tuple[Array, Array]:

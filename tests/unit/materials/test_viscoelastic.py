@@ -17,7 +17,7 @@ from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
 from fingerslip.materials.prony import PronyTerm, check_prony, recurrence, relaxation
 from fingerslip.materials.relaxing import StepLaw, constants_of, shape_energy, shape_stress, spring_strain, volume_part
-from fingerslip.materials.viscoelastic import Relaxed, across_of, follow_strains, in_space, stored_energy, stress
+from fingerslip.materials.viscoelastic import Relaxed, across_of, follow_strains, stored_energy, stress, with_across
 from unit.fe.finite.bodies import LAWS, SOFT
 
 TERMS = (PronyTerm(0.3, 0.1), PronyTerm(0.2, 2.0))
@@ -217,7 +217,7 @@ def test_stress_at_once_is_hookes(formulation):
     across = 0.0
     if formulation == "plane_stress":
         across = -across_of(LAW.poisson_ratio).along * strains[:, :2].sum(axis=1)
-    whole = in_space(strains, across)
+    whole = with_across(strains, across)
     found = stress(LAW, Relaxed(whole, np.zeros((2, *whole.shape))))
     in_plane = found if formulation == "solid" else found[:, [0, 1, 3]]
     np.testing.assert_allclose(in_plane, LAW.stress(strains, formulation), rtol=1e-12, atol=1e-9)
@@ -232,7 +232,7 @@ def test_deviator_relaxes_and_the_mean_stress_does_not(formulation):
     """The hereditary integral of piecewise linear strain, by parts of each step that a fine grid adds up."""
     strains = history(formulation)
     found = stress(LAW, follow_strains(LAW, strains, formulation, STEP))[-1]
-    whole = in_space(strains)
+    whole = with_across(strains)
     fine = (np.arange(2000) + 0.5) / 2000
     later = STEP * (len(strains) - 1 - np.arange(len(strains) - 1))
     kernel = np.array([relaxation(PRONY, end - STEP * fine).mean() for end in later])

@@ -18,7 +18,7 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery
 from fingerslip.fe.recovery import Recovery, Relax, cell_recovery, site_recovery
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.viscoelastic import Relaxed, in_space
+from fingerslip.materials.viscoelastic import Relaxed, with_across
 
 __all__ = ["AtSites", "Recoveries", "dashpots_reader"]
 
@@ -89,9 +89,9 @@ def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, re
         memory = next(memory for layer, memory in pairs if layer.layers.belongs_to(material))
         dashpots = np.stack([read(field, points) for field in memory.dashpots[:, 0]])
         if not memory.across.size:
-            return Relaxed(in_space(strains), in_space(dashpots))
+            return Relaxed(with_across(strains), with_across(dashpots))
         fields = [memory.across[0], *memory.across_dashpots[:, 0]]
         thinned = [-read(field, points)[:, :2].sum(axis=-1) for field in fields]
-        return Relaxed(in_space(strains, thinned[0]), in_space(dashpots, np.stack(thinned[1:])))
+        return Relaxed(with_across(strains, thinned[0]), with_across(dashpots, np.stack(thinned[1:])))
 
     return relax

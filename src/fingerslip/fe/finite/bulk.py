@@ -25,11 +25,11 @@ from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_
 from fingerslip.fe.finite.kernels import (
     Pattern,
     nodal_forces,
-    nodal_forces_in_plane,
+    nodal_forces_2d,
     pattern_of_cells,
     stiffness_of_cells,
     strains,
-    strains_in_plane,
+    strains_2d,
     volume_slopes,
 )
 from fingerslip.fe.finite.thickness import Pulled, thickness_strain
@@ -82,7 +82,7 @@ class LargeStrain:
         """
         count, dim = self.weights.size, self.space.dim
         arrays = np.empty((count, dim, dim)), np.empty((count, dim)), np.empty((count, dim, dim))
-        compiled = strains_in_plane if dim == 2 else strains
+        compiled = strains_2d if dim == 2 else strains
         worst = compiled(self.gradients, self.nodes, displacement.reshape(-1, dim), *arrays)
         if worst >= 0:
             centre = self.space.mesh.p[:, self.space.mesh.t[:, worst]].mean(axis=1)
@@ -101,7 +101,7 @@ class LargeStrain:
         """Return the forces of the nodes on the body, shape (n_dofs,) [N]."""
         forces = np.zeros_like(self.space.positions)
         fields = state.deformation, state.squared, state.directions, state.stress
-        compiled = nodal_forces_in_plane if self.space.dim == 2 else nodal_forces
+        compiled = nodal_forces_2d if self.space.dim == 2 else nodal_forces
         compiled(self.gradients, self.nodes, self.weights.ravel(), *fields, forces)
         if state.pulled is not None:
             add_forces(self.gradients, self.nodes, self.weights.ravel(), state.deformation, state.pulled, forces)

@@ -10,10 +10,10 @@ from fingerslip.fe.finite.kernels import (
     ROWS,
     diagonalise,
     nodal_forces,
-    nodal_forces_in_plane,
+    nodal_forces_2d,
     stiffness_of_cells,
     strains,
-    strains_in_plane,
+    strains_2d,
     volume_slopes,
 )
 
@@ -28,7 +28,7 @@ def one_cell(dim, gradient):
 
 def found(dim, gradient):
     empty = np.empty((1, dim, dim)), np.empty((1, dim)), np.empty((1, dim, dim))
-    compiled = strains_in_plane if dim == 2 else strains
+    compiled = strains_2d if dim == 2 else strains
     worst = compiled(*one_cell(dim, gradient), *empty)
     return worst, [own[0] for own in empty]
 
@@ -62,8 +62,8 @@ def test_plane_and_space_agree(name):
     gradient = np.zeros((3, 3))
     gradient[:2, :2] = GRADIENTS[name][:2, :2]
     _, (_, in_plane, _) = found(2, gradient[:2, :2])
-    _, (_, in_space, _) = found(3, gradient)
-    np.testing.assert_allclose(np.sort([*in_plane, 1.0]), np.sort(in_space), rtol=1e-14)
+    _, (_, with_across, _) = found(3, gradient)
+    np.testing.assert_allclose(np.sort([*in_plane, 1.0]), np.sort(with_across), rtol=1e-14)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -95,7 +95,7 @@ def test_forces_and_stiffness_are_those_of_the_stress(name, dim):
     stretches = np.sqrt(squared)
     state = deformation[None], squared[None], directions[None], kirchhoff(stretches)[None]
     forces = np.zeros((dim + 1, dim))
-    compiled = nodal_forces_in_plane if dim == 2 else nodal_forces
+    compiled = nodal_forces_2d if dim == 2 else nodal_forces
     compiled(slopes, nodes, np.array([2.0]), *state, forces)
     np.testing.assert_allclose(forces, 2.0 * slopes[0, 0] @ first_piola(deformation, kirchhoff).T, atol=1e-12)
     matrices = np.empty((1, forces.size, forces.size))
