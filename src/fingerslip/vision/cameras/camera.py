@@ -304,7 +304,9 @@ def external_camera(
     ----------
     distance : float
         Depth of the lens below the target [m].
-    view_width, target, size, lens, frame_rate, exposure
+    view_width : float
+        Length along x that the image shows at the target [m].
+    target, size, lens, frame_rate, exposure : optional
         As for :func:`internal_camera`.
 
     Returns
