@@ -114,7 +114,7 @@ def test_what_is_learnt_is_what_was_drawn_and_measured_again_from_any_start() ->
     starts = field[which] + [[1.0, 0.0], [0.0, -2.0], [2.0, 2.0]]
     found = measure(markers, image.astype(np.uint8), None, starts, which)
     assert np.abs(found.position - field[which]).max() < 0.1
-    few = markers.taken(np.arange(5))
+    few = markers.select(np.arange(5))
     assert few.neighbours.max() < 5, "neighbours of their own"
     assert len(few.profiles) == len(few.shape) == 5
 
