@@ -179,17 +179,17 @@ def _check_variables(tracks: xr.Dataset, where: str) -> None:
     for name, (dims, unit, _) in VARIABLES.items():
         if name not in tracks.variables:
             continue
-        variable, place = tracks[name], f"{where}: {name}"
+        variable, location = tracks[name], f"{where}: {name}"
         if variable.dims != dims:
-            raise InputError(place, f"has the dimensions {variable.dims}", f"needs {dims}", "transpose it")
+            raise InputError(location, f"has the dimensions {variable.dims}", f"needs {dims}", "transpose it")
         needed, kinds = _TYPES.get(name, ("", variable.dtype.kind))
         if variable.dtype.kind not in kinds or (kinds == "f" and variable.dtype != np.float64):
-            raise InputError(place, f"has the type {variable.dtype}", f"needs {needed}")
+            raise InputError(location, f"has the type {variable.dtype}", f"needs {needed}")
         stated = variable.attrs.get("units")
         if stated not in (UNITS if name == "position" else (unit, None)):
             allowed = f"one of {', '.join(UNITS)}" if name == "position" else unit or "none"
             raise InputError(
-                place, f"has the unit {shorten(repr(stated))}", f"needs {allowed}", "convert it, with its unit"
+                location, f"has the unit {shorten(repr(stated))}", f"needs {allowed}", "convert it, with its unit"
             )
 
 

@@ -110,7 +110,7 @@ class Pinhole(_Lens):
         With r² = x² + y²: x' = x (1 + k1 r² + k2 r⁴ + k3 r⁶)/(1 + k4 r² + k5 r⁴ + k6 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
         + s1 r² + s2 r⁴, and y' alike with p1 (r² + 2 y²) + 2 p2 x y + s3 r² + s4 r⁴ (OpenCV, module calib).
         """
-        _, _, p1, p2, _, _, _, _, s1, s2, s3, s4 = _padded(self.distortion)
+        _, _, p1, p2, _, _, _, _, s1, s2, s3, s4 = _pad(self.distortion)
         numerator, denominator, largest = _radial(self.distortion)
         plane = np.where(np.hypot(plane[..., :1], plane[..., 1:]) > largest, np.nan, plane)
         x, y = plane[..., 0], plane[..., 1]
@@ -194,7 +194,7 @@ class Fisheye(_Lens):
         return math.sqrt(_first_root(series + 2.0 * Polynomial([0.0, 1.0]) * series.deriv()))
 
 
-def _padded(distortion: tuple[float, ...]) -> tuple[float, ...]:
+def _pad(distortion: tuple[float, ...]) -> tuple[float, ...]:
     return distortion + (0.0,) * (12 - len(distortion))
 
 
@@ -204,7 +204,7 @@ def _radial(distortion: tuple[float, ...]) -> tuple[Polynomial, Polynomial, floa
 
     The image radius r N(r²)/D(r²) rises until N D + 2 u (N' D - N D') is zero at u = r², or D is.
     """
-    k1, k2, _, _, k3, k4, k5, k6 = _padded(distortion)[:8]
+    k1, k2, _, _, k3, k4, k5, k6 = _pad(distortion)[:8]
     numerator, denominator, u = Polynomial([1.0, k1, k2, k3]), Polynomial([1.0, k4, k5, k6]), Polynomial([0.0, 1.0])
     slope = numerator * denominator + 2.0 * u * (numerator.deriv() * denominator - numerator * denominator.deriv())
     return numerator, denominator, math.sqrt(min(_first_root(slope), _first_root(denominator)))

@@ -169,10 +169,10 @@ def learn_profiles(image: Floats, points: Floats, window: Floats, shapes: Floats
     """
     a, b, c = shapes.T[..., None, None]
     dx, dy, grey, inside = _around(image, points, float((window * np.sqrt(shapes[:, [0, 2]].max(axis=1))).max()))
-    place = np.sqrt(a * dx * dx + 2.0 * b * dx * dy + c * dy * dy) * ((N_PROFILE - 1) / window)[:, None, None]
-    inside &= place < N_PROFILE - 1
-    below = place[inside].astype(np.intp)
-    share, start = place[inside] - below, below + N_PROFILE * np.nonzero(inside)[0]
+    samples_out = np.sqrt(a * dx * dx + 2.0 * b * dx * dy + c * dy * dy) * ((N_PROFILE - 1) / window)[:, None, None]
+    inside &= samples_out < N_PROFILE - 1
+    below = samples_out[inside].astype(np.intp)
+    share, start = samples_out[inside] - below, below + N_PROFILE * np.nonzero(inside)[0]
     samples, weights = np.concatenate([start, start + 1]), np.concatenate([1.0 - share, share])
     levels = weights * np.tile(polarity * grey[inside], 2)
     total, count = (np.bincount(samples, values, N_PROFILE * len(points)) for values in (levels, weights))

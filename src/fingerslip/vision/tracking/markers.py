@@ -55,7 +55,7 @@ class Markers:
     amplitude: Floats  # (n,), contrast of each [grey levels]
     quality: Floats  # (n,), quality of each in the mean of the rest frames that it was learnt from
 
-    def taken(self, order: NDArray[np.intp]) -> Markers:
+    def select(self, order: NDArray[np.intp]) -> Markers:
         """Return some of the markers, in another order."""
         names = ("position", "radius", "window", "shape", "profiles", "amplitude", "quality")
         rows = {name: getattr(self, name)[order] for name in names}
@@ -115,9 +115,9 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
 def _measure_again(markers: Markers, grey: NDArray[np.uint8], mask: Flags | None) -> Markers:
     """Return markers as they are measured in an image; those not found stay where they were, of quality 0."""
     measured = measure(markers, grey, mask, markers.position)
-    there = np.isfinite(measured.position[:, 0])
-    position = np.where(there[:, None], measured.position, markers.position)
-    quality = np.where(there, measured.quality, 0.0)
+    is_found = np.isfinite(measured.position[:, 0])
+    position = np.where(is_found[:, None], measured.position, markers.position)
+    quality = np.where(is_found, measured.quality, 0.0)
     return dataclasses.replace(markers, position=position, amplitude=measured.amplitude, quality=quality)
 
 

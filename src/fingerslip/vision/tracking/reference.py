@@ -192,7 +192,7 @@ def reference_of(  # noqa: PLR0917  the options of a search
             warnings.append(f"found {count} of {n_markers} markers in the first frames")
     numbered = topology(markers.position, layout)
     warnings += [numbered.complaint] if numbered.complaint else []
-    return Reference(markers.taken(numbered.order), numbered.ring, numbered.angle, tuple(warnings))
+    return Reference(markers.select(numbered.order), numbered.ring, numbered.angle, tuple(warnings))
 
 
 def _count_alike(markers: Markers, others: Markers | None) -> int:
@@ -249,7 +249,7 @@ def _choose(
         chosen, behind = np.concatenate([chosen[alike], more]), behind + len(more)
         is_last = not len(more) or turn == _ROUNDS
     rows = np.flatnonzero(alike)[: n_markers or None]
-    return markers.taken(rows) if rows.size else None
+    return markers.select(rows) if rows.size else None
 
 
 def _alike(markers: Markers, points: Floats, radius: float, layout: LayoutName) -> Flags:

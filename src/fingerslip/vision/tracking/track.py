@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -277,24 +277,26 @@ def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: i
             "warnings": "\n".join([*reference.warnings, *_complaints(stream, position, states, rest_frames, broken)]),
         },
     )
+    tracks = tracks.assign(_at_rest(position[:rest_frames], reference.markers.radius))
+    states_meaning = {"long_name": ", ".join(f"{number} {state}" for number, state in enumerate(STATES))}
+    tracks = tracks.assign(frame_state=("time", states, states_meaning))
+    if lens is None:
+        return tracks
+    meaning = {"units": "px", "long_name": "position in the frames, with the lens's distortion"}
+    return tracks.assign(image_position=(("time", "marker", "axis"), image_position, meaning))
+
+
+def _at_rest(position: Floats, radius: Floats) -> dict[str, tuple[tuple[str, ...], Floats, dict[str, str]]]:
+    """Return variables of tracks from positions in the rest frames (t, n, 2) and radii (n,) of markers [px]."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that were not seen at rest
-        mean, noise = np.nanmean(position[:rest_frames], axis=0), np.nanstd(position[:rest_frames], axis=0, ddof=1)
-    extra: dict[str, tuple[tuple[str, ...], NDArray[Any], str, str]] = {
-        "reference": (("marker", "axis"), mean, "px", "mean position in the rest frames"),
-        "rest_noise": (("marker", "axis"), noise, "px", "standard deviation of the position at rest"),
-        "radius": (("marker",), reference.markers.radius, "px", "radius of the markers at rest"),
-        "frame_state": (("time",), states, "", ", ".join(f"{n} {state}" for n, state in enumerate(STATES))),
+        mean, noise = np.nanmean(position, axis=0), np.nanstd(position, axis=0, ddof=1)
+    dims = ("marker", "axis")
+    return {
+        "reference": (dims, mean, {"units": "px", "long_name": "mean position in the rest frames"}),
+        "rest_noise": (dims, noise, {"units": "px", "long_name": "standard deviation of the position at rest"}),
+        "radius": (dims[:1], radius, {"units": "px", "long_name": "radius of the markers at rest"}),
     }
-    if lens is not None:
-        meaning = "position in the frames, with the lens's distortion"
-        extra["image_position"] = (("time", "marker", "axis"), image_position, "px", meaning)
-    return tracks.assign(
-        {
-            name: (dims, values, {**({"units": unit} if unit else {}), "long_name": meaning})
-            for name, (dims, values, unit, meaning) in extra.items()
-        }
-    )
 
 
 def _complaints(

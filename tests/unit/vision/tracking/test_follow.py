@@ -88,18 +88,11 @@ NEIGHBOURS, SPACING = nearest_neighbours(POINTS)
 ALL = np.ones(81, dtype=bool)
 
 
-def test_nearest_neighbours_come_first() -> None:
+def test_motions_that_neighbours_share_are_expected_and_nothing_without_neighbours() -> None:
     assert NEIGHBOURS.shape == (81, 8)
-    assert set(NEIGHBOURS[0]) == set(range(1, 9))
     assert nearest_neighbours(POINTS[:1])[1].tolist() == [np.inf]
-    assert nearest_neighbours(POINTS[:3])[0].shape == (3, 2)
-
-
-def test_translation_is_expected_exactly_gradients_nearly_and_nothing_without_neighbours() -> None:
     shift, spread = np.tile([3.0, -2.0], (81, 1)), 0.1 * (POINTS - POINTS[0])
-    moved, counts = expected_displacement(POINTS, shift, ALL, NEIGHBOURS)
-    assert moved == pytest.approx(shift)
-    assert (counts == 8).all()
+    assert expected_displacement(POINTS, shift, ALL, NEIGHBOURS)[0] == pytest.approx(shift)
     moved, _ = expected_displacement(POINTS, spread, ALL, NEIGHBOURS)
     assert np.abs(moved - spread).max() < 0.05 * np.abs(spread).max()
     moved, counts = expected_displacement(POINTS, shift, ~ALL, NEIGHBOURS)

@@ -7,16 +7,6 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import hexagonal_layout, ring_layout
-from fingerslip.vision.tracking.kernels import (
-    AMPLITUDE,
-    COLUMNS,
-    CORRELATION,
-    N_PROFILE,
-    WEIGHT,
-    learn_profiles,
-    learn_shapes,
-    measure_markers,
-)
 from fingerslip.vision.tracking.layouts import LayoutName, check_layout, topology
 from fingerslip.vision.tracking.markers import known_markers, measure
 from fingerslip.vision.tracking.reference import Blobs, find_blobs, first_frames, reference_of, spots_of
@@ -124,75 +114,41 @@ def test_what_is_learnt_is_what_was_drawn_and_measured_again_from_any_start() ->
     starts = field[which] + [[1.0, 0.0], [0.0, -2.0], [2.0, 2.0]]
     found = measure(markers, image.astype(np.uint8), None, starts, which)
     assert np.abs(found.position - field[which]).max() < 0.1
-    few = markers.taken(np.arange(5))
+    few = markers.select(np.arange(5))
     assert few.neighbours.max() < 5, "neighbours of their own"
     assert len(few.profiles) == len(few.shape) == 5
 
 
-LOOK = clips.Look(shape=(64, 64), noise=0.0)
-CIRCLE, MIDDLE = np.array([[1.0, 0.0, 1.0]]), np.array([[32.0, 32.0]])
-WINDOW, RADIUS = np.array([11.0]), np.array([5.0])
-EVERYWHERE = np.empty((0, 0), dtype=bool)
+def test_gradients_of_the_light_and_glare_beside_a_marker_do_not_pull_and_nothing_is_found_where_nothing_is() -> None:
+    field, look = clips.field(), clips.with_look(clips.DEFAULT, noise=0.0)
+    markers = known_markers(mean_frame(look), None, field, 5.0, bright=False)
+    away = field + np.array([2.0, -1.5])
+    tilted = next(clips.filmed(field[None], clips.with_look(look, gradient=0.4)))
+    assert np.abs(measure(markers, tilted, None, away).position - field).max() < 0.05
+    glaring, (x, y) = next(clips.filmed(field[None], look)).astype(float), field[0]
+    rows, columns = np.indices(glaring.shape)
+    glaring += 90.0 * np.exp(-((columns - x - 9.0) ** 2 + (rows - y + 1.0) ** 2) / 8.0)
+    found = measure(markers, glaring.clip(0, 255).astype(np.uint8), None, away)
+    assert found.position[0] == pytest.approx(field[0], abs=0.05)
+    assert found.quality[0] < 0.97 * np.median(found.quality)
+    behind, empty = np.zeros(look.shape, dtype=bool), np.full(look.shape, 120, dtype=np.uint8)
+    for image, mask, start in ((empty, None, field), (tilted, behind, field), (tilted, None, -field)):
+        nothing = measure(markers, image, mask, start)
+        assert np.isnan(nothing.position).all()
+        assert (nothing.quality == 0.0).all()
 
 
-def frame(x: float, y: float, **changes: object) -> np.ndarray:
-    return next(clips.filmed(np.array([[[x, y]]]), clips.with_look(LOOK, **changes)))
-
-
-def measured(image: np.ndarray, start: tuple[float, float], mask: np.ndarray = EVERYWHERE) -> np.ndarray:
-    profile = learn_profiles(frame(32.0, 32.0).astype(float), MIDDLE, WINDOW, CIRCLE, -1.0)[0]
-    finite = np.flatnonzero(np.isfinite(profile))
-    profile = np.interp(np.arange(N_PROFILE), finite, profile[finite])
-    profile -= profile[-4:].mean()
-    out = np.empty((1, COLUMNS))
-    measure_markers(image, mask, np.array([start]), WINDOW, CIRCLE, profile[None] / profile[0], -1.0, out)
-    return out[0]
-
-
-@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.25, -0.4), (0.5, 0.5), (0.13, 0.77)])
-def test_centre_is_found_below_the_pixel_from_pixels_away(shift: tuple[float, float]) -> None:
-    x, y = 31.0 + shift[0], 33.0 + shift[1]
-    found = measured(frame(x, y), (x + 3.0, y - 2.5))
-    # Grey levels are whole numbers, and the profile is that of one frame.
-    assert found[:2] == pytest.approx([x, y], abs=0.05)
-    assert found[AMPLITUDE] == pytest.approx(120.0, rel=0.03)
-    assert found[CORRELATION] > 0.99
-    assert found[WEIGHT] > 0.95
-
-
-def test_gradients_of_the_light_and_glare_beside_the_marker_do_not_pull() -> None:
-    image = frame(32.3, 31.6).astype(float)
-    rows, columns = np.mgrid[:64, :64]
-    image += 90.0 * np.exp(-((columns - 41.0) ** 2 + (rows - 31.0) ** 2) / 8.0)
-    glaring = measured(image.clip(0, 255).astype(np.uint8), (32.0, 32.0))
-    for found in (glaring, measured(frame(32.3, 31.6, gradient=0.4), (32.0, 32.0))):
-        assert found[:2] == pytest.approx([32.3, 31.6], abs=0.05)
-    assert glaring[WEIGHT] < 0.97
-
-
-def test_nothing_is_found_on_an_empty_background_outside_and_behind_the_mask() -> None:
-    whole = frame(32.0, 32.0)
-    for found in (
-        measured(np.full((64, 64), 120, dtype=np.uint8), (32.0, 32.0)),
-        measured(whole, (np.nan, np.nan)),
-        measured(whole, (-40.0, 5.0)),
-        measured(whole, (32.0, 32.0), np.zeros((64, 64), dtype=bool)),
-    ):
-        assert found[CORRELATION] == 0.0
-        assert np.isnan(found[0])
-
-
-def test_shapes_are_ellipses_of_determinant_one() -> None:
-    rows, columns = np.mgrid[:64, :64]
-    image = np.where(((columns - 32) / 8.0) ** 2 + ((rows - 32) / 5.0) ** 2 < 1.0, 40.0, 160.0)
-    window = np.array([14.0])
-    a, b, c = learn_shapes(image, MIDDLE, RADIUS, window, -1.0)[0]
-    assert a * c - b * b == pytest.approx(1.0)
-    # The metric is the inverse of the squared axes.
-    assert c / a == pytest.approx((8.0 / 5.0) ** 2, rel=0.15)
-    assert b == pytest.approx(0.0, abs=0.01)
-    line = np.where(np.abs(rows - 32) < 2, 40.0, 160.0)
-    assert learn_shapes(line, MIDDLE, RADIUS, window, -1.0).tolist() == [[1.0, 0.0, 1.0]]
+def test_markers_that_are_seen_from_the_side_are_ellipses_of_determinant_one() -> None:
+    rows, columns = np.indices((120, 200))
+    places = np.array([[50.0, 60.0], [150.0, 60.0]])
+    image = np.full(rows.shape, 160.0)
+    for x, y in places:
+        image[((columns - x) / 8.0) ** 2 + ((rows - y) / 5.0) ** 2 < 1.0] = 40.0
+    for a, b, c in known_markers(image, None, places, 6.0, bright=False).shape:
+        assert a * c - b * b == pytest.approx(1.0)
+        # The metric is the inverse of the squared axes.
+        assert c / a == pytest.approx((8.0 / 5.0) ** 2, rel=0.15)
+        assert b == pytest.approx(0.0, abs=0.01)
 
 
 def shuffled(points: np.ndarray, noise: float) -> tuple[np.ndarray, np.ndarray]:
