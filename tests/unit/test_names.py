@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
-from collections.abc import Iterator
 
 from places import ROOT
 
@@ -12,11 +12,14 @@ VAGUE = {"found", "own", "one", "known", "parts", "place", "kept", "shown", "giv
 PARTICIPLE = re.compile(r"_?(\w+ed|made|kept|shown|known|held|told|taken|found|given)")
 
 
-def functions() -> Iterator[tuple[str, ast.FunctionDef]]:
-    for path in sorted((ROOT / "src" / "fingerslip").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.FunctionDef):
-                yield f"{path.name}:{node.lineno} {node.name}", node
+@functools.cache
+def functions() -> list[tuple[str, ast.FunctionDef]]:
+    return [
+        (f"{path.name}:{node.lineno} {node.name}", node)
+        for path in sorted((ROOT / "src" / "fingerslip").rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+    ]
 
 
 def variables(function: ast.FunctionDef) -> set[str]:

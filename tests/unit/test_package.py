@@ -95,28 +95,30 @@ def parameters_of(thing: object) -> list[str]:
     return list(inspect.signature(thing).parameters)
 
 
-@pytest.mark.parametrize("name", PUBLIC)
-def test_public_name_has_a_docstring_with_a_summary_and_all_parameters(name: str) -> None:
+def mistakes(name: str) -> Iterator[str]:
+    """Yield what the docstring of a public name lacks."""
     thing = getattr(fs, name)
-    text = inspect.getdoc(thing)
-    assert text
-    assert thing.__doc__, "a docstring of its own, not that of a base"
+    text = inspect.getdoc(thing) or ""
+    if not thing.__doc__:
+        yield "has no docstring of its own, perhaps that of a base"
     found = sections(text)
     summary = found[""].split("\n\n")[0]
-    assert summary[0].isupper()
-    assert summary.endswith(".")
-    assert "\n" not in summary, "one line says what it is"
+    if not re.fullmatch(r"[A-Z][^\n]*\.", summary):
+        yield "one line with a capital and a full stop does not say what it is"
     described = dict(entries(found.get("Parameters", "")))
-    assert set(described) == set(parameters_of(thing))
+    if set(described) != set(parameters_of(thing)):
+        yield f"its parameters are {parameters_of(thing)}, not {list(described)}"
     for parameter, explanation in described.items():
-        assert explanation.endswith((".", "`.")), f"{parameter} is not explained in a sentence"
+        if not explanation.endswith((".", "`.")):
+            yield f"{parameter} is not explained in a sentence"
+    if not inspect.isfunction(thing):
+        return
+    returns = found.get("Returns", "").strip()
+    if inspect.signature(thing).return_annotation == "None" and "Returns" in found:
+        yield "returns nothing, and says what"
+    elif inspect.signature(thing).return_annotation != "None" and not (returns or text.startswith("Return ")):
+        yield "does not say what it returns"
 
 
-@pytest.mark.parametrize("name", [name for name in PUBLIC if inspect.isfunction(getattr(fs, name))])
-def test_public_function_says_what_it_returns(name: str) -> None:
-    function = getattr(fs, name)
-    text = inspect.getdoc(function) or ""
-    if inspect.signature(function).return_annotation == "None":
-        assert "Returns" not in sections(text)
-    else:
-        assert text.startswith("Return ") or sections(text).get("Returns", "").strip()
+def test_public_names_have_docstrings_with_a_summary_all_parameters_and_what_is_returned() -> None:
+    assert {name: found for name in PUBLIC if (found := list(mistakes(name)))} == {}
