@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -151,7 +151,10 @@ _HELD_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 @with_style
 def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run."""
-    times, drawn = shown_times(histories.values()), {"normal force [mN]": _normal_force}
+    times = shown_times(histories.values())
+    drawn: dict[str, Callable[[xr.Dataset], dict[str, Floats]]] = {
+        "normal force [mN]": lambda history: {"": 1e3 * contact_forces(history).normal}
+    }
     if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
         drawn["displacement of the body [mm]"] = _body_displacements
     title = "Normal force and motion while nothing slides"
@@ -167,10 +170,6 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
             axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     max(times, key=lambda time: float(np.nanmax(time.values))).fit(panels[0])
     return figure
-
-
-def _normal_force(history: xr.Dataset) -> dict[str, Floats]:
-    return {"": 1e3 * contact_forces(history).normal}
 
 
 def _body_displacements(history: xr.Dataset) -> dict[str, Floats]:

@@ -170,22 +170,17 @@ def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     colours = ring_colours(int(rings.max(initial=0)) + 1)
     keys: dict[str, Artist] = {}
     for number, (axes, name) in enumerate(zip(panels, axes_names, strict=True)):
-        displacement = scale * _since_first_seen(tracks["position"].values[:, :, number])
+        values = tracks["position"].values[:, :, number]
+        if values.size:
+            # Since a marker was first seen.
+            values = scale * (values - values[(~np.isnan(values)).argmax(axis=0), np.arange(values.shape[1])])
         axes.set_title(f"along {name}")
         for marker in centre_last(rings):
             ring = int(rings[marker])
-            (line,) = axes.plot(tracks["time"], displacement[:, marker], color=colours[ring], linewidth=0.8)
+            (line,) = axes.plot(tracks["time"], values[:, marker], color=colours[ring], linewidth=0.8)
             keys[f"ring {ring}" if ring else "centre"] = line
     add_legend(figure, dict(sorted(keys.items())) if "ring" in tracks.coords else {})
     return figure
-
-
-def _since_first_seen(values: Floats) -> Floats:
-    """Return values (n_times, n_markers) less the first of each marker that is known."""
-    if not values.size:
-        return values
-    since: Floats = values - values[(~np.isnan(values)).argmax(axis=0), np.arange(values.shape[1])]
-    return since
 
 
 @with_style

@@ -141,7 +141,11 @@ def section_figure(
     figure, (whole, close) = figure_grid(2, 2, (4.6, 3.5), heading, labels, share="none", widths=(1.75, 1.0))
     rest = mesh.p.T[:, :2]
     points = rest if displacement is None else rest + displacement[: len(rest)]
-    positions = {kind: _move_receptors(rest, points, values) for kind, values in receptors.items()}
+    positions = {}
+    for kind, values in receptors.items():
+        # Receptors move with the nearest nodes of the mesh.
+        nearest = np.argmin(np.linalg.norm(rest[None] - values[:, None], axis=2), axis=1)
+        positions[kind] = values + points[nearest] - rest[nearest]
     lowest = points[np.argmin(points[:, 1])]
     level, colours = float(lowest[1]) if plate is None else plate, region_colours(tuple(mesh.subdomains or {}))
     corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
@@ -170,13 +174,6 @@ def section_figure(
 
 def _receptor_colour(kind: str) -> str:
     return RECEPTOR_COLOURS.get(kind, BLACK)
-
-
-def _move_receptors(rest: Floats, points: Floats, positions: Floats) -> Floats:
-    """Move receptors with the nearest nodes of the mesh."""
-    nearest = np.argmin(np.linalg.norm(rest[None] - positions[:, None], axis=2), axis=1)
-    moved: Floats = positions + points[nearest] - rest[nearest]
-    return moved
 
 
 def _zoom(whole: Axes, close: Axes, lowest: Floats, level: float) -> None:

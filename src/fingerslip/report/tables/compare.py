@@ -56,18 +56,13 @@ def statements_table(reference: PublishedSet) -> Table:
     return Table(reference.title, columns, rows, f"Published: {reference.citation}")
 
 
-def _unmet(run: RunResult, values: Sequence[PublishedValue]) -> Mapping[str, object]:
-    """Return the fewest conditions that a run misses of published values; none where it meets those of any."""
-    return min((value.unmet(run.all_values) for value in values), key=len, default={})
-
-
 def _left_out(runs: Sequence[RunResult], values: Sequence[PublishedValue]) -> str:
     """Say which runs are compared with nothing, and in what they differ from the paper; empty where there are none."""
     reasons: dict[str, list[str]] = {}
     for run in runs:
         differences = ", ".join(
             f"{path} is {run.all_values.get(path, 'not known')}, published for {needed}"
-            for path, needed in _unmet(run, values).items()
+            for path, needed in min((value.unmet(run.all_values) for value in values), key=len, default={}).items()
         )
         if differences:
             reasons.setdefault(differences, []).append(run_title(run, "this run"))

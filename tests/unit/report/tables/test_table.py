@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 
 from fingerslip.tables.table import (
+    Cell,
     Column,
     Measured,
     Missing,
@@ -36,14 +37,25 @@ def test_a_measured_number_shows_its_uncertainty_and_stays_a_number() -> None:
     assert list(csv.reader(io.StringIO(to_csv(table))))[1] == ["1.7046"]
 
 
-def test_an_uncertainty_below_the_last_digit_is_not_shown_as_nothing() -> None:
-    shown = (Column("time", "s", digits) for digits in (3, 0))
-    assert [column.format(Measured(1.7046, 0.0002)) for column in shown] == ["1.705 ± <0.001", "2 ± <1"]
-
-
-def test_negative_digits_are_zeros_before_the_point() -> None:
-    column = Column("time", "ms", -2)
-    assert (column.format(612.3), column.format(Measured(612.3, 7.0))) == ("600", "600 ± <100")
+@pytest.mark.parametrize(
+    ("column", "cell", "text"),
+    [
+        # An uncertainty below the last digit is not shown as nothing.
+        (Column("time", "s", 3), Measured(1.7046, 0.0002), "1.705 ± <0.001"),
+        (Column("time", "s", 0), Measured(1.7046, 0.0002), "2 ± <1"),
+        # Negative digits are zeros before the point.
+        (Column("time", "ms", -2), 612.3, "600"),
+        (Column("time", "ms", -2), Measured(612.3, 7.0), "600 ± <100"),
+        (Column("force", significant=4), 0.159664, "0.1597"),
+        (Column("force", significant=4), Measured(0.159664, 0.000485523), "0.1597 ± 0.00049"),
+        # A rounded zero has no sign.
+        (Column("diff.", "ms", 0), -0.4, "0"),
+        (Column("diff.", "ms"), -0.0, "0"),
+        (Column("diff.", "ms", 0), -0.6, "-1"),
+    ],
+)
+def test_numbers_have_the_digits_of_their_column(column: Column, cell: Cell, text: str) -> None:
+    assert column.format(cell) == text
 
 
 def test_reasons_have_texts_of_their_own() -> None:
@@ -63,19 +75,8 @@ def test_columns_of_missing_numbers_are_columns_of_numbers() -> None:
     assert [is_numeric(Table("t", columns, rows), index) for index in range(3)] == [True, False, True]
 
 
-def test_significant_digits_are_those_of_the_column() -> None:
-    column = Column("force", significant=4)
-    assert (column.format(0.159664), column.format(Measured(0.159664, 0.000485523))) == ("0.1597", "0.1597 ± 0.00049")
-
-
 def test_units_are_typeset() -> None:
     assert [typeset(unit) for unit in ("m/s^2", "kg/m^3", "um", "N")] == ["m/s²", "kg/m³", "µm", "N"]
-
-
-def test_a_rounded_zero_has_no_sign() -> None:
-    assert Column("diff.", "ms", 0).format(-0.4) == "0"
-    assert Column("diff.", "ms").format(-0.0) == "0"
-    assert Column("diff.", "ms", 0).format(-0.6) == "-1"
 
 
 def test_json_keeps_numbers_and_says_why_values_are_missing() -> None:
