@@ -8,7 +8,6 @@ A material may also start from one that ships: `preset` names it, and all else i
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import functools
 import operator
 from collections.abc import Mapping
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import pydantic
 
-from fingerslip.errors import InputError
+from fingerslip.errors import unknown_name
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
@@ -94,9 +93,7 @@ def _name(value: object) -> str:
 def _check_name(value: object) -> object:
     name = _name(value)
     if name != PRESET and name not in _LAWS:
-        near = difflib.get_close_matches(name, _LAWS, n=1)
-        repair = f"did you mean '{near[0]}'?" if near else ""
-        raise InputError("law", f"'{name}' is not known", f"needs one of {', '.join(_LAWS)}", repair)
+        raise unknown_name("law", name, _LAWS)
     return value
 
 
