@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "SlipOutsideContactError",
     "TruncatedVideoError",
     "shorten",
+    "unknown_name",
 ]
 
 _LONGEST = 80
@@ -89,6 +91,20 @@ class InputError(FingerslipError, ValueError):
         text = f"{self.where}: {self.found}, {self.allowed}" if self.where else f"{self.found}, {self.allowed}"
         text = f"{text}; {self.repair}" if self.repair else text
         return text if self.line is None else f"{text} (line {self.line})"
+
+
+def unknown_name(where: str, name: str, names: Iterable[str]) -> InputError:
+    """Return the error of a name that is not among those that are known, with the most similar one as its repair.
+
+    Examples
+    --------
+    >>> print(unknown_name("template", "sweeps", ["sweep", "own-mesh"]))
+    template: 'sweeps' is not known, needs one of sweep, own-mesh; did you mean 'sweep'?
+    """
+    known_names = list(names)
+    near = difflib.get_close_matches(name, known_names, n=1)
+    repair = f"did you mean '{near[0]}'?" if near else ""
+    return InputError(where, f"'{name}' is not known", f"needs one of {', '.join(known_names)}", repair)
 
 
 class InputErrors(InputError):  # noqa: N818  it holds several

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import math
 from collections.abc import Mapping
@@ -12,7 +11,7 @@ from importlib.resources.abc import Traversable
 from types import MappingProxyType
 from typing import Any, Literal
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, unknown_name
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.units import parse_quantity, split_quantity
 
@@ -86,9 +85,7 @@ def published_set(name: str) -> PublishedSet:
     """
     names = published_names()
     if name not in names:
-        near = difflib.get_close_matches(name, names, n=1)
-        repair = f"did you mean '{near[0]}'?" if near else ""
-        raise InputError("compare", f"'{name}' is not known", f"needs one of {', '.join(names)}", repair)
+        raise unknown_name("compare", name, names)
     paper, group = name.split("-", 1)
     document = _document(paper)
     entry = document["groups"][group]

@@ -6,7 +6,6 @@ For the latter `preset` names it, and all else in the material overrides its val
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import functools
 import operator
 from collections.abc import Mapping
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import pydantic
 
-from fingerslip.errors import InputError
+from fingerslip.errors import unknown_name
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
@@ -75,9 +74,7 @@ def _name(value: object) -> str:
 def _check_name(value: object) -> object:
     name = _name(value)
     if name != PRESET and name not in _LAWS:
-        near = difflib.get_close_matches(name, _LAWS, n=1)
-        repair = f"did you mean '{near[0]}'?" if near else ""
-        raise InputError("law", f"'{name}' is not known", f"needs one of {', '.join(_LAWS)}", repair)
+        raise unknown_name("law", name, _LAWS)
     return value
 
 

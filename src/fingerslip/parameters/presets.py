@@ -6,17 +6,16 @@ its `source` (a key of the references, or ``assumed``), a `note`, and the `range
 
 from __future__ import annotations
 
-import difflib
 import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import Any, Generic, TypeVar
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, unknown_name
 from fingerslip.parameters import from_mapping
-from fingerslip.parameters.dotted import join_path
+from fingerslip.parameters.dotted import assign, join_path
 from fingerslip.parameters.yaml_text import parse_document
 
 __all__ = ["PresetValue", "Presets"]
@@ -73,7 +72,7 @@ class Presets(Generic[T]):
     def table(self, name: str) -> tuple[PresetValue, ...]:
         """Return every value of a preset with its source, the assumed ones first."""
         entries = self._document(name, "preset")["values"].items()
-        rows = [PresetValue(path, _text(e["value"]), e["source"], _note(e)) for path, e in entries]
+        rows = [_value(path, entry) for path, entry in entries]
         return tuple(sorted(rows, key=lambda row: row.source != "assumed"))
 
     def header(self, name: str) -> dict[str, str]:
@@ -102,42 +101,30 @@ class Presets(Generic[T]):
         return from_mapping(self.kind, self._merge(self.kept(values, changes), changes), where)
 
     def _merge(self, base: _Group, changes: _Group) -> dict[str, Any]:
-        return {**base, **dict(self._merge_items(base, changes))}
-
-    def _merge_items(self, base: _Group, changes: _Group) -> Iterator[tuple[str, Any]]:
+        merged = dict(base)
         for key, value in changes.items():
-            inner = base.get(key)
-            if isinstance(inner, Mapping) and isinstance(value, Mapping):
-                yield key, self._merge(self.kept(inner, value), value)
-            else:
-                yield key, value
+            inner: Any = base.get(key)
+            both = isinstance(inner, Mapping) and isinstance(value, Mapping)
+            merged[key] = self._merge(self.kept(inner, value), value) if both else value
+        return merged
 
     def _document(self, name: str, where: str) -> dict[str, Any]:
         if name not in self.names:
-            near = difflib.get_close_matches(name, self.names, n=1)
-            repair = f"did you mean '{near[0]}'?" if near else ""
-            raise InputError(where, f"'{name}' is not known", f"needs one of {', '.join(self.names)}", repair)
+            raise unknown_name(where, name, self.names)
         return _read_preset(self.package, name)
 
 
-def _note(entry: _Group) -> str:
-    range_of_values = f"range {entry['range']}" if "range" in entry else ""
-    return "; ".join(filter(None, (entry.get("note", ""), range_of_values)))
-
-
-def _text(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def _value(path: str, entry: _Group) -> PresetValue:
+    value = str(entry["value"]).lower() if isinstance(entry["value"], bool) else str(entry["value"])
+    notes = (entry.get("note", ""), f"range {entry['range']}" if "range" in entry else "")
+    return PresetValue(path, value, entry["source"], "; ".join(filter(None, notes)))
 
 
 def _nest(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return a preset's values as nested plain data."""
     nested: dict[str, Any] = {}
     for path, entry in document["values"].items():
-        *groups, leaf = path.split(".")
-        inner = nested
-        for group in groups:
-            inner = inner.setdefault(group, {})
-        inner[leaf] = entry["value"]
+        assign(nested, path, entry["value"])
     return nested
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import re
 from collections.abc import Mapping
@@ -10,7 +9,7 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, unknown_name
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Column, Table
@@ -86,9 +85,7 @@ def new_study(path: Path, template: str) -> Path:
 
 def _chosen(kind: str, name: str, files: Mapping[str, Traversable]) -> str:
     if name not in files:
-        near = difflib.get_close_matches(name, files, n=1)
-        repair = f"did you mean '{near[0]}'?" if near else ""
-        raise InputError(kind, f"'{name}' is not known", f"needs one of {', '.join(files)}", repair)
+        raise unknown_name(kind, name, files)
     return files[name].read_text(encoding="utf-8")
 
 

@@ -23,7 +23,7 @@ from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.file import line_numbers, read_with_base
 from fingerslip.study.definition.samples import drawn, scatter_values
-from fingerslip.study.definition.spec import NOT_OF_A_RUN, Definition, Study, given_in, study_mapping
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, given_in, study_mapping
 from fingerslip.study.definition.sweep import combinations
 from fingerslip.units import without_rounding
 
@@ -111,17 +111,17 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
 
     Runs whose values do not fit together are refused: an error where all are, and where nothing is sampled.
     """
-    definition = Definition(mapping, source)
-    study = definition.study
+    plain = PlainStudy(mapping, source)
+    study = plain.study
     key, total = (REPEAT, study.repeats.count) if study.repeats else (SAMPLE, study.sample.total if study.sample else 0)
-    draws = [(swept, *draw) for swept in combinations(study.sweep) for draw in _draws(definition, swept)]
+    draws = [(swept, *draw) for swept in combinations(study.sweep) for draw in _draws(plain, swept)]
     numbered = [{**swept, key: f"{number:0{len(str(total))}}"} if total else swept for swept, number, *_ in draws]
     runs: list[Run] = []
     refused: list[RefusedRun] = []
     for name, (swept, number, drawn_values, changes) in zip(run_names(numbered), draws, strict=True):
         shown = {**swept, key: number} if total else swept
         try:
-            runs.append(_run(definition, changes, name, shown, drawn_values))
+            runs.append(_run(plain, changes, name, shown, drawn_values))
         except InputError as error:
             refused.append(RefusedRun(name, shown, drawn_values, str(error)))
             if len(refused) == len(draws) or not total:
@@ -129,16 +129,16 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
     return Expansion(study, tuple(runs), tuple(refused), given_in(mapping))
 
 
-def _draws(definition: Definition, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
+def _draws(plain: PlainStudy, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
     """Yield the number of each sample or repeat of swept values, what is drawn, and all values that it changes."""
-    study = definition.study
+    study = plain.study
     if study.repeats is not None:
-        values = flatten(_run(definition, swept).plain_values())
+        values = flatten(_run(plain, swept).plain_values())
         for number in range(1, study.repeats.count + 1):
             try:
                 scattered = scatter_values(study.repeats, number, values)
             except InputError as error:
-                raise error.moved(lambda where: f"{definition.source}: {where}") from None
+                raise error.moved(lambda where: f"{plain.source}: {where}") from None
             yield number, scattered, {**swept, **scattered}
     elif study.sample is not None:
         for number, sampled in enumerate(drawn(study.sample), start=1):
@@ -148,16 +148,16 @@ def _draws(definition: Definition, swept: dict[str, Any]) -> Iterator[tuple[int,
 
 
 def _run(
-    definition: Definition,
+    plain: PlainStudy,
     changes: Mapping[str, Any],
     name: str = "",
     swept: Mapping[str, Any] = _EMPTY,
     sampled: Mapping[str, Any] = _EMPTY,
 ) -> Run:
-    study = definition.with_values(changes)
+    study = plain.with_values(changes)
     words = ", ".join(f"{path} = {value}" for path, value in swept.items())
-    where = f"{definition.source} ({words})" if swept else str(definition.source)
-    return Run(name, where, dict(swept), study, study.specimen(str(definition.source)), dict(sampled))
+    where = f"{plain.source} ({words})" if swept else str(plain.source)
+    return Run(name, where, dict(swept), study, study.specimen(str(plain.source)), dict(sampled))
 
 
 def run_names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -54,7 +54,7 @@ from fingerslip.study.definition.sweep import check_sweep, swept_mistakes, swept
 
 __all__ = [
     "NOT_OF_A_RUN",
-    "Definition",
+    "PlainStudy",
     "Study",
     "given_in",
     "known_paths",
@@ -313,7 +313,7 @@ def read_study(path: str | Path) -> Study:
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     """Build a study from plain data, quantities as text with units."""
-    return Definition(mapping, source).study
+    return PlainStudy(mapping, source).study
 
 
 def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
@@ -325,7 +325,7 @@ def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(map(str, (*written, *swept, *sampled)))
 
 
-class Definition:
+class PlainStudy:
     """A study as plain data that was checked with all its runs; every run of its sweep is read once.
 
     Errors as of :func:`read_study`, without lines.

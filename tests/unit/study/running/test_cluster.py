@@ -17,6 +17,7 @@ from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.prepare import prepare
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import run_study
+from unit.study.told import Told
 
 pytestmark = pytest.mark.usefixtures("simulated", "reports")
 Write = Callable[..., Path]
@@ -85,16 +86,6 @@ class Client:
         return self.versions
 
 
-class Told(SilentProgress):
-    """Keeps what is said."""
-
-    def __init__(self) -> None:
-        self.said: list[str] = []
-
-    def say(self, message: str) -> None:
-        self.said.append(message)
-
-
 def test_workers_that_cannot_compute_are_named_before_anything_is_sent() -> None:
     same, told = metadata.version("fingerslip"), Told()
     cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": same}), told)
@@ -102,9 +93,9 @@ def test_workers_that_cannot_compute_are_named_before_anything_is_sent() -> None
         cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": metadata.PackageNotFoundError()}), told)
     with pytest.raises(InputError, match=r"worker tcp://b:2: has fingerslip 0\.0"):
         cluster._check_workers(Client({"tcp://b:2": "0.0"}), told)
-    assert told.said == []
+    assert told.messages == []
     cluster._check_workers(Client({}), told)
-    assert told.said == ["the cluster has no workers yet; the study waits for them"]
+    assert told.messages == ["the cluster has no workers yet; the study waits for them"]
 
 
 def test_threads_of_a_worker_compute_one_after_the_other(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,22 +29,7 @@ from fingerslip.study.running.pool import WorkerLostError, compute_all, without_
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import compute_jobs
 from problems.pushed import push_and_slide
-
-
-class Telling(SilentProgress):
-    """Keeps what it is told."""
-
-    def __init__(self) -> None:
-        self.told: list[tuple[Any, ...]] = []
-
-    def begin(self, names: Any) -> None:
-        self.told.append(("begin", *names))
-
-    def advance(self, name: str, fraction: float) -> None:
-        self.told.append((name, fraction))
-
-    def finish(self, name: str, outcome: str) -> None:
-        self.told.append((name, outcome))
+from unit.study.told import Told
 
 
 def job(name: str, model: Any = None, folder: Path = Path("none")) -> Any:
@@ -124,7 +109,7 @@ def test_failures_are_kept_by_name_and_the_others_go_on(monkeypatch: pytest.Monk
             raise ends[jobs[0].run.name]
 
     monkeypatch.setattr(compute, "compute", compute_one)
-    progress = Telling()
+    progress = Told()
     plan: Any = SimpleNamespace(folder=tmp_path)
     jobs = [job(name, folder=tmp_path) for name in ends]
     failures = compute_jobs(plan, jobs, lambda *given: compute_all(given[0], 1, *given[1:]), progress).failures
@@ -177,7 +162,7 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run() -> None:
     futures = {finished(end): [job(name) for name in together] for together, end in ends.items()}
     news: queue.Queue[tuple[str, float]] = queue.Queue()
     news.put(("a", 0.25))
-    progress = Telling()
+    progress = Told()
     outcomes: list[Outcome] = list(pool._follow(futures, news, progress))
     assert progress.told == [("a", 0.25)]
     errors = {name: type(error) for outcome in outcomes for name, error in outcome.errors.items()}

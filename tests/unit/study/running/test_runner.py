@@ -15,13 +15,13 @@ from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.history import read_history
 from fingerslip.study.running import compute
 from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
 from fingerslip.study.storage import store
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.summary import read_manifest
 from fingerslip.units import parse_quantity
 from unit.study.block import FRICTIONS, block_values, changed
+from unit.study.told import Told
 
 Write = Callable[..., Path]
 NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
@@ -209,41 +209,17 @@ def test_written_run_is_a_study_that_gives_the_same_run(write_study: Write) -> N
 
 
 def test_progress_is_told_in_order(write_study: Write, simulated: list[float], reports: list[Any]) -> None:
-    told: list[tuple[Any, ...]] = []
-
-    class Telling(SilentProgress):
-        def begin(self, names: Any) -> None:
-            told.append(("begin", *names))
-
-        def advance(self, name: str, fraction: float) -> None:
-            told.append((name, fraction))
-
-        def finish(self, name: str, outcome: str) -> None:
-            told.append((name, outcome))
-
-        def say(self, message: str) -> None:
-            told.append((message,))
-
+    told = Told()
     path = write_study(block_values() | {"sweep": {}})
-    run(path, progress=Telling())
-    run(path, progress=Telling())
-    assert told == [("begin", "run"), ("run", 0.5), ("run", "done"), ("block/run: unchanged",)]
+    run(path, progress=told)
+    run(path, progress=told)
+    assert told.told == [("begin", "run"), ("run", 0.5), ("run", "done"), ("block/run: unchanged",)]
 
 
 @pytest.mark.parametrize("workers", [0, -1])
 def test_workers_are_at_least_one(write_study: Write, workers: int) -> None:
     with pytest.raises(InputError, match="needs a number >= 1"):
         run_study(write_study(), workers=workers)
-
-
-class Said(SilentProgress):
-    """Keeps the messages."""
-
-    def __init__(self) -> None:
-        self.messages: list[str] = []
-
-    def say(self, message: str) -> None:
-        self.messages.append(message)
 
 
 @pytest.mark.usefixtures("reports")
@@ -253,7 +229,7 @@ def test_a_damaged_run_is_computed_again_and_said_so(write_study: Write, simulat
     file = run(path).folder / NAMES[1] / name
     written = file.read_bytes()
     file.write_bytes(written[:-9])
-    said = Said()
+    said = Told()
     result = run(path, progress=said)
     assert (result.computed, result.unchanged) == ((NAMES[1],), (NAMES[0], NAMES[2]))
     assert simulated == [*FRICTIONS, FRICTIONS[1]]
@@ -314,7 +290,7 @@ def test_finished_samples_are_not_computed_again(write_study: Write, simulated: 
 @pytest.mark.usefixtures("simulated", "reports")
 def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_study: Write) -> None:
     """The block is 5 mm high, so samples in the last part of the range are pressed through it."""
-    said = Said()
+    said = Told()
     path = write_study(sampled({"programme.0.press.depth": ["0.1 mm", "6 mm"]}))
     result = run(path, progress=said)
     assert (len(result.runs), len(result.refused)) == (4, 1)
