@@ -27,8 +27,7 @@ from fingerslip.slip.measures import Measure
 from fingerslip.tables.table import Column, Table, texts
 from fingerslip.uncertainty import Convergence, Series
 from fingerslip.verification.meshes import box
-from fingerslip.vision.cameras.camera import true_tracks
-from fingerslip.vision.cameras.camera import external_camera
+from fingerslip.vision.cameras.camera import external_camera, true_tracks
 from unit.filmed import filmed_history
 from unit.report.page.contents import content_of, two_runs, with_runs
 from unit.report.pages import checked
