@@ -201,7 +201,8 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     scikit-fem sorts the vertices of triangles and tetrahedra, so their sign by itself says nothing; it must only not
     change within a cell. Other cells keep their order, so all of them must turn the same way.
     """
-    jacobian = _jacobian(mesh, mesh.doflocs, order)
+    inside, _ = get_quadrature(mesh.elem.refdom, order)
+    jacobian = _jacobian(mesh, mesh.doflocs, np.hstack([inside, mesh.elem.refdom.p]))
     turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
@@ -212,13 +213,11 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     return np.asarray(jacobian[:, 0] < 0.0)
 
 
-def _jacobian(mesh: Any, points: Array, order: int) -> NDArray[np.float64]:
-    """Return the determinant (n_cells, n_points) of the cells' mapping at quadrature points and corners.
+def _jacobian(mesh: Any, points: Array, at: Array) -> NDArray[np.float64]:
+    """Return the determinant (n_cells, n_points) of the cells' mapping at places (dim, n_points) of the reference cell.
 
     Nodes are at `points` (dim, n_nodes) [m]. scikit-fem's own determinant raises at zero.
     """
-    inside, _ = get_quadrature(mesh.elem.refdom, order)
-    at = np.hstack([inside, mesh.elem.refdom.p])
     nodes = mesh.dofs.element_dofs
     slopes = np.stack([np.broadcast_to(mesh.elem().lbasis(at, i)[1], at.shape) for i in range(len(nodes))])
     return np.asarray(np.linalg.det(np.einsum("inc,njq->cqij", points[:, nodes], slopes)))
@@ -228,7 +227,8 @@ def inverted_cells(space: Space, displacement: Array) -> NDArray[np.bool_]:
     """Return which cells a displacement (n_dofs,) [m] turns inside out, at their centre."""
     mesh = space.mesh
     moved = mesh.doflocs + displacement.reshape(-1, space.dim).T
-    return np.asarray((_jacobian(mesh, moved, 1) * _jacobian(mesh, mesh.doflocs, 1) <= 0.0)[:, 0])
+    centre = get_quadrature(mesh.elem.refdom, 1)[0][:, :1]
+    return np.asarray((_jacobian(mesh, moved, centre) * _jacobian(mesh, mesh.doflocs, centre) <= 0.0)[:, 0])
 
 
 def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
