@@ -13,6 +13,7 @@ import fingerslip as fs
 from fingerslip.dynamics.step import sharing
 from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.linear import threads
+from fingerslip.verification.meshes import box
 from problems.matrices import EXACT, needs_mkl
 from problems.pushed import push_and_slide
 from unit.dynamics.models import assert_same_history
@@ -147,6 +148,7 @@ def test_friction_programme_loads_records_and_the_object_of_the_mesh_may_differ(
         {"programme": (PRESS, fs.Slide(1e-4, 4e-3, (-1.0, 0.0)))},
         {"gravity": (0.0, -9.81)},
         {"tractions": {"left": (1.0, 0.0)}},
+        {"tractions": {"left": fs.Traction((1.0, 0.0), fs.Ramp((0.0, 0.05), (0.0, 1.0)))}},
         {"initial_velocity": (1e-3, 0.0)},
         {"record": fs.Recording(snapshots_every=0.01)},
         {"mesh": push_and_slide().mesh},
@@ -155,6 +157,26 @@ def test_friction_programme_loads_records_and_the_object_of_the_mesh_may_differ(
     names = ("contact_displacement", "normal_traction", "counterface_force", "strain_energy")
     for each, history in zip(group, fs.simulate_together(group, solver=EXACT), strict=True):
         assert_same_history(history, fs.simulate(each, solver=EXACT), 1e-7, names)
+
+
+def test_friction_may_have_frames_of_its_own():
+    """In 3D, where anisotropic laws turn the tangents; the matrix is shared and the compliance is not."""
+    grid = np.linspace(0.0, 4e-3, 4)
+    programme = (fs.Press(0.1e-3, 5e-3), fs.Slide(0.1e-3, 5e-3))
+    group = [
+        push_and_slide(
+            mesh=box("H8", grid, grid, grid[:3]),
+            formulation="solid",
+            depth=1.0,
+            supports={"top": ("x", "y", "z")},
+            contacts=(fs.Contact("bottom", fs.Plane((0.0, 0.0, 1.0)), fs.Anisotropic(0.2, 0.6, along)),),
+            programme=programme,
+        )
+        for along in ((1.0, 0.0, 0.0), (0.6, 0.8, 0.0))
+    ]
+    for model, history in zip(group, fs.simulate_together(group, solver=EXACT), strict=True):
+        names = ("tangential_traction", "contact_displacement")
+        assert_same_history(history, fs.simulate(model, solver=EXACT), 1e-7, names)
 
 
 # Groups of models that a study simulates together.
