@@ -39,7 +39,10 @@ def walk(values: object, path: str = "") -> Iterator[str]:
     >>> list(walk({"a": {"b": [1]}}))
     ['a', 'a.b', 'a.b.0']
     """
-    for key, item in _items(values):
+    items = (
+        values.items() if isinstance(values, Mapping) else enumerate(values) if isinstance(values, list | tuple) else ()
+    )
+    for key, item in items:
         inner = join_path(path, str(key))
         yield inner
         yield from walk(item, inner)
@@ -97,13 +100,6 @@ def _key(inner: object, key: str, path: str) -> str | int:
     if isinstance(inner, list) and key.isdecimal() and int(key) < len(inner):
         return int(key)
     raise LookupError(path)
-
-
-def _items(values: object) -> Iterator[tuple[object, object]]:
-    if isinstance(values, Mapping):
-        yield from values.items()
-    elif isinstance(values, list | tuple):
-        yield from enumerate(values)
 
 
 def flatten(mapping: Mapping[str, Any]) -> dict[str, Any]:

@@ -84,27 +84,22 @@ class _ForEditors(GenerateJsonSchema):
         words, defaults = field_words(cls), _defaults(cls)
         for name, key in definition.get("properties", {}).items():
             key.pop("title", None)
-            if described := _join_words(words.get(name, ""), key.get("description", "")):
-                key["description"] = described
+            sentences = (words.get(name, ""), key.get("description", ""))
+            if any(sentences):
+                key["description"] = " ".join(f"{sentence.rstrip('.')}." for sentence in sentences if sentence)
             if name in defaults:
                 key["default"] = defaults[name]
         return definition | {"description": _plain((inspect.getdoc(cls) or "").partition("\n\n")[0])}
 
 
-def _join_words(words: str, of_the_type: str) -> str:
-    """Return the words of a field and those of its type as sentences."""
-    return " ".join(f"{part.rstrip('.')}." for part in (words, of_the_type) if part)
-
-
 def _defaults(cls: Any) -> Mapping[str, Any]:
     """Return the defaults of a parameter set as a file writes them; fields without one are left out."""
-    values = {field.name: _default(field) for field in dataclasses.fields(cls)}
-    defaults = {name: value for name, value in values.items() if value is not dataclasses.MISSING}
+    defaults = {}
+    for field in dataclasses.fields(cls):
+        value = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
+        if value is not dataclasses.MISSING:
+            defaults[field.name] = value
     return {name: value for name, value in plain_fields(cls, defaults).items() if _is_plain(value)}
-
-
-def _default(field: dataclasses.Field[Any]) -> Any:
-    return field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
 
 
 def _is_plain(value: object) -> bool:

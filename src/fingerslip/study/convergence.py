@@ -161,7 +161,10 @@ def converge(
     """
     reporter = progress or SilentProgress()
     plan = plan_study(path, results_dir)
-    _check_only(only, plan)
+    names = [run.name for run in plan.runs]
+    for name in only:
+        if name not in names:
+            raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
     run_studies([path], results_dir=results_dir, workers=workers, progress=reporter)
     from fingerslip.study.running.prepare import prepare
 
@@ -182,13 +185,6 @@ def level_folders(path: str | Path, results_dir: str | Path) -> dict[Level, tupl
     plan = plan_study(path, results_dir)
     folder = plan.folder / CONVERGENCE
     return {level: tuple(folder / f"{run.name}_{level.label}" for run in plan.runs) for level in levels_of(plan.study)}
-
-
-def _check_only(only: Sequence[str], plan: Plan) -> None:
-    names = [run.name for run in plan.runs]
-    for name in only:
-        if name not in names:
-            raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
 
 
 def _compute(plan: Plan, runs: Sequence[Run], workers: int, progress: StudyProgress) -> None:

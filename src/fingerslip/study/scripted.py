@@ -93,7 +93,11 @@ class Study:
         """All that it says, as plain data that a study file could hold."""
         result = _mapping_of(self.base)
         for path, value in (self.changes or {}).items():
-            _assign(result, path, _plain(value))
+            try:
+                assign(result, path, _plain(value))
+            except LookupError:
+                where = f"Study.changes.{path}"
+                raise InputError(where, "leads nowhere", "needs the dotted path of a value") from None
         result |= {
             key: _plain(values)
             for key, values in (("sweep", self.sweep), ("sample", self.sample))
@@ -208,13 +212,6 @@ def _mapping_of(base: Any) -> dict[str, Any]:
         plain: dict[str, Any] = _plain(base)
         return plain
     return read_with_base(_file(base))
-
-
-def _assign(mapping: dict[str, Any], path: str, value: Any) -> None:
-    try:
-        assign(mapping, path, value)
-    except LookupError:
-        raise InputError(f"Study.changes.{path}", "leads nowhere", "needs the dotted path of a value") from None
 
 
 def _plain(value: Any) -> Any:

@@ -58,13 +58,10 @@ def example_path(name: str) -> Path | None:
 
 def examples_table() -> Table:
     """Return the shipped studies with what they show."""
-    rows = tuple((name, _title(file)) for name, file in examples().items())
+    documents = {name: parse_document(file.read_text(encoding="utf-8"), name) for name, file in examples().items()}
+    rows = tuple((name, str(document.content["title"])) for name, document in documents.items())
     note = "fingerslip examples NAME copies one into this folder; fingerslip new FILE starts one of your own."
     return Table("Studies that ship", (Column("name"), Column("shows")), rows, note)
-
-
-def _title(file: Traversable) -> str:
-    return str(parse_document(file.read_text(encoding="utf-8"), file.name).content["title"])
 
 
 def copy_example(name: str, folder: Path) -> Path:

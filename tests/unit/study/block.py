@@ -29,6 +29,16 @@ def block_values() -> dict[str, Any]:
     }
 
 
+def finger_values(**changes: Any) -> dict[str, Any]:
+    """Return a study of a fingertip that is pressed on a plate, with other values at the top."""
+    return {
+        "fingertip": {"preset": "wang2014-2d"},
+        "contact": {"friction_coefficient": 0.6},
+        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
+        "time": {"step": "5 ms"},
+    } | changes
+
+
 def changed(path: str, value: object) -> dict[str, Any]:
     """Return the study with the value at a dotted path changed."""
     values = block_values()

@@ -55,7 +55,12 @@ class Run:
         mapping = study_mapping(self.study)
         kind = self.study.specimen_kind
         if kind is not None:
-            mapping[kind] = {"preset": mapping[kind]["preset"], **self._specimen_values(mapping[kind])}
+            written, values = mapping[kind], as_mapping(self.specimen)
+            for name, element in (written.get("materials") or {}).items():
+                # A material that starts from one that ships keeps its name.
+                if PRESET in element:
+                    values["materials"][name] = {PRESET: element[PRESET], **values["materials"][name]}
+            mapping[kind] = {"preset": written["preset"], **values}
         for name, entry in self.study.materials.items():
             if isinstance(entry, Mapping):
                 mapping["materials"][name] = {PRESET: entry[PRESET], **as_mapping(material_of(entry))}
@@ -63,14 +68,6 @@ class Run:
         run_values = {key: value for key, value in mapping.items() if key not in ("title", *NOT_OF_A_RUN)}
         result: dict[str, Any] = _without_empty({"title": named, **run_values})
         return result
-
-    def _specimen_values(self, written: Mapping[str, Any]) -> dict[str, Any]:
-        """Return all values of the specimen; a material that starts from one that ships keeps its name."""
-        values: dict[str, Any] = as_mapping(self.specimen)
-        for name, element in (written.get("materials") or {}).items():
-            if PRESET in element:
-                values["materials"][name] = {PRESET: element[PRESET], **values["materials"][name]}
-        return values
 
 
 def _without_empty(value: Any) -> Any:

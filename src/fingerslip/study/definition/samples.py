@@ -261,7 +261,12 @@ def sample_mistakes(
     misnamed, elsewhere = ({mistake.where for mistake in mistakes_of} for mistakes_of in (unknown, mistakes))
     equal = {path: other for path, other in groups["equal"].items() if f"sample.equal.{path}" not in misnamed}
     values = [
-        _at_value(mistake, f"sample.{group}.{path}.{number}", path)
+        InputError(
+            f"sample.{group}.{path}.{number}",
+            mistake.found if mistake.where == path else f"makes {mistake.where} wrong: {mistake.found}",
+            mistake.allowed,
+            mistake.repair,
+        )
         for group in ("ranges", "choices")
         for path, ends in groups[group].items()
         if f"sample.{group}.{path}" not in misnamed
@@ -270,8 +275,3 @@ def sample_mistakes(
         if mistake.where not in elsewhere
     ]
     return [*unknown, *values]
-
-
-def _at_value(mistake: InputError, where: str, path: str) -> InputError:
-    fault = mistake.found if mistake.where == path else f"makes {mistake.where} wrong: {mistake.found}"
-    return InputError(where, fault, mistake.allowed, mistake.repair)

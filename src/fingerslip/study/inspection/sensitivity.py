@@ -32,16 +32,13 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     from fingerslip.report.figures.style import figure_bytes
 
     results = sensitivities(study, output, method)
-    tables, name = tuple(map(indices_table, results)), f"sensitivity-{output}-{_kind(results[0])}"
+    kind = results[0].method if results[0].surrogate is None else "surrogate"
+    tables, name = tuple(map(indices_table, results)), f"sensitivity-{output}-{kind}"
     for number, table in enumerate(tables, start=1):
         ending = f"-{number}" if len(tables) > 1 else ""
         write_text(folder / f"{name}{ending}.csv", to_csv(table))
     write_bytes(folder / f"{name}.png", figure_bytes(indices_figure(results)))
     return tables
-
-
-def _kind(sensitivity: Sensitivity) -> str:
-    return sensitivity.method if sensitivity.surrogate is None else "surrogate"
 
 
 def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> tuple[Sensitivity, ...]:

@@ -144,18 +144,14 @@ def _is_of_specimen(where: str, study: Study) -> bool:
 
 def _check_extent(mesh: Any, run: Run) -> None:
     """Refuse a mesh whose file is most likely not in metres."""
-    extent, travel, kind = float(np.ptp(mesh.p, axis=1).max()), _longest_travel(run.study), run.study.specimen_kind
+    study, kind, extent = run.study, run.study.specimen_kind, float(np.ptp(mesh.p, axis=1).max())
+    of_contacts = (contact.programme or () for contact in study.all_contacts)
+    programmes = (study.programme, *of_contacts, *(body.programme for body in study.bodies.values()))
+    travel = max((phase_travel(phase) for programme in programmes for phase in programme), default=0.0)
     body = max(_LARGE_BODY, _LARGEST_RATIO * travel) if travel > 0.0 else np.inf
     largest = body if run.specimen is None else run.specimen.largest_extent
-    if run.study.mesh.assumes_metres and extent > largest:
+    if study.mesh.assumes_metres and extent > largest:
         beside = f"a {kind}" if kind else f"a body that is touched over {millimetres(travel)}"
         fault = f"the body is {extent:.4g} m large, too large for {beside}"
         repair = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
         raise InputError("mesh.file", fault, "needs coordinates in metres", repair)
-
-
-def _longest_travel(study: Study) -> float:
-    """Return the longest travel of a phase [m]; 0 where no counterface moves."""
-    of_contacts = (contact.programme or () for contact in study.all_contacts)
-    programmes = (study.programme, *of_contacts, *(body.programme for body in study.bodies.values()))
-    return max((phase_travel(phase) for programme in programmes for phase in programme), default=0.0)

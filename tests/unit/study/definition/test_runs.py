@@ -19,7 +19,7 @@ from fingerslip.study.definition.runs import expand, expand_mapping, run_names
 from fingerslip.study.definition.spec import parse_study, read_study
 from fingerslip.study.definition.sweep import check_sweep, combinations, with_values
 from places import STUDIES
-from unit.study.block import block_values
+from unit.study.block import block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
 
@@ -28,18 +28,10 @@ def runs_of(swept: dict[str, Any], values: dict[str, Any] | None = None) -> tupl
     return expand(parse_study((values or block_values()) | {"sweep": swept}, SOURCE), SOURCE)
 
 
-def finger() -> dict[str, Any]:
-    return {
-        "fingertip": {"preset": "wang2014-2d"},
-        "contact": {"friction_coefficient": 0.6},
-        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
-        "time": {"step": "5 ms"},
-    }
-
-
 def test_first_path_varies_slowest() -> None:
     runs = runs_of(
-        {"fingertip.phalanx.variant": ["original", "scaled"], "contact.friction_coefficient": [0.2, 0.6]}, finger()
+        {"fingertip.phalanx.variant": ["original", "scaled"], "contact.friction_coefficient": [0.2, 0.6]},
+        finger_values(),
     )
     assert [run.name for run in runs] == [
         "variant-original_friction_coefficient-0.2",
@@ -86,7 +78,7 @@ def test_swept_mesh_file_is_relative_to_the_study() -> None:
 )
 def test_unknown_path_is_refused_with_the_nearest(path: str, repair: str) -> None:
     with pytest.raises(InputError) as caught:
-        runs_of({path: [1]}, finger())
+        runs_of({path: [1]}, finger_values())
     assert caught.value.where == f"studies/x.yaml: sweep.{path}"
     assert caught.value.repair == repair
 
@@ -115,7 +107,7 @@ def test_runs_of_a_study_made_in_python_are_checked_too() -> None:
 
 
 def test_resolved_run_has_every_value_of_the_fingertip() -> None:
-    (run,) = runs_of({"fingertip.phalanx.variant": ["scaled"]}, finger())
+    (run,) = runs_of({"fingertip.phalanx.variant": ["scaled"]}, finger_values())
     resolved = run.plain_values()
     assert resolved["fingertip"]["phalanx"]["variant"] == "scaled"
     assert resolved["fingertip"]["layers"]["skin_thickness"] == "0.0015 m"
@@ -126,7 +118,7 @@ def test_resolved_run_has_every_value_of_the_fingertip() -> None:
 
 def sampled(**sample: Any) -> dict[str, Any]:
     ranges = {"fingertip.sagittal.half_height": ["6 mm", "7 mm"]}
-    return finger() | {"sample": {"count": 12, "ranges": ranges} | sample}
+    return finger_values() | {"sample": {"count": 12, "ranges": ranges} | sample}
 
 
 def test_every_combination_is_run_with_every_sample() -> None:
@@ -227,13 +219,10 @@ def test_values_inside_groups_are_named() -> None:
 
 
 def finger_with_mesh(**swept: list[str]) -> dict[str, Any]:
-    return {
-        "fingertip": {"preset": "wang2014-2d"},
-        "contact": {"friction_coefficient": 0.6},
-        "time": {"step": "5 ms"},
-        "mesh": {"contact_size": "0.5 mm", "bulk_size": "1 mm"},
-        "sweep": {f"mesh.{name}": values for name, values in swept.items()},
-    }
+    mesh, sweep = {"contact_size": "0.5 mm", "bulk_size": "1 mm"}, {f"mesh.{name}": swept[name] for name in swept}
+    values = finger_values(mesh=mesh, sweep=sweep)
+    del values["programme"]
+    return values
 
 
 def test_what_the_sweep_replaces_does_not_matter() -> None:

@@ -15,7 +15,7 @@ from fingerslip.study.definition.runs import expand, expand_mapping, read_runs
 from fingerslip.study.definition.samples import RepeatSettings, SampleSettings, drawn, sample_mistakes, scatter_values
 from fingerslip.study.definition.spec import parse_study, read_study, study_mapping
 from fingerslip.study.running.plan import plan_mapping
-from unit.study.block import FRICTIONS, block_values
+from unit.study.block import FRICTIONS, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
 
@@ -27,13 +27,7 @@ RATIO = "fingertip.materials.tissue.poisson_ratio"
 
 
 def finger(**sample: Any) -> dict[str, Any]:
-    return {
-        "fingertip": {"preset": "wang2014-2d"},
-        "contact": {"friction_coefficient": 0.6},
-        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
-        "time": {"step": "5 ms"},
-        "sample": {"count": 4, "ranges": {HEIGHT: ["6 mm", "7 mm"]}} | sample,
-    }
+    return finger_values(sample={"count": 4, "ranges": {HEIGHT: ["6 mm", "7 mm"]}} | sample)
 
 
 def test_every_part_of_a_range_holds_one_sample() -> None:

@@ -18,7 +18,7 @@ from fingerslip.study.inspection.show import diff_runs, export_result, presets_t
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Measured, Missing, Table
-from unit.study.block import FRICTIONS, block_values
+from unit.study.block import FRICTIONS, block_values, finger_values
 
 Write = Callable[..., Path]
 
@@ -34,16 +34,8 @@ def rows_of(values: dict[str, Any], folder: Path) -> dict[str, tuple[str, str, s
 
 
 def finger(**more: Any) -> dict[str, Any]:
-    return {
-        "fingertip": {
-            "preset": "wang2014-2d",
-            "phalanx": {"variant": "scaled"},
-            "layers": {"skin_thickness": "1.4 mm"},
-        },
-        "contact": {"friction_coefficient": 0.6},
-        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
-        "time": {"step": "5 ms"},
-    } | more
+    changed = {"phalanx": {"variant": "scaled"}, "layers": {"skin_thickness": "1.4 mm"}}
+    return finger_values(fingertip={"preset": "wang2014-2d", **changed}, **more)
 
 
 def test_presets_are_listed_with_their_papers() -> None:

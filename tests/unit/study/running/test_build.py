@@ -27,7 +27,7 @@ from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh
 from places import ROOT
 from unit.fingers import coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import block_mesh, block_values
+from unit.study.block import block_mesh, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
 ROLLER: dict[str, Any] = {
@@ -43,15 +43,6 @@ def run_of(values: dict[str, Any], folder: Path = SOURCE.parent) -> Run:
     return expand(parse_study(values | {"sweep": {}}, source), source)[0]
 
 
-def finger(**more: Any) -> dict[str, Any]:
-    return {
-        "fingertip": {"preset": "wang2014-2d"},
-        "contact": {"friction_coefficient": 0.6},
-        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
-        "time": {"step": "5 ms"},
-    } | more
-
-
 def test_block_model_holds_what_the_file_says() -> None:
     model = build_model(run_of(block_values()), block_mesh())
     assert model.materials == {"block": Elastic(100e3, 0.3, 1000.0)}
@@ -63,19 +54,19 @@ def test_block_model_holds_what_the_file_says() -> None:
 
 
 def test_rigid_phalanx_is_held_as_a_whole() -> None:
-    model = build_model(run_of(finger()), block_mesh())
+    model = build_model(run_of(finger_values()), block_mesh())
     assert model.supports == {"phalanx": ("x", "y")}
     assert (model.formulation, model.depth) == ("plane_stress", 1e-3)
 
 
 def test_elastic_phalanx_is_held_at_its_back() -> None:
-    values = finger(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}})
+    values = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}})
     assert build_model(run_of(values), block_mesh()).supports == {"phalanx_dorsal": ("x", "y")}
 
 
 def test_own_values_go_before_those_of_the_fingertip() -> None:
     own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
-    values = finger(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
+    values = finger_values(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
     model = build_model(run_of(values), block_mesh())
     assert model.materials["tissue"] == Elastic(50e3, 0.4, 900.0)
     assert model.materials["dermis"].youngs_modulus == 80e3
@@ -85,17 +76,17 @@ def test_own_values_go_before_those_of_the_fingertip() -> None:
 
 def test_only_the_wanted_receptors_are_recorded() -> None:
     extra = {"name": "middle", "kind": "own", "position": ["0 mm", "-5 mm"], "region": "tissue"}
-    model = build_model(run_of(finger(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
+    model = build_model(run_of(finger_values(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
     assert {site.kind for site in model.record.sites} == {"FA-II", "own"}
     assert model.record.sites[-1].position == (0.0, -5e-3)
 
 
 def test_mesh_is_shared_exactly_where_its_inputs_are_the_same() -> None:
-    first = mesh_key(run_of(finger()))
-    assert mesh_key(run_of(finger(contact={"friction_coefficient": 0.2}))) == first
-    assert mesh_key(run_of(finger(mesh={"contact_size": "0.2 mm"}))) != first
+    first = mesh_key(run_of(finger_values()))
+    assert mesh_key(run_of(finger_values(contact={"friction_coefficient": 0.2}))) == first
+    assert mesh_key(run_of(finger_values(mesh={"contact_size": "0.2 mm"}))) != first
     flattened = {"preset": "wang2014-2d", "phalanx": {"variant": "flattened"}}
-    assert mesh_key(run_of(finger(fingertip=flattened))) != first
+    assert mesh_key(run_of(finger_values(fingertip=flattened))) != first
 
 
 def test_missing_mesh_file_is_named(tmp_path: Path) -> None:
@@ -160,12 +151,14 @@ def test_places_of_the_model_get_the_names_of_the_study(place: str, shown: str) 
 )
 def test_value_of_the_fingertip_is_named_as_such(place: str, shown: str) -> None:
     own = {"dermis": {"youngs_modulus": "80 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}}
-    error = locate_error(InputError(place, "a", "b"), "studies/x.yaml", parse_study(finger(materials=own), SOURCE))
+    error = locate_error(
+        InputError(place, "a", "b"), "studies/x.yaml", parse_study(finger_values(materials=own), SOURCE)
+    )
     assert error.where == f"studies/x.yaml: {shown}"
 
 
 def test_mesh_error_names_the_fingertip() -> None:
-    values = finger(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
+    values = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
     with pytest.raises(InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
         build_mesh(run_of(values))
 
@@ -259,7 +252,7 @@ def test_constant_tractions_stay_lists() -> None:
 
 
 def test_solid_needs_no_depth_and_holds_three_components() -> None:
-    values = finger(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
+    values = finger_values(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
     model = build_model(run_of(values), block_mesh())
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx": ("x", "y", "z")}
@@ -277,7 +270,7 @@ def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> Non
 
 def test_tetrahedra_make_a_model_in_space() -> None:
     mesh = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
-    values = finger(fingertip={"preset": "wang2014-3d"}, mesh=mesh, record={"receptors": ["FA-I"]})
+    values = finger_values(fingertip={"preset": "wang2014-3d"}, mesh=mesh, record={"receptors": ["FA-I"]})
     model = build_model(run_of(values), coarse_solid())
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
@@ -293,7 +286,7 @@ def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monk
     monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 5 * 10**8)
     small = {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
     with pytest.raises(InputError, match=r"memory: .* about \d\.\d+ GB \(assembly of about .* tetrahedra"):
-        build_mesh(run_of(finger(fingertip={"preset": "wang2014-3d"}, mesh=small)))
+        build_mesh(run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=small)))
 
 
 def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_meshed(
@@ -347,4 +340,4 @@ def test_missing_surface_is_named(tmp_path: Path) -> None:
 
 def test_reference_nodes_of_a_section_are_refused() -> None:
     with pytest.raises(InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
-        build_model(run_of(finger(record={"reference_nodes": True})), block_mesh())
+        build_model(run_of(finger_values(record={"reference_nodes": True})), block_mesh())
