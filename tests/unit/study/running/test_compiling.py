@@ -68,7 +68,7 @@ def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path:
     heard = Heard()
     run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)
     assert heard.names[0] == "compiling, once on this machine"
-    assert heard.words[0] == "compiling, once on this machine: takes about 20 s"
+    assert heard.words[0] == "compiling, once on this machine: takes about 32 s"
     assert heard.shares[0] == 0.0
 
 
