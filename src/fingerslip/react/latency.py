@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerslip.react.loop import Hold, Outcome
+from fingerslip.react.loop import Hold
 from fingerslip.react.reflex import Reaction
 
 __all__ = ["CriticalStart", "critical_start", "longest_saved"]
@@ -28,13 +28,13 @@ class CriticalStart:
         That time [s]; None where not even the first alarm saves the object, infinite where nothing has to.
     error : float
         How much later it may be [s].
-    outcomes : tuple of Outcome
-        What was computed, in the order of the search.
+    runs : int
+        How many reactions were computed.
     """
 
     time: float | None
     error: float
-    outcomes: tuple[Outcome, ...]
+    runs: int
 
     def latency(self, hold: Hold, detector: str) -> float | None:
         """Return the critical latency after a detector's alarm [s], its delay taken off.
@@ -104,15 +104,15 @@ def critical_start(hold: Hold, reaction: Reaction, tolerance: float = 1e-3) -> C
     loop = hold.open_loop
     alarms = [alarm.time for alarm in loop.alarms.values() if alarm is not None]
     if loop.lost is None or not alarms:
-        return CriticalStart(np.inf if loop.lost is None else None, 0.0, ())
-    outcomes: list[Outcome] = []
+        return CriticalStart(np.inf if loop.lost is None else None, 0.0, 0)
+    starts: list[float] = []
 
     def is_saved(start: float) -> bool:
-        outcomes.append(hold.branch(reaction.response(start, hold.held.first_grip)))
-        return outcomes[-1].saved
+        starts.append(start)
+        return hold.saves(reaction.response(start, hold.held.first_grip))
 
     time, error = longest_saved(is_saved, min(alarms), loop.lost, _guess(hold, reaction), tolerance)
-    return CriticalStart(time, error, tuple(outcomes))
+    return CriticalStart(time, error, len(starts))
 
 
 def _guess(hold: Hold, reaction: Reaction) -> float:

@@ -222,6 +222,14 @@ class Hold:
         InputError
             For a response that begins before the first alarm.
         """
+        return self._branch(response, self.held.load.series()[0][-1])
+
+    def saves(self, response: Response) -> bool:
+        """Tell whether a response saves the object; quicker than :meth:`branch`, whose travel goes on with the load."""
+        return self._branch(response, response.start).saved
+
+    def _branch(self, response: Response, earliest: float) -> Outcome:
+        """Return what comes of a response, saved not before a time since the load began [s]."""
         loop = self.open_loop
         earlier = [path for time, path in self._saved if time <= response.start]
         if not earlier:
@@ -230,14 +238,14 @@ class Hold:
         if loop.lost is not None and response.start >= loop.lost:
             return self.without_reaction()
         with Simulation.restore(earlier[-1], self.model, threads=1, bases=self._bases) as simulation:
-            return self._follow(simulation, response)
+            return self._follow(simulation, response, earliest)
 
     def whole(self, response: Response) -> Outcome:
         """Return what comes of a response, computed from the start of the run on."""
         with Simulation(self.model, threads=1, bases=self._bases) as simulation:
             for _ in range(round(self.held.begins / self.held.step)):
                 simulation.step()
-            return self._follow(simulation, response)
+            return self._follow(simulation, response, self.held.load.series()[0][-1])
 
     def history(self, response: Response | None) -> xr.Dataset:
         """Return the whole history of a response, or of none, up to its decision: for films and figures."""
@@ -301,8 +309,8 @@ class Hold:
         simulation.save(path)
         self._saved.append((time, path))
 
-    def _follow(self, simulation: Simulation, response: Response) -> Outcome:
-        """Take steps under a response until it is decided."""
+    def _follow(self, simulation: Simulation, response: Response, earliest: float) -> Outcome:
+        """Take steps under a response until the object is lost, or saved at a time or later [s]."""
         held, loop = self.held, self.open_loop
         times, travels = [], []
         observation, grip = simulation.observation, response.grip
@@ -315,7 +323,7 @@ class Hold:
             travels.append(place - self._origin)
             if travels[-1] > held.travel_limit:
                 break
-            if time >= response.start and speed <= 0.0 and self._is_safe(response, time):
+            if time >= max(earliest, response.start) and speed <= 0.0 and self._is_safe(response, time):
                 break
         is_saved = travels[-1] <= held.travel_limit
         return Outcome(

@@ -46,5 +46,6 @@ def test_without_contact_there_is_no_share_and_no_ratio() -> None:
 def test_alarm_comes_where_the_measure_reaches_its_limit(detector: Detector, silent: Detector, value: float) -> None:
     alarm = detector.take(moment())
     assert alarm is not None
-    assert (alarm.time, alarm.value) == (0.1, pytest.approx(value))
+    assert alarm.time == 0.1
+    assert alarm.value == pytest.approx(value)
     assert silent.take(moment()) is None
