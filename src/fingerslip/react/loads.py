@@ -13,7 +13,7 @@ from fingerslip.model.programme import Ramp
 from fingerslip.parameters import Duration, Force, Mass, PositiveDuration, PositiveLength, one_of, parameters
 from fingerslip.react.reflex import ForceRate
 
-__all__ = ["DroppedBall", "Load", "LoadChoice", "LoadSeries", "RampLoad", "StepLoad"]
+__all__ = ["BuiltInLoad", "DroppedBall", "Load", "LoadChoice", "LoadSeries", "RampLoad", "StepLoad"]
 
 GRAVITY = 9.81
 _PULSE_KNOTS = 9

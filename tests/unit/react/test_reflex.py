@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,13 +12,13 @@ from hypothesis import strategies as st
 from fingerslip.errors import InputError
 from fingerslip.react.reflex import REACTIONS, Actuator, Reaction, Reflex
 
-SHAPES = ("ramp", "smooth", "exponential")
+SHAPES: tuple[Literal["ramp", "smooth", "exponential"], ...] = ("ramp", "smooth", "exponential")
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 @given(rate=st.floats(1.0, 200.0), gain=st.floats(0.05, 3.0), start=st.floats(0.0, 0.3))
 def test_force_rises_from_the_grip_to_the_gain_and_never_faster_than_the_actuator(
-    shape: str, rate: float, gain: float, start: float
+    shape: Literal["ramp", "smooth", "exponential"], rate: float, gain: float, start: float
 ) -> None:
     response = Reaction(Reflex(gain=gain, shape=shape), Actuator(force_rate=rate)).response(start, 2.0)
     times = np.linspace(0.0, start + 12.0 * 2.0 * gain / rate, 2001)
