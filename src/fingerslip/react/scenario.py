@@ -25,7 +25,7 @@ from fingerslip.model.programme import Ramp
 from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, PositiveDuration, PositiveLength, parameters
-from fingerslip.react.loads import GRAVITY, LoadChoice, load_ramp
+from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad, load_ramp
 from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.meshing.sources import build_section
 
@@ -35,6 +35,7 @@ __all__ = ["OBJECT", "HeldObject", "Holder", "finger_holder", "held_model"]
 OBJECT = "object"
 
 _SETTLING_KNOTS = 41
+_LOAD = RampLoad(rate=4.0, force=2.0)
 _MESH_DAMPING = RayleighDamping(stiffness=2e-3)
 
 
@@ -73,13 +74,12 @@ class HeldObject:
 
     Examples
     --------
-    >>> from fingerslip.react.loads import RampLoad
     >>> held = HeldObject(mass=0.2, friction=0.6, load=RampLoad(rate=4.0, force=2.0))
     >>> f"{held.first_grip:.2f} N, slips {held.time_to_limit:.2f} s after the load begins"
     '2.37 N, slips 0.22 s after the load begins'
     """
 
-    load: LoadChoice
+    load: LoadChoice = _LOAD
     mass: Mass = 0.2
     friction: Annotated[float, pydantic.Field(gt=0)] = 0.6
     margin: NonNegativeNumber = 0.45
@@ -170,7 +170,7 @@ class Holder:
     formulation: Formulation = "plane_strain"
     depth: float = 12e-3
     damping: RayleighDamping = _MESH_DAMPING
-    search_distance: float = 3e-3
+    search_distance: float = 4e-3
     normal_penalty: float | None = None
     tangential_penalty: float | None = None
 
