@@ -34,20 +34,40 @@ _SLIPPED = EventSettings().slip_tolerance
 
 @dataclass(frozen=True)
 class Alarm:
-    """What a detector says when it notices slip."""
+    """What a detector says when it notices slip.
 
-    time: float  # since the load began [s]
-    value: float  # what it measured
+    Parameters
+    ----------
+    time : float
+        When, since the load began [s].
+    value : float
+        What it measured, such as the share of the contact that has slipped.
+    """
+
+    time: float
+    value: float
 
 
 @dataclass(frozen=True)
 class Moment:
-    """What there is to see after a step."""
+    """What there is to see after a step.
 
-    time: float  # since the load began [s]
+    Parameters
+    ----------
+    time : float
+        Time since the load began [s].
+    observation : Observation
+        All that was recorded of the step, by the names of the history.
+    areas : (n,) array
+        Tributary areas of the contact candidates [m^2].
+    slips : (n,) array
+        Their slip distances when the load began [m].
+    """
+
+    time: float
     observation: Observation
-    areas: Array  # (n,), tributary areas of the contact candidates [m^2]
-    slips: Array  # (n,), their slip distances when the load began [m]
+    areas: Array
+    slips: Array
 
     @cached_property
     def touching(self) -> NDArray[np.bool_]:

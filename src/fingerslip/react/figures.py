@@ -26,7 +26,11 @@ _PANEL, _PANEL_OF_LINES = (2.6, 2.2), (3.6, 2.8)  # inch
 _MAP_COLOURS = "cividis"
 _LEAST = 10e-3  # [s], the dark end of the colours
 # Frontiers that are drawn on the map: what is to the right of one is too fast for that reaction.
-_FRONTIERS = (("robot-piezo", GREEN, (0, (1, 1))), ("human-slip", VERMILLION, "solid"), ("servo", ORANGE, (0, (4, 2))))
+_FRONTIERS: tuple[tuple[str, str, Any], ...] = (
+    ("robot-piezo", GREEN, (0, (1, 1))),
+    ("human-slip", VERMILLION, "solid"),
+    ("servo", ORANGE, (0, (4, 2))),
+)
 _PHALANX_COLOURS = (BLUE, ORANGE, GREEN)
 _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1, 1.5)))
 

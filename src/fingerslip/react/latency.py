@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerslip.react.loop import Hold
+from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Reaction
 
 __all__ = ["CriticalStart", "critical_start", "longest_saved"]
@@ -36,17 +36,17 @@ class CriticalStart:
     error: float
     runs: int
 
-    def latency(self, hold: Hold, detector: str) -> float | None:
+    def latency(self, grasp: Grasp, detector: str) -> float | None:
         """Return the critical latency after a detector's alarm [s], its delay taken off.
 
         None where it would be negative or nothing saves the object, infinite where it is not lost at all.
         """
-        alarm = hold.open_loop.alarms[detector]
-        if hold.open_loop.lost is None:
+        alarm = grasp.open_loop.alarms[detector]
+        if grasp.open_loop.lost is None:
             return np.inf
         if self.time is None or alarm is None:
             return None
-        latency = self.time - alarm.time - hold.detectors[detector].delay
+        latency = self.time - alarm.time - grasp.detectors[detector].delay
         return latency if latency >= 0.0 else None
 
 
@@ -84,12 +84,12 @@ def longest_saved(
     return saved, lost - saved
 
 
-def critical_start(hold: Hold, reaction: Reaction, tolerance: float = 1e-3) -> CriticalStart:
+def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) -> CriticalStart:
     """Return the latest start of the grip that saves the object.
 
     Parameters
     ----------
-    hold : Hold
+    grasp : Grasp
         The object; its detectors say from when on is searched.
     reaction : Reaction
         How the grip rises; its latency and dead time do not matter.
@@ -101,7 +101,7 @@ def critical_start(hold: Hold, reaction: Reaction, tolerance: float = 1e-3) -> C
     CriticalStart
         The time.
     """
-    loop = hold.open_loop
+    loop = grasp.open_loop
     alarms = [alarm.time for alarm in loop.alarms.values() if alarm is not None]
     if loop.lost is None or not alarms:
         return CriticalStart(np.inf if loop.lost is None else None, 0.0, 0)
@@ -109,24 +109,24 @@ def critical_start(hold: Hold, reaction: Reaction, tolerance: float = 1e-3) -> C
 
     def is_saved(start: float) -> bool:
         starts.append(start)
-        return hold.saves(reaction.response(start, hold.held.first_grip))
+        return grasp.saves(reaction.response(start, grasp.held.first_grip))
 
-    time, error = longest_saved(is_saved, min(alarms), loop.lost, _guess(hold, reaction), tolerance)
+    time, error = longest_saved(is_saved, min(alarms), loop.lost, _guess(grasp, reaction), tolerance)
     return CriticalStart(time, error, len(starts))
 
 
-def _guess(hold: Hold, reaction: Reaction) -> float:
+def _guess(grasp: Grasp, reaction: Reaction) -> float:
     """Return the latest start [s] that saves a rigid object which moves as in the open loop until then."""
-    low, high = 0, hold.open_loop.times.size - 1
+    low, high = 0, grasp.open_loop.times.size - 1
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (middle, high) if _saves_rigid(hold, reaction, middle) else (low, middle)
-    return float(hold.open_loop.times[low])
+        low, high = (middle, high) if _saves_rigid(grasp, reaction, middle) else (low, middle)
+    return float(grasp.open_loop.times[low])
 
 
-def _saves_rigid(hold: Hold, reaction: Reaction, record: int) -> bool:
+def _saves_rigid(grasp: Grasp, reaction: Reaction, record: int) -> bool:
     """Tell whether a response that begins at a record of the open loop stops a rigid object in time."""
-    held, loop = hold.held, hold.open_loop
+    held, loop = grasp.held, grasp.open_loop
     time, travel, speed = (float(values[record]) for values in (loop.times, loop.travel, loop.speed))
     response = reaction.response(time, held.first_grip)
     while travel <= held.travel_limit and time < held.duration:

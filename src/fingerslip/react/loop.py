@@ -29,7 +29,7 @@ from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Hold", "MemoryBases", "OpenLoop", "Outcome"]
+__all__ = ["Grasp", "MemoryBases", "OpenLoop", "Outcome"]
 
 Array = NDArray[np.float64]
 
@@ -55,15 +55,31 @@ class MemoryBases:
 
 @dataclass(frozen=True)
 class OpenLoop:
-    """What happens where nothing reacts; times count from the start of the load [s]."""
+    """What happens where nothing reacts.
 
-    times: Array  # (n,), [s]
-    travel: Array  # (n,), of the object along the load [m]
-    speed: Array  # (n,), [m/s]
-    slipped: Array  # (n,), share of the contact area that has slipped
-    alarms: Mapping[str, Alarm | None]  # of each detector
-    gross: float | None  # from when on nothing sticks, up to the loss [s]
-    lost: float | None  # when the travel exceeds its limit [s]
+    Parameters
+    ----------
+    times : (n,) array
+        Times since the load began [s].
+    travel, speed : (n,) array
+        Travel [m] and speed [m/s] of the object along the load.
+    slipped : (n,) array
+        Share of the contact area that has slipped [-].
+    alarms : mapping of str to Alarm or None
+        What each detector says.
+    gross : float or None
+        From when on nothing sticks, up to the loss [s].
+    lost : float or None
+        When the travel exceeds its limit [s].
+    """
+
+    times: Array
+    travel: Array
+    speed: Array
+    slipped: Array
+    alarms: Mapping[str, Alarm | None]
+    gross: float | None
+    lost: float | None
 
     def lead(self, name: str) -> float | None:
         """Return the time from a detector's alarm to gross slip [s]; None where one of them is."""
@@ -109,7 +125,7 @@ class Outcome:
     travels: Array
 
 
-class Hold:
+class Grasp:
     """An object that is held, with detectors that watch it.
 
     Parameters
@@ -127,8 +143,8 @@ class Hold:
     --------
     A reflex of 74 ms, from the time at which people notice slip::
 
-        with fs.Hold(held, fs.finger_holder(fs.preset("wang2014-2d")), {"people": fs.SlippedArea(0.48)}) as hold:
-            outcome = hold.react(fs.reaction("human-slip"), "people")
+        with fs.Grasp(held, fs.finger_holder(fs.preset("wang2014-2d")), {"people": fs.SlippedArea(0.48)}) as grasp:
+            outcome = grasp.react(fs.reaction("human-slip"), "people")
     """
 
     def __init__(
@@ -145,7 +161,7 @@ class Hold:
         self._folder = tempfile.TemporaryDirectory(prefix="fingerslip-react-")
         self._saved: list[tuple[float, Path]] = []
 
-    def __enter__(self) -> Hold:
+    def __enter__(self) -> Grasp:
         return self
 
     def __exit__(

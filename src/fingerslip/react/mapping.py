@@ -20,7 +20,7 @@ from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.react.detectors import DetectorChoice, SlippedArea
 from fingerslip.react.latency import critical_start
 from fingerslip.react.loads import RampLoad
-from fingerslip.react.loop import Hold, MemoryBases, Outcome
+from fingerslip.react.loop import Grasp, MemoryBases, Outcome
 from fingerslip.react.reflex import REACTIONS, ForceRate, Reaction
 from fingerslip.react.scenario import HeldObject, Holder, finger_holder
 from fingerslip.specimens.fingertip.fingertip import preset
@@ -164,13 +164,27 @@ class Trial:
 
 @dataclass(frozen=True)
 class MapResult:
-    """A map that was computed."""
+    """A map that was computed.
+
+    Parameters
+    ----------
+    settings : ReactionMap
+        What was computed.
+    cells : tuple of Cell
+        What came of every cell, phalanx after phalanx, friction after friction.
+    trials : tuple of Trial
+        What came of every reaction at the centre.
+    latencies : tuple of float
+        Latencies of the curve of travel [s].
+    travels : mapping of str to tuple of float
+        Largest travel after each of them, for each phalanx [m].
+    """
 
     settings: ReactionMap
     cells: tuple[Cell, ...]
     trials: tuple[Trial, ...]
-    latencies: tuple[float, ...]  # of the curve of travel [s]
-    travels: Mapping[str, tuple[float, ...]]  # largest travel after each, for each phalanx [m]
+    latencies: tuple[float, ...]
+    travels: Mapping[str, tuple[float, ...]]
 
     def cell(self, at: MapCentre) -> Cell:
         """Return the result of a cell."""
@@ -265,23 +279,23 @@ def _holder(fingertip: str, phalanx: PhalanxVariant, contact_size: float, bulk_s
 _BASES = MemoryBases()
 
 
-def _hold(settings: ReactionMap, cell: MapCentre) -> Hold:
+def _grasp(settings: ReactionMap, cell: MapCentre) -> Grasp:
     sizes = settings.contact_size, settings.bulk_size, settings.depth
     holder = _holder(settings.fingertip, cell.phalanx, *sizes)
-    return Hold(settings.held_at(cell), holder, settings.detectors, bases=_BASES)
+    return Grasp(settings.held_at(cell), holder, settings.detectors, bases=_BASES)
 
 
 def _compute_cell(settings: ReactionMap, at: MapCentre) -> Cell:
-    with _hold(settings, at) as hold:
-        loop = hold.open_loop
-        critical = critical_start(hold, REACTIONS.read(settings.reaction), settings.tolerance)
+    with _grasp(settings, at) as grasp:
+        loop = grasp.open_loop
+        critical = critical_start(grasp, REACTIONS.read(settings.reaction), settings.tolerance)
         return Cell(
             at=at,
-            grip=hold.held.first_grip,
+            grip=grasp.held.first_grip,
             alarms={name: None if alarm is None else alarm.time for name, alarm in loop.alarms.items()},
             gross=loop.gross,
             lost=loop.lost,
-            critical={name: critical.latency(hold, name) for name in hold.detectors},
+            critical={name: critical.latency(grasp, name) for name in grasp.detectors},
             error=critical.error,
             runs=critical.runs,
         )
@@ -289,13 +303,15 @@ def _compute_cell(settings: ReactionMap, at: MapCentre) -> Cell:
 
 def _compute_centre(settings: ReactionMap) -> tuple[Trial, ...]:
     """Try all reactions at the centre, after every detector."""
-    with _hold(settings, settings.centre) as hold:
+    with _grasp(settings, settings.centre) as grasp:
         rows: list[Trial] = []
         for name in settings.reactions:
             reaction = REACTIONS.read(name)
-            critical = critical_start(hold, reaction, settings.tolerance)
+            critical = critical_start(grasp, reaction, settings.tolerance)
             rows += [
-                Trial(name, detector, reaction.delay, critical.latency(hold, detector), hold.react(reaction, detector))
+                Trial(
+                    name, detector, reaction.delay, critical.latency(grasp, detector), grasp.react(reaction, detector)
+                )
                 for detector in settings.detectors
             ]
         return tuple(rows)
@@ -304,9 +320,9 @@ def _compute_centre(settings: ReactionMap) -> tuple[Trial, ...]:
 def _compute_curve(settings: ReactionMap, phalanx: PhalanxVariant) -> tuple[float, ...]:
     """Return the travel [m] after each latency, from the alarm of the detector of the answer on."""
     reaction = REACTIONS.read(settings.reaction)
-    with _hold(settings, replace(settings.centre, phalanx=phalanx)) as hold:
+    with _grasp(settings, replace(settings.centre, phalanx=phalanx)) as grasp:
         return tuple(
-            hold.react(_with_delay(reaction, latency), settings.detector).travel for latency in settings.latencies
+            grasp.react(_with_delay(reaction, latency), settings.detector).travel for latency in settings.latencies
         )
 
 

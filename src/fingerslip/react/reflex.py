@@ -18,7 +18,7 @@ from fingerslip.parameters import Duration, Force, NonNegativeNumber, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.units import Unit
 
-__all__ = ["REACTIONS", "Actuator", "Reaction", "Reflex", "Response"]
+__all__ = ["REACTIONS", "Actuator", "Reaction", "Reflex", "Response", "reaction", "reaction_names"]
 
 ForceRate = Annotated[float, Unit("N/s"), pydantic.Field(gt=0)]
 _PositiveForce = Annotated[Force, pydantic.Field(gt=0)]
@@ -95,7 +95,7 @@ class Reaction:
 
     Examples
     --------
-    >>> REACTIONS.read("human-slip").reflex.latency
+    >>> reaction("human-slip").delay
     0.074
     """
 
@@ -173,3 +173,35 @@ _SHAPES: Mapping[str, Callable[[float], float]] = MappingProxyType(
 
 #: Reactions that ship, every value with its source.
 REACTIONS = Presets(Reaction, "fingerslip.react")
+
+
+def reaction_names() -> tuple[str, ...]:
+    """Return the names of the reactions that ship, of people, robots and a prosthesis."""
+    return REACTIONS.names
+
+
+def reaction(name: str) -> Reaction:
+    """Return a reaction that ships.
+
+    Parameters
+    ----------
+    name : str
+        Its name, one of :func:`reaction_names`.
+
+    Returns
+    -------
+    Reaction
+        Its reflex and actuator. What is not published, above all rates of force, is assumed; `fingerslip react` writes
+        the source of every value into `sources.csv`.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+
+    Examples
+    --------
+    >>> reaction("prosthesis").reflex.latency
+    0.3
+    """
+    return REACTIONS.read(name)

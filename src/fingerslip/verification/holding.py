@@ -1,8 +1,8 @@
 """An object held by friction: between rigid pads that squeeze too late, and at rest for a long time.
 
 Stiff pads, 1 GPa, stand for rigid ones: they shear by less than a thousandth of a millimetre. Load and grip are sampled
-at the ends of steps of 0.5 ms, so a force that begins inside a step is wrong by a part of it: at a latency of 20 ms that
-is within the 1 % that are allowed.
+at the ends of steps of 0.5 ms, so a force that begins inside a step is wrong by a part of it: at a latency of 20 ms
+that is within the 1 % that are allowed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.react.closed_form import travel_after_ramp, travel_after_step
 from fingerslip.react.detectors import AtOnce
 from fingerslip.react.loads import BuiltInLoad, RampLoad, StepLoad
-from fingerslip.react.loop import Hold
+from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Actuator, Reaction, Reflex
 from fingerslip.react.scenario import HeldObject, Holder, held_model
 from fingerslip.verification.meshes import box
@@ -55,8 +55,8 @@ def _travels(load: BuiltInLoad, since: float) -> list[float]:
         step=_STEP,
     )
     reaction = Reaction(Reflex(gain=10.0), Actuator(force_rate=_LIMIT_RATE / (2.0 * _FRICTION), largest_force=1e3))
-    with Hold(held, pads(1e9), {"at once": AtOnce()}) as hold:
-        return [hold.branch(reaction.response(since + latency, held.first_grip)).travel for latency in _LATENCIES]
+    with Grasp(held, pads(1e9), {"at once": AtOnce()}) as grasp:
+        return [grasp.branch(reaction.response(since + latency, held.first_grip)).travel for latency in _LATENCIES]
 
 
 def _checks(
@@ -89,7 +89,7 @@ _HOLD = 1000.0  # [s]
 
 
 def _no_creep() -> tuple[Check, ...]:
-    """Hold an object at nine tenths of what friction bears, between soft elastic pads."""
+    """Grasp an object at nine tenths of what friction bears, between soft elastic pads."""
     held = HeldObject(
         load=StepLoad(force=0.0, rise=1.0),
         friction=_FRICTION,
