@@ -17,13 +17,7 @@ __all__ = ["answer", "cell_table", "source_table", "trial_table", "write_map"]
 
 
 def answer(result: MapResult) -> str:
-    """Return the answer of a map in a sentence or two.
-
-    Parameters
-    ----------
-    result : MapResult
-        The map.
-    """
+    """Return the answer of a map in a sentence or two."""
     settings, centre = result.settings, result.settings.centre
     critical = result.cell(centre).critical[settings.detector]
     where = f"At friction {centre.friction:g} and {centre.load_rate:g} N/s"
@@ -32,13 +26,14 @@ def answer(result: MapResult) -> str:
         return f"{where} no reflex saves the object, however quick."
     if np.isinf(critical):
         return f"{where} the grip holds the object; no reflex is needed."
-    longest = f"a grip that rises within {1e3 * critical:.0f} ms after '{settings.detector}' saves the object"
+    longest, lost = 1e3 * critical, 1e3 * (critical + result.cell(centre).error)
     texts = [
-        f"{', '.join(f'{trial.reaction} ({1e3 * trial.delay:.0f} ms)' for trial in trials)} {verb}"
-        for verb, trials in (("save it", _of(tried, True)), ("lose it", _of(tried, False)))
+        f"{verb} {', '.join(f'{trial.reaction} ({1e3 * trial.delay:.0f} ms)' for trial in trials)}"
+        for verb, trials in (("saved by", _of(tried, True)), ("lost by", _of(tried, False)))
         if trials
     ]
-    return f"{where} {longest}: {'; '.join(texts)}."
+    first = f"{where} a grip that rises {longest:.0f} ms after '{settings.detector}' saves the object"
+    return f"{first}, {lost:.0f} ms loses it. It is {'; '.join(texts)}."
 
 
 def _of(trials: list[Trial], saved: bool) -> list[Trial]:
@@ -47,13 +42,7 @@ def _of(trials: list[Trial], saved: bool) -> list[Trial]:
 
 
 def trial_table(result: MapResult) -> Table:
-    """Return every reaction at the centre after every detector.
-
-    Parameters
-    ----------
-    result : MapResult
-        The map.
-    """
+    """Return every reaction at the centre after every detector."""
     columns = (
         *(Column("reaction"), Column("detector"), Column("delay", "ms", 0), Column("critical", "ms", 0)),
         *(Column("saved"), Column("chance", "%", 0), Column("travel", "mm", 1), Column("slip", "mm", 1)),
@@ -82,13 +71,7 @@ def _chance(trial: Trial) -> Cell:
 
 
 def cell_table(result: MapResult) -> Table:
-    """Return every cell of a map.
-
-    Parameters
-    ----------
-    result : MapResult
-        The map.
-    """
+    """Return every cell of a map."""
     detectors = tuple(result.settings.detectors)
     columns = (
         *(Column("phalanx"), Column("friction"), Column("load rate", "N/s"), Column("grip", "N", 2)),
@@ -126,20 +109,7 @@ def _milliseconds(time: float | None) -> Cell:
 
 
 def write_map(result: MapResult, folder: str | Path) -> Path:
-    """Write answer, tables and figures of a map into a folder.
-
-    Parameters
-    ----------
-    result : MapResult
-        The map.
-    folder : path
-        The folder.
-
-    Returns
-    -------
-    Path
-        The folder.
-    """
+    """Write answer, tables and figures of a map into a folder, and return it."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     write_text(folder / "answer.txt", f"{answer(result)}\n")

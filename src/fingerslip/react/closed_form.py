@@ -12,11 +12,8 @@ rho through the limit v0 = rho tau^2 / 2 m and e = rho tau.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
-__all__ = ["latency_for_travel", "stop_from", "travel_after_ramp", "travel_after_step"]
-
-_LONGEST, _HALVINGS = 1e3, 80
+__all__ = ["stop_from", "travel_after_ramp", "travel_after_step"]
 
 
 def stop_from(mass: float, speed: float, excess: float, relief: float) -> tuple[float, float]:
@@ -89,26 +86,3 @@ def travel_after_ramp(mass: float, load_rate: float, limit_rate: float, latency:
     speed = load_rate * latency**2 / (2.0 * mass)
     duration, travel = stop_from(mass, speed, load_rate * latency, limit_rate - load_rate)
     return load_rate * latency**3 / (6.0 * mass) + travel if math.isfinite(duration) else math.inf
-
-
-def latency_for_travel(travel: Callable[[float], float], limit: float) -> float:
-    """Return the longest latency [s] after which the travel stays within a limit [m].
-
-    Parameters
-    ----------
-    travel : callable
-        The travel [m] after a latency [s], which grows with it.
-    limit : float
-        The largest travel [m].
-
-    Examples
-    --------
-    >>> latency = latency_for_travel(lambda latency: travel_after_ramp(0.2, 4.0, 20.0, latency), 10e-3)
-    >>> f"{1e3 * latency:.1f} ms"
-    '97.1 ms'
-    """
-    low, high = 0.0, _LONGEST
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if travel(middle) <= limit else (low, middle)
-    return low

@@ -37,15 +37,7 @@ _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1,
 
 @with_style
 def map_figure(result: MapResult, detector: str | None = None) -> Figure:
-    """Draw the longest latency that saves the object, a panel for each phalanx.
-
-    Parameters
-    ----------
-    result : MapResult
-        The map.
-    detector : str, optional
-        From whose alarm on latencies count; without it the one of the answer.
-    """
+    """Draw the longest latency after a detector's alarm that saves the object, a panel for each phalanx."""
     settings = result.settings
     detector = detector or settings.detector
     latencies = [result.latency(phalanx, detector) for phalanx in settings.phalanges]
@@ -102,13 +94,7 @@ def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], colour: str, dashes: An
 
 @with_style
 def margin_figure(result: MapResult) -> Figure:
-    """Draw critical latency against rate of the load, and travel against latency, at the friction of the centre.
-
-    Parameters
-    ----------
-    result : MapResult
-        The map.
-    """
+    """Draw critical latency against rate of the load, and travel against latency, at the friction of the centre."""
     settings, centre = result.settings, result.settings.centre
     title = f"Friction {centre.friction:g}, {1e3 * settings.held.mass:g} g"
     figure, (rates, travels) = figure_grid(2, 2, _PANEL_OF_LINES, title, ("", ""), share="none")

@@ -210,20 +210,7 @@ def finger_holder(
 
 
 def held_model(held: HeldObject, holder: Holder) -> Model:
-    """Return the model of one fingertip and its half of the object.
-
-    Parameters
-    ----------
-    held : HeldObject
-        The object.
-    holder : Holder
-        The fingertip.
-
-    Returns
-    -------
-    Model
-        A model whose rigid body `object` is free along x and y; the load begins at `held.begins`.
-    """
+    """Return the model of one fingertip and its half of the object, a rigid body that is free along x and y."""
     along = 0.5 * held.direction
     loads = (
         BodyLoad(x=along * held.first_load, y=held.first_grip, ramp=_settling(held.settle)),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.react.closed_form import latency_for_travel, stop_from, travel_after_ramp, travel_after_step
+from fingerslip.react.closed_form import stop_from, travel_after_ramp, travel_after_step
 
 
 def integrated(mass: float, latency: float, limit_rate: float, load: tuple[float, float], steps: int = 20000) -> float:
@@ -42,8 +42,3 @@ def test_grip_that_grows_no_faster_than_the_load_never_stops_it() -> None:
 
 def test_object_at_rest_that_is_held_does_not_travel() -> None:
     assert stop_from(0.2, 0.0, -1.0, 20.0) == (0.0, 0.0)
-
-
-def test_latency_for_a_travel_is_the_inverse() -> None:
-    latency = latency_for_travel(lambda value: travel_after_ramp(0.2, 4.0, 20.0, value), 10e-3)
-    assert travel_after_ramp(0.2, 4.0, 20.0, latency) == pytest.approx(10e-3, rel=1e-9)
