@@ -33,7 +33,8 @@ def answer(result: MapResult) -> str:
         if trials
     ]
     first = f"{where} a grip that rises {longest:.0f} ms after '{settings.detector}' saves the object"
-    return f"{first}, {lost:.0f} ms loses it. It is {'; '.join(texts)}."
+    bar = f"± {1e3 * result.uncertainty:.0f} ms of search, step and mesh"
+    return f"{first}, {lost:.0f} ms loses it ({bar}). It is {'; '.join(texts)}."
 
 
 def _of(trials: list[Trial], saved: bool) -> list[Trial]:

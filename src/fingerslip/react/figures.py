@@ -25,12 +25,14 @@ __all__ = ["map_figure", "margin_figure"]
 _PANEL, _PANEL_OF_LINES = (2.6, 2.2), (3.6, 2.8)  # inch
 _MAP_COLOURS = "cividis"
 _LEAST = 10e-3  # [s], the dark end of the colours
+_TICKS = (10e-3, 30e-3, 100e-3, 300e-3)
 # Frontiers that are drawn on the map: what is to the right of one is too fast for that reaction.
 _FRONTIERS: tuple[tuple[str, str, Any], ...] = (
     ("robot-piezo", GREEN, (0, (1, 1))),
     ("human-slip", VERMILLION, "solid"),
     ("servo", ORANGE, (0, (4, 2))),
 )
+_LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
 _PHALANX_COLOURS = (BLUE, ORANGE, GREEN)
 _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1, 1.5)))
 
@@ -57,13 +59,16 @@ def map_figure(result: MapResult, detector: str | None = None) -> Figure:
         axes.grid(visible=False)
         for spine in axes.spines.values():
             spine.set_visible(False)
-    figure.colorbar(colours, ax=panels, label="critical latency [s]", shrink=0.9, pad=0.01, extend="min")
+    bar = figure.colorbar(colours, ax=panels, label="critical latency [ms]", shrink=0.9, pad=0.01, extend="min")
+    bar.set_ticks(_TICKS, labels=[f"{1e3 * tick:g}" for tick in _TICKS])
+    bar.minorticks_off()
     keys: dict[str, Artist] = {
-        f"{name}, {1e3 * REACTIONS.read(name).delay:.0f} ms: saves what is left of the line": Line2D(
+        f"{name} saves what is left of it ({1e3 * REACTIONS.read(name).delay:.0f} ms)": Line2D(
             [], [], color=colour, linestyle=dashes, linewidth=2.0
         )
         for name, colour, dashes in _FRONTIERS
     }
+    keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
     return figure
 
@@ -104,13 +109,9 @@ def margin_figure(result: MapResult) -> Figure:
         for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
             values = 1e3 * result.latency(phalanx, detector)[row]
             rates.plot(settings.load_rates, values, color=colour, linestyle=dashes, marker="o", markersize=3.0)
-        travels.plot(
-            1e3 * np.array(settings.latencies),
-            1e3 * np.array(result.travels[phalanx]),
-            color=colour,
-            marker="o",
-            markersize=3.0,
-        )
+        latencies, ways = 1e3 * np.array(settings.latencies), 1e3 * np.array(result.travels[phalanx])
+        last = int(np.searchsorted(ways, 1e3 * settings.held.travel_limit)) + 1
+        travels.plot(latencies[:last], ways[:last], color=colour, marker="o", markersize=3.0)
         keys[f"{phalanx} phalanx"] = Line2D([], [], color=colour)
     for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
         keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes)
@@ -126,6 +127,7 @@ def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
     axes.set_yscale("log")
     axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
     axes.set_xticks([], minor=True)
+    axes.set_ylim(bottom=_LOWEST)
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_xlabel("rate of the load [N/s]")
     axes.set_ylabel("critical latency [ms]")
@@ -140,10 +142,10 @@ def _finish_travels(axes: Axes, limit: float, title: str) -> None:
     axes.set_title(title)
     axes.set_xlabel("latency [ms]")
     axes.set_ylabel("largest travel [mm]")
-    axes.set_ylim(0.0, 1.12 * limit)
+    axes.set_ylim(0.0, 1.08 * limit)
     axes.axhline(limit, color=VERMILLION, linewidth=0.9)
     left, right = axes.get_xlim()
-    axes.text(left, limit, " lost", va="bottom", color=VERMILLION, fontsize=7.5)
+    axes.text(left, limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)
     for name in ("robot-piezo", "human-slip", "servo"):
         delay = 1e3 * REACTIONS.read(name).delay
         if delay < right:

@@ -178,6 +178,8 @@ class MapResult:
         Latencies of the curve of travel [s].
     travels : mapping of str to tuple of float
         Largest travel after each of them, for each phalanx [m].
+    refined : mapping of str to float or None
+        The critical latency of the centre with half the step, and with finer cells [s].
     """
 
     settings: ReactionMap
@@ -185,6 +187,15 @@ class MapResult:
     trials: tuple[Trial, ...]
     latencies: tuple[float, ...]
     travels: Mapping[str, tuple[float, ...]]
+    refined: Mapping[str, float | None]
+
+    @property
+    def uncertainty(self) -> float:
+        """Numerical uncertainty of the critical latency of the centre [s]: of search, step and mesh together."""
+        centre = self.cell(self.settings.centre)
+        critical = centre.critical[self.settings.detector]
+        values = [value for value in (critical, *self.refined.values()) if value is not None and np.isfinite(value)]
+        return float(centre.error + sum(abs(value - values[0]) for value in values[1:]))
 
     def cell(self, at: MapCentre) -> Cell:
         """Return the result of a cell."""
@@ -247,6 +258,7 @@ def reaction_map(
         Critical latencies, the reactions at the centre, and travel against latency.
     """
     jobs: list[Callable[[], Any]] = [functools.partial(_compute_centre, settings)]
+    jobs += [functools.partial(_compute_cell, finer, finer.centre) for finer in _refinements(settings).values()]
     jobs += [functools.partial(_compute_curve, settings, phalanx) for phalanx in settings.phalanges]
     jobs += [functools.partial(_compute_cell, settings, cell) for cell in settings.cells]
     results = []
@@ -254,9 +266,17 @@ def reaction_map(
         results.append(result)
         if progress is not None:
             progress(len(results) / len(jobs))
-    trials, curves, cells = results[0], results[1 : 1 + len(settings.phalanges)], results[1 + len(settings.phalanges) :]
-    travels = dict(zip(settings.phalanges, curves, strict=True))
-    return MapResult(settings, tuple(cells), trials, settings.latencies, travels)
+    trials, rest = results[0], iter(results[1:])
+    refined = {name: next(rest).critical[settings.detector] for name in _refinements(settings)}
+    travels: dict[str, tuple[float, ...]] = {phalanx: next(rest) for phalanx in settings.phalanges}
+    return MapResult(settings, tuple(rest), trials, settings.latencies, travels, refined)
+
+
+def _refinements(settings: ReactionMap) -> dict[str, ReactionMap]:
+    """Return the map with half the step, and with cells of two thirds."""
+    finer = {name: getattr(settings, name) / 1.5 for name in ("contact_size", "bulk_size")}
+    halved = replace(settings.held, step=0.5 * settings.held.step)
+    return {"half the step": replace(settings, held=halved), "finer cells": replace(settings, **finer)}
 
 
 def _run_all(jobs: Iterable[Callable[[], Any]], workers: int) -> Iterator[Any]:

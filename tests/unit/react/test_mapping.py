@@ -78,6 +78,17 @@ def test_reactions_at_the_centre_are_saved_within_the_critical_latency_and_no_lo
     assert {trial.outcome.saved for trial in result.trials} == {True, False}
 
 
+def test_uncertainty_is_that_of_search_step_and_mesh(result: MapResult) -> None:
+    (cell,) = (cell for cell in result.cells if cell.at == result.settings.centre)
+    critical, (step, mesh) = cell.critical["force"], result.refined.values()
+    assert critical is not None
+    assert step is not None
+    # The pads of these tests have one mesh.
+    assert mesh == critical
+    assert result.uncertainty == pytest.approx(cell.error + abs(step - critical))
+    assert f"± {1e3 * result.uncertainty:.0f} ms" in answer(result)
+
+
 def test_travel_grows_with_latency_up_to_the_loss(result: MapResult) -> None:
     travels = result.travels["original"]
     assert travels[0] < travels[1] < result.settings.held.travel_limit < travels[2]
@@ -86,7 +97,7 @@ def test_travel_grows_with_latency_up_to_the_loss(result: MapResult) -> None:
 def test_answer_names_who_saves_the_object_and_who_loses_it(result: MapResult) -> None:
     text = answer(result)
     assert text.startswith("At friction 0.4 and 4 N/s a grip that rises ")
-    assert text.endswith(" loses it. It is saved by human-slip (74 ms); lost by gripper (400 ms).")
+    assert text.endswith("). It is saved by human-slip (74 ms); lost by gripper (400 ms).")
     (cell,) = (cell for cell in result.cells if cell.at == result.settings.centre)
     for critical, expected in ((None, "no reflex saves the object"), (np.inf, "no reflex is needed")):
         other = replace(result, cells=(replace(cell, critical={"force": critical}),))
