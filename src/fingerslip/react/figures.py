@@ -75,9 +75,9 @@ def map_figure(result: MapResult, detector: str | None = None) -> Figure:
 
 def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable) -> None:
     """Draw critical latencies (n_frictions, n_rates) [s] as cells that say them in ms; NaN where none saves."""
-    shown = np.where(np.isnan(values), _LEAST / 10, np.minimum(values, 1e3))
-    lightness: NDArray[np.float64] = np.asarray(colours.norm(shown), dtype=np.float64)
-    axes.imshow(colours.to_rgba(shown), origin="lower", aspect="auto")
+    bounded = np.where(np.isnan(values), _LEAST / 10, np.minimum(values, 1e3))
+    lightness: NDArray[np.float64] = np.asarray(colours.norm(bounded), dtype=np.float64)
+    axes.imshow(colours.to_rgba(bounded), origin="lower", aspect="auto")
     size = 0.8 * mpl.rcParams["ytick.labelsize"]
     for (row, column), value in np.ndenumerate(values):
         text = "–" if np.isnan(value) else "∞" if np.isinf(value) else f"{1e3 * value:.0f}"

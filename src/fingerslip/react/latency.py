@@ -13,7 +13,7 @@ import numpy as np
 from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Reaction
 
-__all__ = ["CriticalStart", "critical_start", "longest_saved"]
+__all__ = ["CriticalStart", "critical_start", "search_edge"]
 
 _FIRST_STEP = 4.0  # in tolerances: how far from its guess a search looks first
 
@@ -50,8 +50,8 @@ class CriticalStart:
         return latency if latency >= 0.0 else None
 
 
-def longest_saved(
-    is_saved: Callable[[float], bool], low: float, high: float, guess: float, tolerance: float
+def search_edge(
+    saves: Callable[[float], bool], low: float, high: float, guess: float, tolerance: float
 ) -> tuple[float | None, float]:
     """Return the last number that is saved where all below it are, and how much larger it may be.
 
@@ -59,7 +59,7 @@ def longest_saved(
 
     Examples
     --------
-    >>> number, error = longest_saved(lambda number: number < 0.3, 0.0, 1.0, guess=0.25, tolerance=0.01)
+    >>> number, error = search_edge(lambda number: number < 0.3, 0.0, 1.0, guess=0.25, tolerance=0.01)
     >>> number <= 0.3 <= number + error <= number + 0.01
     True
     """
@@ -67,7 +67,7 @@ def longest_saved(
     allowed = tolerance * (1.0 + 1e-6)
     saved, lost = None, high
     while saved is None or lost - saved > allowed:
-        if number < high and is_saved(number):
+        if number < high and saves(number):
             saved = number
         else:
             lost = number
@@ -107,11 +107,11 @@ def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) ->
         return CriticalStart(np.inf if loop.lost is None else None, 0.0, 0)
     starts: list[float] = []
 
-    def is_saved(start: float) -> bool:
+    def saves(start: float) -> bool:
         starts.append(start)
         return grasp.saves(reaction.response(start, grasp.held.first_grip))
 
-    time, error = longest_saved(is_saved, min(alarms), loop.lost, _guess(grasp, reaction), tolerance)
+    time, error = search_edge(saves, min(alarms), loop.lost, _guess(grasp, reaction), tolerance)
     return CriticalStart(time, error, len(starts))
 
 

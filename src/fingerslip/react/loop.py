@@ -280,9 +280,9 @@ class Grasp:
         return simulation.step(Command(OBJECT, force=(0.0, added)))
 
     def _motion(self, observation: Observation) -> tuple[float, float]:
-        """Return place [m] and speed [m/s] of the object along the load."""
-        place, speed = (observation[f"rigid_body_{name}"][0, 0] for name in ("displacement", "velocity"))
-        return self.held.direction * float(place), self.held.direction * float(speed)
+        """Return position [m] and speed [m/s] of the object along the load."""
+        position, speed = (observation[f"rigid_body_{name}"][0, 0] for name in ("displacement", "velocity"))
+        return self.held.direction * float(position), self.held.direction * float(speed)
 
     def _watch(self, simulation: Simulation) -> OpenLoop:
         """Take steps up to the loss, or the end; save a state at every alarm."""
@@ -296,9 +296,9 @@ class Grasp:
         rows: list[tuple[float, float, float, float, bool]] = []
         while True:
             moment = Moment(simulation.time - held.begins, observation, areas, slips)
-            place, speed = self._motion(observation)
+            position, speed = self._motion(observation)
             rows.append(
-                (moment.time, place - self._origin, speed, moment.slipped_fraction(), moment.stick_ratio == 0.0)
+                (moment.time, position - self._origin, speed, moment.slipped_fraction(), moment.stick_ratio == 0.0)
             )
             for name, detector in self.detectors.items():
                 if alarms[name] is None:
@@ -333,17 +333,17 @@ class Grasp:
         while not simulation.is_finished:
             observation = self._step(simulation, response)
             time = simulation.time - held.begins
-            place, speed = self._motion(observation)
+            position, speed = self._motion(observation)
             grip = max(grip, response.force(time))
             times.append(time)
-            travels.append(place - self._origin)
+            travels.append(position - self._origin)
             if travels[-1] > held.travel_limit:
                 break
             if time >= max(earliest, response.start) and speed <= 0.0 and self._is_safe(response, time):
                 break
-        is_saved = travels[-1] <= held.travel_limit
+        within = travels[-1] <= held.travel_limit
         return Outcome(
-            saved=is_saved,
+            saved=within,
             travel=max(travels),
             largest_slip=float((observation["slip_distance"] - self._first_slips).max()),
             grip=grip,

@@ -138,18 +138,18 @@ class Response:
     actuator: Actuator
 
     @property
-    def added(self) -> float:
+    def addition(self) -> float:
         """Force that is added in the end [N]."""
         return min(self.reflex.gain * self.grip, self.actuator.largest_force - self.grip)
 
     def force(self, time: float) -> float:
         """Return the grip force at a time [s], in N."""
         since, period = time - self.start, self.actuator.update_period
-        if since <= 0.0 or self.added <= 0.0:
+        if since <= 0.0 or self.addition <= 0.0:
             return self.grip
         if period > 0.0:
             since = math.floor(since / period + _ROUNDING) * period
-        return self.grip + self.added * _SHAPES[self.reflex.shape](since * self.actuator.force_rate / self.added)
+        return self.grip + self.addition * _SHAPES[self.reflex.shape](since * self.actuator.force_rate / self.addition)
 
 
 def _ramp(progress: float) -> float:

@@ -102,9 +102,9 @@ def _no_creep() -> tuple[Check, ...]:
     # Without inertia there is no vibration left to tell from creep.
     time = QuasiStatic(held.step, end=held.begins + held.duration)
     history = simulate(replace(held_model(held, pads(100e3)), time=time))
-    place = history["rigid_body_displacement"].sel(component="x").values[:, 0]
+    position = history["rigid_body_displacement"].sel(component="x").values[:, 0]
     begins = round(held.begins / held.step)
-    speed = 1e6 * (place[-1] - place[begins]) / (history["time"].values[-1] - history["time"].values[begins])
+    speed = 1e6 * (position[-1] - position[begins]) / (history["time"].values[-1] - history["time"].values[begins])
     return (
         absolute("creep [um/s]", 0.0, float(speed), 1e-9),
         relative("share of the friction that is used", 0.9, float(history["friction_utilisation"].values[-1, 0]), 1e-9),

@@ -10,7 +10,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.react.detectors import AtOnce, Detector, ForceRatio, Never, SlippedArea
-from fingerslip.react.latency import critical_start, longest_saved
+from fingerslip.react.latency import critical_start, search_edge
 from fingerslip.react.loads import RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Actuator, Reaction, Reflex
@@ -165,11 +165,11 @@ def test_history_of_a_response_ends_with_its_decision(grasp: Grasp) -> None:
 def test_search_finds_the_edge_from_any_guess(edge: float, guess: float) -> None:
     asked = []
 
-    def is_saved(number: float) -> bool:
+    def saves(number: float) -> bool:
         asked.append(number)
         return number <= edge
 
-    number, error = longest_saved(is_saved, 0.0, 1.0, guess, 1e-3)
+    number, error = search_edge(saves, 0.0, 1.0, guess, 1e-3)
     assert number is not None
     assert number <= edge < number + error + 1e-12
     assert error <= 1e-3 * (1 + 1e-6)
@@ -177,4 +177,4 @@ def test_search_finds_the_edge_from_any_guess(edge: float, guess: float) -> None
 
 
 def test_search_says_where_nothing_is_saved() -> None:
-    assert longest_saved(lambda _: False, 0.0, 1.0, 0.4, 1e-3) == (None, 0.0)
+    assert search_edge(lambda _: False, 0.0, 1.0, 0.4, 1e-3) == (None, 0.0)
