@@ -7,6 +7,7 @@ saved at every alarm. A reaction is a branch that is restored there; to the last
 from __future__ import annotations
 
 import contextlib
+import gc
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -170,8 +171,10 @@ class Grasp:
         self.close()
 
     def close(self) -> None:
-        """Remove what was saved."""
+        """Remove what was saved, and give the memory of all runs back."""
         self._folder.cleanup()
+        # Factors are no memory of Python's, which would let them wait.
+        gc.collect()
 
     @cached_property
     def open_loop(self) -> OpenLoop:

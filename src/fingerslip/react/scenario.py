@@ -212,8 +212,10 @@ def finger_holder(
 def held_model(held: HeldObject, holder: Holder) -> Model:
     """Return the model of one fingertip and its half of the object, a rigid body that is free along x and y."""
     along = 0.5 * held.direction
+    # Unit forces with newtons as factors: objects that differ in them alone share a reduced basis.
     loads = (
-        BodyLoad(x=along * held.first_load, y=held.first_grip, ramp=_settling(held.settle)),
+        BodyLoad(y=1.0, ramp=_settling(held.settle, held.first_grip)),
+        BodyLoad(x=along, ramp=_settling(held.settle, held.first_load)),
         BodyLoad(x=along, ramp=load_ramp(held.load, held.begins)),
     )
     body = RigidBody(mass=0.5 * held.mass, free=("x", "y"), loads=loads)
@@ -240,7 +242,7 @@ def held_model(held: HeldObject, holder: Holder) -> Model:
     )
 
 
-def _settling(duration: float) -> Ramp:
-    """Return a rise from zero to one that hardly excites vibrations: half a cosine."""
+def _settling(duration: float, force: float) -> Ramp:
+    """Return a rise from zero to a force [N] that hardly excites vibrations: half a cosine."""
     shares = np.linspace(0.0, 1.0, _SETTLING_KNOTS)
-    return Ramp(tuple((duration * shares).tolist()), tuple((0.5 * (1.0 - np.cos(np.pi * shares))).tolist()))
+    return Ramp(tuple((duration * shares).tolist()), tuple((0.5 * force * (1.0 - np.cos(np.pi * shares))).tolist()))
