@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -16,13 +16,14 @@ from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, 
 from fingerslip.dynamics.reduced.modal import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.step.energy import Energies
+from fingerslip.dynamics.step.mesh import advance
 from fingerslip.dynamics.step.release import Release, remainder
-from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import HHT, Scheme, Static
+from fingerslip.dynamics.system.system import System
 
-__all__ = ["CompactSteps", "is_compact"]
+__all__ = ["Compact", "is_compact"]
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,43 @@ def is_compact(stepper: Stepper) -> bool:
     )
 
 
-class CompactSteps:
+class Compact:
+    """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.Integrator`."""
+
+    def __init__(self, steppers: Sequence[Stepper]) -> None:
+        self._motions = list(map(_Steps, steppers))
+        self.attributes: Mapping[str, object] = {}
+
+    @property
+    def steppers(self) -> Sequence[Stepper]:
+        """What stays the same in each motion."""
+        return [motion.stepper for motion in self._motions]
+
+    def start(self) -> dict[int, State]:
+        """Return the states at time zero."""
+        return dict(enumerate(map(first_state, self.steppers)))
+
+    def advance(
+        self,
+        states: Mapping[int, State],
+        ends: Array,
+        length: float | None = None,  # noqa: ARG002
+    ) -> dict[int, tuple[State, State]]:
+        """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.integrator.Integrator.advance`."""
+        return {number: self._motions[number].advance(state, ends) for number, state in states.items()}
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces or loads are others from now on."""
+        self._motions[0].steer(self.steppers[0].with_system(system))
+
+    def saved_state(self) -> None:
+        """Return nothing: the basis is that of the model."""
+
+    def restore(self, saved: None) -> None:
+        """Do nothing."""
+
+
+class _Steps:
     """The compiled steps of one motion."""
 
     def __init__(self, stepper: Stepper) -> None:
