@@ -20,7 +20,7 @@ from fingerslip.dynamics.step.mesh import advance
 from fingerslip.dynamics.step.release import Release, remainder
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import HHT, Scheme, Static
+from fingerslip.dynamics.system.scheme import HHT, Scheme, Static, coefficients
 from fingerslip.dynamics.system.system import System
 
 __all__ = ["Compact", "is_compact"]
@@ -97,7 +97,7 @@ class _Steps:
         diagonal, self._interface = stepper.condensed.factor.diagonal, stepper.condensed.factor.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
-        compliance = stepper.compliance
+        compliance, (factors, prediction) = stepper.compliance, coefficients(scheme)
         first = first_partition(compliance.matrix, compliance.penalty)
         self._body = Body(
             stiffness=stiffness,
@@ -112,8 +112,8 @@ class _Steps:
             compliance=compliance.matrix,
             penalty=np.ascontiguousarray(compliance.penalty),
             scale=first.scale,
-            factors=stepper.factors,
-            prediction=stepper.prediction,
+            factors=factors,
+            prediction=prediction,
             remainder=remainder(scheme),
             dissipation=_dissipation(scheme),
             goal=GOAL,

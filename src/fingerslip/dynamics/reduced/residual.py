@@ -25,7 +25,7 @@ from scipy import sparse
 from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.loads import Load
-from fingerslip.dynamics.system.scheme import Scheme, make_scheme
+from fingerslip.dynamics.system.scheme import Scheme, coefficients, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.space import vector_dofs
 from fingerslip.linear.craig_bampton import CraigBampton
@@ -97,10 +97,8 @@ class _Oscillators:
         viscous = damping.mass + damping.stiffness * squares
         resistance = scheme.displacement_factor * squares + scheme.velocity_factor * viscous
         compliance = 1.0 / (scheme.inertia_factor + scheme.end_weight * resistance)
-        free = scheme.predict(*np.eye(3))
-        changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
-        self._constants = squares, viscous, compliance, np.stack([free.displacement, free.velocity])
-        self._factors = *changes, scheme.start_weight, scheme.end_weight
+        self._factors, prediction = coefficients(scheme)
+        self._constants = squares, viscous, compliance, prediction
         self.fields = np.zeros((3, squares.size))
 
     def step(self, forces: Array) -> Array:
