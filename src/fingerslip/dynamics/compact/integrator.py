@@ -215,8 +215,13 @@ class _Steps:
         return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
 
     def _spread(self, coordinates: Array) -> Array:
-        """Return fields (k, m) with the displacement of the interface behind them, (k, m + p)."""
-        return np.concatenate([coordinates, coordinates @ self._interface.T], axis=1)
+        """Return fields (k, 3, m) with the displacement of the interface behind them, (3, k, m + p)."""
+        spread = np.empty((3, len(coordinates), sum(self._interface.shape)))
+        size, fields = self._interface.shape[1], coordinates.transpose(1, 0, 2)
+        spread[..., :size] = fields
+        # One product reads the interface once for all.
+        spread[..., size:] = (fields.reshape(-1, size) @ self._interface.T).reshape(3, len(coordinates), -1)
+        return spread
 
     def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
         """Return what is recorded of steps, time first."""
@@ -230,13 +235,13 @@ class _Steps:
                 ("external_work", "work"),
             )
         }
-        none = np.zeros(0)
-        slips = records.slips
+        none, slips = np.zeros(0), records.slips
+        displacement, velocity, acceleration = self._spread(records.fields)
         return State(
             time=times,  # type: ignore[arg-type]
-            displacement=self._spread(records.fields[:, 0]),
-            velocity=self._spread(records.fields[:, 1]),
-            acceleration=self._spread(records.fields[:, 2]),
+            displacement=displacement,
+            velocity=velocity,
+            acceleration=acceleration,
             inertia=none,
             load=none,
             unbalance=none,

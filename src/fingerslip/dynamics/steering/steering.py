@@ -80,7 +80,9 @@ class Observation:
 
     def __getitem__(self, name: str) -> Any:
         """Return a variable at this time."""
-        return self.values[name]
+        values = vars(self).get("values")
+        value = None if values else self.recorder.at(self.step, name)
+        return self.values[name] if value is None else value
 
 
 class Simulation:
