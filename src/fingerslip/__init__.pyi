@@ -60,10 +60,8 @@ from .model.model import (
 from .model.programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
 from .react.closed_form import travel_after_ramp as travel_after_ramp, travel_after_step as travel_after_step
 from .react.detectors import (
-    Alarm as Alarm,
     AtOnce as AtOnce,
     ForceRatio as ForceRatio,
-    Moment as Moment,
     Never as Never,
     SlippedArea as SlippedArea,
     StickRatio as StickRatio,
@@ -82,6 +80,7 @@ from .react.mapping import (
     reaction_map as reaction_map,
     read_reaction_map as read_reaction_map,
 )
+from .react.moment import Alarm as Alarm, Moment as Moment
 from .react.reflex import (
     Actuator as Actuator,
     Reaction as Reaction,
@@ -89,7 +88,8 @@ from .react.reflex import (
     reaction as reaction,
     reaction_names as reaction_names,
 )
-from .react.scenario import HeldObject as HeldObject, Holder as Holder, finger_holder as finger_holder
+from .react.scenario import HeldObject as HeldObject, Holder as Holder, holder_of as holder_of
+from .react.spikes import SpikeCount as SpikeCount
 from .report.figures.browse import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (

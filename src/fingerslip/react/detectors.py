@@ -2,111 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Annotated, Protocol
+from typing import Annotated, Self
 
-import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
-from fingerslip.contact.states import OPEN, STICK
-from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.parameters import Duration, Fraction, PositiveLength, one_of, parameters
-from fingerslip.slip.settings import EventSettings
+from fingerslip.react.moment import SLIPPED, Alarm, Moment
+from fingerslip.react.spikes import SpikeCount
 
-__all__ = [
-    "Alarm",
-    "AtOnce",
-    "Detector",
-    "DetectorChoice",
-    "ForceRatio",
-    "Moment",
-    "Never",
-    "SlippedArea",
-    "StickRatio",
-]
-
-Array = NDArray[np.float64]
-
-_SLIPPED = EventSettings().slip_tolerance
+__all__ = ["AtOnce", "DetectorChoice", "ForceRatio", "Never", "SlippedArea", "StickRatio"]
 
 
-@dataclass(frozen=True)
-class Alarm:
-    """What a detector says when it notices slip.
-
-    Parameters
-    ----------
-    time : float
-        When, since the load began [s].
-    value : float
-        What it measured, such as the share of the contact that has slipped.
-    """
-
-    time: float
-    value: float
-
-
-@dataclass(frozen=True)
-class Moment:
-    """What there is to see after a step.
-
-    Parameters
-    ----------
-    time : float
-        Time since the load began [s].
-    observation : Observation
-        All that was recorded of the step, by the names of the history.
-    areas : (n,) array
-        Tributary areas of the contact candidates [m^2].
-    slips : (n,) array
-        Their slip distances when the load began [m].
-    """
-
-    time: float
-    observation: Observation
-    areas: Array
-    slips: Array
-
-    @cached_property
-    def touching(self) -> NDArray[np.bool_]:
-        """Which candidates touch, (n,)."""
-        return np.asarray(self.observation["contact_state"] != OPEN)
-
-    def slipped_fraction(self, tolerance: float = _SLIPPED) -> float:
-        """Return the share of the contact area that has slipped by more than a tolerance [m] since the load began."""
-        return self._share(self.observation["slip_distance"] - self.slips > tolerance)
+class _Stateless:
+    """A detector that remembers nothing from step to step, and needs no sites."""
 
     @property
-    def stick_ratio(self) -> float:
-        """Share of the contact area that sticks."""
-        return self._share(self.observation["contact_state"] == STICK)
+    def groups(self) -> tuple[str, ...]:
+        """Return none."""
+        return ()
 
-    @property
-    def force_ratio(self) -> float:
-        """Tangential over normal force."""
-        tangential, normal = np.abs(self.observation["counterface_force"][0])
-        return float(tangential / normal) if normal > 0.0 else 0.0
-
-    def _share(self, nodes: NDArray[np.bool_]) -> float:
-        area = float(self.areas[self.touching].sum())
-        return float(self.areas[nodes & self.touching].sum() / area) if area > 0.0 else 0.0
-
-
-class Detector(Protocol):
-    """What notices slip; it may read all that a step recorded, `moment.observation`."""
-
-    @property
-    def delay(self) -> float:
-        """Time from what it measures to its alarm [s], apart from the latency of the reflex."""
-
-    def take(self, moment: Moment) -> Alarm | None:
-        """Return an alarm, or None, after a step."""
+    def start(self) -> Self:
+        """Return itself."""
+        return self
 
 
 @parameters
-class SlippedArea:
+class SlippedArea(_Stateless):
     """The truth: a share of the contact area has slipped since the load began.
 
     Parameters
@@ -120,7 +41,7 @@ class SlippedArea:
     """
 
     fraction: Fraction = 0.48
-    tolerance: PositiveLength = _SLIPPED
+    tolerance: PositiveLength = SLIPPED
     delay: Duration = 0.0
 
     def take(self, moment: Moment) -> Alarm | None:
@@ -130,7 +51,7 @@ class SlippedArea:
 
 
 @parameters
-class StickRatio:
+class StickRatio(_Stateless):
     """The truth: no more than a share of the contact area sticks.
 
     Parameters
@@ -151,7 +72,7 @@ class StickRatio:
 
 
 @parameters
-class ForceRatio:
+class ForceRatio(_Stateless):
     """Normal and tangential force, and a friction coefficient that is known.
 
     Parameters
@@ -175,7 +96,7 @@ class ForceRatio:
 
 
 @parameters
-class AtOnce:
+class AtOnce(_Stateless):
     """An alarm as soon as the load begins.
 
     Parameters
@@ -192,7 +113,7 @@ class AtOnce:
 
 
 @parameters
-class Never:
+class Never(_Stateless):
     """No alarm, whatever happens.
 
     Parameters
@@ -208,7 +129,7 @@ class Never:
         return None
 
 
-BuiltInDetector = SlippedArea | StickRatio | ForceRatio | AtOnce | Never
+BuiltInDetector = SlippedArea | StickRatio | ForceRatio | SpikeCount | AtOnce | Never
 _WORDS = "A detector, under the key that names its kind; exactly one is given."
 #: A detector as a parameter; files write ``slipped_area: {...}``.
 DetectorChoice = Annotated[BuiltInDetector, one_of(BuiltInDetector, "detector", "DetectorChoice", _WORDS)]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
-from fingerslip.react.detectors import Alarm, Detector, Moment
+from fingerslip.react.moment import Alarm, Detector, Moment
 from fingerslip.react.reflex import Reaction, Response
 from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model
 
@@ -144,7 +144,7 @@ class Grasp:
     --------
     A reflex of 74 ms, from the time at which people notice slip::
 
-        with fs.Grasp(held, fs.finger_holder(fs.preset("wang2014-2d")), {"people": fs.SlippedArea(0.48)}) as grasp:
+        with fs.Grasp(held, fs.holder_of(fs.preset("wang2014-2d")), {"people": fs.SlippedArea(0.48)}) as grasp:
             outcome = grasp.react(fs.reaction("human-slip"), "people")
     """
 
@@ -157,6 +157,12 @@ class Grasp:
         bases: MemoryBases | None = None,
     ) -> None:
         self.held, self.detectors = held, dict(detectors)
+        recorded = {site.kind for site in holder.sites}
+        for name, detector in self.detectors.items():
+            missing = next((group for group in detector.groups if group not in recorded), None)
+            if missing is not None:
+                fault, allowed = f"needs sites of the kind {missing}", f"the holder has {', '.join(recorded) or 'none'}"
+                raise InputError(f"detectors.{name}", fault, allowed, f"write holder_of(..., groups=['{missing}'])")
         self.model = held_model(held, holder)
         self._bases = bases or MemoryBases()
         self._folder = tempfile.TemporaryDirectory(prefix="fingerslip-react-")
@@ -296,6 +302,7 @@ class Grasp:
         slips = self._first_slips = observation["slip_distance"].copy()
         self._origin = self._motion(observation)[0]
         alarms: dict[str, Alarm | None] = dict.fromkeys(self.detectors)
+        watches = {name: detector.start() for name, detector in self.detectors.items()}
         rows: list[tuple[float, float, float, float, bool]] = []
         while True:
             moment = Moment(simulation.time - held.begins, observation, areas, slips)
@@ -303,9 +310,9 @@ class Grasp:
             rows.append(
                 (moment.time, position - self._origin, speed, moment.slipped_fraction(), moment.stick_ratio == 0.0)
             )
-            for name, detector in self.detectors.items():
+            for name, watch in watches.items():
                 if alarms[name] is None:
-                    alarms[name] = detector.take(moment)
+                    alarms[name] = watch.take(moment)
                     if alarms[name] is not None:
                         self._save(simulation, moment.time)
             if simulation.is_finished or rows[-1][1] > held.travel_limit:

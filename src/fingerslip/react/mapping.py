@@ -22,8 +22,9 @@ from fingerslip.react.latency import critical_start
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import Grasp, MemoryBases, Outcome
 from fingerslip.react.reflex import REACTIONS, ForceRate, Reaction
-from fingerslip.react.scenario import HeldObject, Holder, finger_holder
+from fingerslip.react.scenario import HeldObject, Holder, holder_of
 from fingerslip.specimens.fingertip.fingertip import preset
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 
 __all__ = ["Cell", "MapCentre", "MapResult", "ReactionMap", "Trial", "reaction_map", "read_reaction_map"]
 
@@ -289,19 +290,20 @@ def _run_all(jobs: Iterable[Callable[[], Any]], workers: int) -> Iterator[Any]:
 
 
 @functools.cache
-def _holder(fingertip: str, phalanx: PhalanxVariant, contact_size: float, bulk_size: float, depth: float) -> Holder:
+def _holder(fingertip: str, phalanx: PhalanxVariant, sizes: MeshSizes, depth: float, groups: tuple[str, ...]) -> Holder:
     """Return a fingertip with one shape of the phalanx; meshes are kept as long as the process lives."""
     finger = preset(fingertip)
     shaped = replace(finger, phalanx=replace(finger.phalanx, variant=phalanx))
-    return finger_holder(shaped, contact_size=contact_size, bulk_size=bulk_size, depth=depth)
+    return holder_of(shaped, sizes, depth=depth, groups=groups)
 
 
 _BASES = MemoryBases()
 
 
 def _grasp(settings: ReactionMap, cell: MapCentre) -> Grasp:
-    sizes = settings.contact_size, settings.bulk_size, settings.depth
-    holder = _holder(settings.fingertip, cell.phalanx, *sizes)
+    sizes = MeshSizes(contact_size=settings.contact_size, bulk_size=settings.bulk_size)
+    groups = tuple(sorted({group for detector in settings.detectors.values() for group in detector.groups}))
+    holder = _holder(settings.fingertip, cell.phalanx, sizes, settings.depth, groups)
     return Grasp(settings.held_at(cell), holder, settings.detectors, bases=_BASES)
 
 

@@ -7,7 +7,7 @@ fingertip rests and the half object moves, so along the grip its inertia stands 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -20,16 +20,17 @@ from fingerslip.errors import InputError
 from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
-from fingerslip.model.model import Component, Contact, Model, ReducedBasis
+from fingerslip.mesh.source import MeshSource
+from fingerslip.model.model import Component, Contact, Model, Recording, ReducedBasis
 from fingerslip.model.programme import Ramp
 from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, PositiveDuration, PositiveLength, parameters
 from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad, load_ramp
-from fingerslip.specimens.fingertip.fingertip import Fingertip
-from fingerslip.specimens.fingertip.meshing.sources import build_section
+from fingerslip.sites import Site
+from fingerslip.specimens.protocol import Specimen
 
-__all__ = ["OBJECT", "HeldObject", "Holder", "finger_holder", "held_model"]
+__all__ = ["OBJECT", "HeldObject", "Holder", "held_model", "holder_of"]
 
 #: Name of the rigid body.
 OBJECT = "object"
@@ -161,6 +162,8 @@ class Holder:
         How far above the lowest point it may touch the object [m].
     normal_penalty, tangential_penalty : float, optional
         Contact stiffness per area [Pa/m].
+    sites : tuple of Site
+        Points at which signals are recorded, for detectors.
     """
 
     mesh: Any
@@ -173,6 +176,7 @@ class Holder:
     search_distance: float = 4e-3
     normal_penalty: float | None = None
     tangential_penalty: float | None = None
+    sites: tuple[Site, ...] = ()
 
     def __post_init__(self) -> None:
         if self.damping.mass:
@@ -180,32 +184,43 @@ class Holder:
             raise InputError("damping.mass", fault, "needs 0: it would brake the object", "damp by stiffness")
 
 
-def finger_holder(
-    fingertip: Fingertip, *, contact_size: float = 0.15e-3, bulk_size: float = 0.5e-3, depth: float = 12e-3
+def holder_of(
+    specimen: Specimen,
+    mesh: MeshSource | None = None,
+    *,
+    boundary: str = "skin",
+    depth: float = 12e-3,
+    groups: Sequence[str] = (),
 ) -> Holder:
-    """Return the section of a fingertip as what holds an object.
+    """Return the section of a specimen as what holds an object.
 
     Parameters
     ----------
-    fingertip : Fingertip
-        The fingertip.
-    contact_size, bulk_size : float, optional
-        Element sizes [m], as of :func:`~fingerslip.build_section`.
+    specimen : Fingertip or TacTip
+        The specimen.
+    mesh : MeshSizes or SensorSectionSizes, optional
+        Element sizes of its section; without it those of the specimen.
+    boundary : str, optional
+        What touches the object: `skin` of a fingertip, `contact` of a sensor.
     depth : float, optional
         Width of the contact, out of the section [m]; assumed.
+    groups : sequence of str, optional
+        Groups of sites that are recorded, such as receptors of the kind FA-I.
 
     Returns
     -------
     Holder
-        The section, its phalanx fixed.
+        The section, held as the specimen is.
     """
+    supports: Any = specimen.supports(2)
     return Holder(
-        mesh=build_section(fingertip, contact_size=contact_size, bulk_size=bulk_size),
-        materials=fingertip.materials,
-        supports={"phalanx": ("x", "y")},
-        boundary="skin",
-        formulation=fingertip.formulation,
+        mesh=(mesh or specimen.default_mesh).build(specimen),
+        materials=specimen.materials,
+        supports=supports,
+        boundary=boundary,
+        formulation=specimen.formulation,
         depth=depth,
+        sites=specimen.sites(groups, 2),
     )
 
 
@@ -238,6 +253,7 @@ def held_model(held: HeldObject, holder: Holder) -> Model:
         bodies={OBJECT: body},
         damping=holder.damping,
         time=TimeStepping(step=held.step, end=held.begins + held.duration),
+        record=Recording(sites=holder.sites),
         basis=ReducedBasis(),
     )
 

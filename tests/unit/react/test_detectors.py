@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fingerslip.react.detectors import AtOnce, Detector, ForceRatio, Moment, Never, SlippedArea, StickRatio
+from fingerslip.react.detectors import AtOnce, ForceRatio, Never, SlippedArea, StickRatio
+from fingerslip.react.moment import Detector, Moment
 
 
 def moment(**changes: Any) -> Moment:
@@ -44,8 +45,8 @@ def test_without_contact_there_is_no_share_and_no_ratio() -> None:
     ],
 )
 def test_alarm_comes_where_the_measure_reaches_its_limit(detector: Detector, silent: Detector, value: float) -> None:
-    alarm = detector.take(moment())
+    alarm = detector.start().take(moment())
     assert alarm is not None
     assert alarm.time == 0.1
     assert alarm.value == pytest.approx(value)
-    assert silent.take(moment()) is None
+    assert silent.start().take(moment()) is None

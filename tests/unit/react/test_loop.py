@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.react.detectors import AtOnce, Detector, ForceRatio, Never, SlippedArea
+from fingerslip.react.detectors import AtOnce, ForceRatio, Never, SlippedArea
 from fingerslip.react.latency import critical_start, search_edge
 from fingerslip.react.loads import RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
+from fingerslip.react.moment import Detector
 from fingerslip.react.reflex import Actuator, Reaction, Reflex
 from fingerslip.react.scenario import HeldObject
 from unit.pads import pad

@@ -10,7 +10,11 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.react.loads import RampLoad, StepLoad
-from fingerslip.react.scenario import OBJECT, HeldObject, held_model
+from fingerslip.react.scenario import OBJECT, HeldObject, held_model, holder_of
+from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
+from fingerslip.specimens.protocol import Specimen
+from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
 from unit.pads import pad
 
 LOAD = RampLoad(rate=4.0, force=2.0)
@@ -70,3 +74,20 @@ def test_object_that_cannot_be_held_is_refused(changes: dict[str, Any], message:
 def test_damping_that_would_brake_the_object_is_refused() -> None:
     with pytest.raises(InputError, match=r"^damping.mass: got 3 1/s, needs 0: it would brake the object"):
         type(pad())(**{**vars(pad()), "damping": RayleighDamping(mass=3.0)})
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "sizes", "boundary", "group"),
+    [
+        ("fingertip", "wang2014-2d", MeshSizes(contact_size=0.15e-3, bulk_size=1e-3), "skin", "FA-I"),
+        ("tactip", "tactip-ridged-2d", SensorSectionSizes(contact_size=0.5e-3, bulk_size=2e-3), "contact", "rod_feet"),
+    ],
+)
+def test_fingertip_and_sensor_hold_objects(kind: str, name: str, sizes: Any, boundary: str, group: str) -> None:
+    specimen: Specimen = SPECIMENS[kind].read(name)
+    holder = holder_of(specimen, sizes, boundary=boundary, groups=[group])
+    model = held_model(HeldObject(load=LOAD), holder)
+    assert set(model.materials) <= set(holder.mesh.subdomains)
+    assert boundary in holder.mesh.boundaries
+    assert {site.kind for site in model.record.sites} == {site.kind for site in specimen.sites([group], 2)}
+    assert len(model.record.sites) > 2
