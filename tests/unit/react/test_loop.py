@@ -10,6 +10,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.react.detectors import AtOnce, ForceRatio, Never, SlippedArea
+from fingerslip.react.figures import timeline_figure
 from fingerslip.react.latency import critical_start, search_edge
 from fingerslip.react.loads import RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
@@ -159,6 +160,17 @@ def test_history_of_a_response_ends_with_its_decision(grasp: Grasp) -> None:
     place = history["rigid_body_displacement"].values[:, 0, 0]
     first = round(HELD.begins / HELD.step)
     assert (place - place[first])[first:].max() == outcome.travel
+
+
+def test_figure_of_a_reaction_has_its_travel_and_says_what_came_of_it(grasp: Grasp) -> None:
+    figure = timeline_figure(grasp, "force", {"quick": reaction(10e-3), "slow": reaction(0.15)})
+    _, travels = figure.axes
+    quick = grasp.react(reaction(10e-3), "force")
+    drawn = [np.asarray(line.get_ydata()) for line in travels.lines]
+    assert any(line.shape == quick.travels.shape and np.allclose(line, 1e3 * quick.travels) for line in drawn)
+    texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert texts == ["load", "no reaction", "quick: saved", "slow: lost"]
+    assert len(timeline_figure(grasp, "never", {"quick": reaction(10e-3)}).legends[0].get_texts()) == 2
 
 
 @pytest.mark.parametrize("edge", [0.0, 0.013, 0.5, 0.77, 0.9995])
