@@ -21,16 +21,6 @@ from fingerslip.history import nearest_record
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "CELL_TYPES",
-    "CellType",
-    "FlatFace",
-    "Snapshot",
-    "flat_faces",
-    "in_space",
-    "read_snapshot",
-]
-
 
 Floats = NDArray[np.float64]
 

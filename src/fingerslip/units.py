@@ -18,24 +18,6 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = [
-    "METRES",
-    "LengthUnit",
-    "Unit",
-    "coordinates",
-    "format_quantity",
-    "metres",
-    "millimetres",
-    "parse_quantity",
-    "quantity_of",
-    "si_number",
-    "si_quantity",
-    "split_quantity",
-    "unit_suffix",
-    "with_unit",
-    "without_rounding",
-]
-
 #: Units in which files may hold coordinates, and their metres.
 LengthUnit = Literal["m", "cm", "mm", "um"]
 METRES: Mapping[str, float] = MappingProxyType({"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6})

@@ -25,8 +25,6 @@ from fingerslip.parameters import Duration, PositiveDuration, Rate, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import RECEPTOR_KINDS
 
-__all__ = ["AFFERENTS", "IntegrateAndFire", "human_afferents"]
-
 Array = NDArray[np.float64]
 _Positive = Annotated[float, pydantic.Field(gt=0)]
 

@@ -16,8 +16,6 @@ from fingerslip.afferents.signals import warn_beyond
 from fingerslip.afferents.stimuli import STIMULI, receptor_stimuli
 from fingerslip.errors import InputError, ResultError
 
-__all__ = ["AfferentModel", "Spikes", "spikes_of"]
-
 Array = NDArray[np.float64]
 
 

@@ -13,16 +13,6 @@ from scipy import signal
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
 
-__all__ = [
-    "BandwidthWarning",
-    "filter_band",
-    "mesh_bandwidth",
-    "record_bandwidth",
-    "spectrum",
-    "warn_beyond",
-]
-
-
 _ORDER = 3
 # Steps that differ by less than this share are equal.
 _SAME = 1e-6

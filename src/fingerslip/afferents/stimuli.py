@@ -13,8 +13,6 @@ from fingerslip.errors import ResultError
 from fingerslip.history import full_tensors, sites_of_kinds
 from fingerslip.sites import RECEPTOR_KINDS
 
-__all__ = ["STIMULI", "receptor_stimuli"]
-
 Array = NDArray[np.float64]
 
 _STRAIN = "strain"

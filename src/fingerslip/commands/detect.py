@@ -9,21 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress
 
-__all__ = [
-    "ACTIONS",
-    "collect",
-    "detect",
-    "evaluate",
-    "film",
-    "inquire",
-    "run",
-    "score",
-    "simulate",
-    "train",
-    "transfer",
-    "vary",
-]
-
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Classifier = Annotated[
     str,

@@ -20,26 +20,6 @@ if TYPE_CHECKING:
     from fingerslip.study.running.progress import StudyProgress
     from fingerslip.tables.table import Table
 
-__all__ = [
-    "AsJson",
-    "Markdown",
-    "Quiet",
-    "Results",
-    "Studies",
-    "Workers",
-    "cameras",
-    "exit_code",
-    "fields",
-    "figure_kinds",
-    "print_error",
-    "print_results",
-    "print_tables",
-    "screen_progress",
-    "shipped_studies",
-    "specimens",
-    "stop_on_termination",
-]
-
 Studies = Annotated[list[Path], typer.Argument(metavar="STUDY...", help="Study files (YAML).", show_default=False)]
 Results = Annotated[Path, typer.Option("--results", metavar="DIR", help="Folder that holds a folder for each study.")]
 Workers = Annotated[

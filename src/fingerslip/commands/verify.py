@@ -8,8 +8,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables
 
-__all__ = ["verify"]
-
 
 def verify(
     only: Annotated[

@@ -33,15 +33,6 @@ from fingerslip.version import __version__
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "FORMATS",
-    "export_history",
-    "export_tables",
-    "history_tables",
-    "write_history_mat",
-    "write_tables_mat",
-]
-
 
 def write_history_mat(history: xr.Dataset, folder: Path) -> None:
     """Write a history as one structure ``history`` into ``history.mat``, whole or not at all.

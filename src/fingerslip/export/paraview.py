@@ -19,8 +19,6 @@ from fingerslip.storage.files import csv_text, write_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["cell_tensors", "snapshot_mesh", "write_paraview", "write_series"]
-
 Floats = NDArray[np.float64]
 
 _HEADER = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'

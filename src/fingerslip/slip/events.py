@@ -41,21 +41,6 @@ from fingerslip.slip.windows import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Events",
-    "Found",
-    "SlipEvents",
-    "acceleration_events",
-    "displacement_events",
-    "events_from_mapping",
-    "events_mapping",
-    "events_of_leaving",
-    "events_of_peaks",
-    "find_events",
-    "find_slip",
-    "slip_events",
-]
-
 
 # Of sums of areas, as a share of them.
 _ROUNDING = 1e-9

@@ -31,16 +31,6 @@ from fingerslip.slip.windows import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "EdgeContact",
-    "edge_contact",
-    "edge_distance",
-    "edge_warning",
-    "force_ratio_times",
-    "front_arrivals",
-    "reference_events",
-]
-
 
 Floats = NDArray[np.float64]
 

@@ -23,8 +23,6 @@ from fingerslip.units import Unit
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["MEASURES", "Measure", "Number", "measure_of", "read_measures"]
-
 Number = float | int | None
 
 _SUFFIXES = str.maketrans({"^": "", "/": "_per_"})

@@ -16,8 +16,6 @@ from fingerslip.slip.windows import contact_area, contact_forces, counterface_no
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Patch", "contact_patch", "patch_series", "surface_strain_rates", "surface_strains", "triangle_states"]
-
 Floats = NDArray[np.float64]
 
 # Triangles that bridge a hole or a hollow of the contact have longer sides than its own, which are alike.

@@ -16,18 +16,6 @@ from fingerslip.slip.windows import SlideWindow, slide_tangent, slide_window
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Peak",
-    "PeakTable",
-    "acceleration_peaks",
-    "followed_share",
-    "has_receptors",
-    "noise_of",
-    "peak_signal",
-    "slide_receptors",
-    "transition_end",
-]
-
 # Turns the median absolute deviation of normally distributed noise into its standard deviation.
 _MAD_TO_DEVIATION = 1.4826
 # The jump of the plate's velocity shows in the first steps, at once at every receptor near the plate [s].

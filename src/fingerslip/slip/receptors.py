@@ -22,15 +22,6 @@ from fingerslip.slip.windows import slide_tangent, slide_window
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "AREAS",
-    "contact_edges",
-    "receptor_rows",
-    "receptor_signals",
-    "receptors_in_areas",
-    "tangential_acceleration",
-]
-
 AREAS = ("A", "B")
 
 

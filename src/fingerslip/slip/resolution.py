@@ -15,8 +15,6 @@ from fingerslip.slip.windows import slide_window, slipped_fraction
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["largest_step_share", "nodes_across", "record_interval", "resolution_warnings", "slide_records"]
-
 # Keys of measures with the least and the most that is fine, what they are in words, and what mends it.
 _LIMITS: tuple[tuple[str, float, float, str, str], ...] = (
     ("slide_records", LEAST_STEPS, np.inf, "{:.0f} steps in the slide", "take a smaller step"),

@@ -16,15 +16,6 @@ from fingerslip.slip.windows import contact_forces, slide_window, split_along, s
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "EXTERNAL",
-    "MarkerSlips",
-    "share_before_centre",
-    "skin_marker_slips",
-    "stick_slip_cycles",
-    "touching_markers",
-]
-
 #: Kind of the recorded sites that mark the skin.
 EXTERNAL = "external marker"
 # A fall of the friction force counts from this share of its largest value in the slide: less is noise of single nodes.

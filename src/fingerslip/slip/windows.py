@@ -17,34 +17,6 @@ from fingerslip.history import phase_times
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "EVENTS",
-    "LATENCY",
-    "MAIN_EVENTS",
-    "NOTICED_NOTE",
-    "READINGS",
-    "READING_HEADINGS",
-    "TIMES",
-    "ContactForces",
-    "SlideWindow",
-    "accumulated_slip",
-    "area_fraction",
-    "contact_area",
-    "contact_forces",
-    "counterface_normal",
-    "defines_time",
-    "event_label",
-    "relative_displacement",
-    "slide_tangent",
-    "slide_window",
-    "slipped_fraction",
-    "slipping_fraction",
-    "split_along",
-    "stick_ratio",
-    "sustained_crossing",
-    "sustained_crossings",
-]
-
 
 @dataclass(frozen=True)
 class SlideWindow:

@@ -37,29 +37,6 @@ from fingerslip.errors import DamagedError, InputError, ResultError
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "alone",
-    "check_empty",
-    "check_folder",
-    "check_replaceable",
-    "clean_stale",
-    "csv_text",
-    "digest",
-    "file_digest",
-    "frame_csv",
-    "json_text",
-    "new_file",
-    "new_files",
-    "new_folder",
-    "plain_cell",
-    "read_json",
-    "remove_empty",
-    "write_bytes",
-    "write_json",
-    "write_text",
-    "writing",
-]
-
 
 def digest(*parts: Any) -> str:
     """Return the SHA-256 hash of arrays, bytes, text and plain data, in this order.

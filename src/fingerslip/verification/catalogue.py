@@ -15,8 +15,6 @@ from fingerslip.errors import InputError
 if TYPE_CHECKING:
     from fingerslip.verification.problem import Problem
 
-__all__ = ["FILES", "choose", "known_names", "problem"]
-
 #: The names of all problems, by the file of this folder that has them, in the order of the table.
 FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {

@@ -23,8 +23,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, jiggle, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
-__all__ = ["PROBLEMS"]
-
 Array = NDArray[np.float64]
 
 _ELEMENTS: tuple[tuple[str, Integration], ...] = (

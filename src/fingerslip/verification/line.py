@@ -31,17 +31,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = [
-    "PROBLEMS",
-    "STEPS",
-    "closed_form",
-    "line_model",
-    "nearest_step",
-    "order_nodes",
-    "pressed_and_slid",
-    "semicircle",
-]
-
 Array = NDArray[np.float64]
 
 MODULUS, RATIO, RADIUS, MU = 1e5, 0.4999, 200e-3, 0.5

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.mesh.facets import outward_normals
 
-__all__ = ["box", "grade", "jiggle", "mirror", "split_boundary"]
-
 Array = NDArray[np.float64]
 Shift = Callable[[Array], Array]
 

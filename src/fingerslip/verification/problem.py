@@ -16,19 +16,6 @@ if TYPE_CHECKING:
 
     from fingerslip.model.model import Model
 
-__all__ = [
-    "Check",
-    "Outcome",
-    "Problem",
-    "VerificationError",
-    "absolute",
-    "number_table",
-    "relative",
-    "run",
-    "solve_problem",
-    "table",
-]
-
 
 class VerificationError(FingerslipError):
     """A computed history breaks a law that every history has to keep."""

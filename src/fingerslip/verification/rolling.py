@@ -25,8 +25,6 @@ from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 
-__all__ = ["PROBLEMS"]
-
 Array = NDArray[np.float64]
 
 _RADIUS, _WIDTH, _HEIGHT, _MASS, _GRAVITY = 10e-3, 10e-3, 2e-3, 0.05, 9.81

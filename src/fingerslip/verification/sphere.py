@@ -27,8 +27,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS", "mindlin_displacement", "press_and_cycle", "radii", "slid"]
-
 Array = NDArray[np.float64]
 
 MODULUS, RATIO, MU = 1e5, 0.48, 0.5

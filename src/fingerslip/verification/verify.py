@@ -9,8 +9,6 @@ from fingerslip.tables.table import Table, to_markdown
 from fingerslip.verification.catalogue import choose, problem
 from fingerslip.verification.problem import Outcome, number_table, run, table
 
-__all__ = ["Verification", "verify"]
-
 
 @dataclass(frozen=True)
 class Verification:

@@ -29,8 +29,6 @@ from fingerslip.verification.line import line_model
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS", "complex_modulus", "ramp_response"]
-
 Array = NDArray[np.float64]
 
 _SIZE, _SHIFT = 10e-3, 0.1e-3
