@@ -17,9 +17,9 @@ then says that it is not recorded.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -40,7 +40,6 @@ from fingerslip.slip.windows import (
 
 if TYPE_CHECKING:
     import xarray as xr
-
 
 # Of sums of areas, as a share of them.
 _ROUNDING = 1e-9
@@ -79,8 +78,7 @@ class SlipEvents:
 
     def time(self, name: str) -> float | None:
         """Return an event's time, or the latency, by its name in :data:`~fingerslip.slip.windows.TIMES` [s]."""
-        time: float | None = getattr(self, name)
-        return time
+        return cast("float | None", getattr(self, name))
 
 
 @dataclass(frozen=True)
@@ -128,8 +126,7 @@ class Events:
 
     def reading(self, name: str) -> SlipEvents:
         """Return a reading by its name in :data:`~fingerslip.slip.windows.READINGS`."""
-        events: SlipEvents = getattr(self, name)
-        return events
+        return cast("SlipEvents", getattr(self, name))
 
 
 def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
@@ -145,7 +142,7 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
         return SlipEvents()
     times, fractions = slipped_steps(history, window, settings.slip_tolerance)
     levels = (getattr(settings, f"{name}_fraction") - _ROUNDING for name in EVENTS)
-    return _events(sustained_crossing(times, fractions, level, settings.sustained) for level in levels)
+    return SlipEvents(*(sustained_crossing(times, fractions, level, settings.sustained) for level in levels))
 
 
 def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
@@ -169,19 +166,11 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
 
 
 def events_of_leaving(leaving: Sequence[float | None], settings: EventSettings) -> SlipEvents:
-    """Rank the times at which points left the plate's line: the first, 48 %, three quarters and the last of them.
-
-    Units: leaving [s].
-    """
+    """Rank the times [s] at which points left the plate's line: the first, 48 %, three quarters and the last one."""
     finite = sorted(time for time in leaving if time is not None)
     shares = (0.0, settings.noticed_fraction, settings.three_quarter_fraction, 1.0)
     ranks = (max(math.ceil(share * len(leaving)), 1) for share in shares)
-    return _events(finite[rank - 1] if rank <= len(finite) else None for rank in ranks)
-
-
-def _events(times: Iterable[float | None]) -> SlipEvents:
-    incipient, noticed, three_quarter, overall = times
-    return SlipEvents(incipient, noticed, three_quarter, overall)
+    return SlipEvents(*(finite[rank - 1] if rank <= len(finite) else None for rank in ranks))
 
 
 def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = None, slide: int = 0) -> SlipEvents:
@@ -214,10 +203,7 @@ def events_of_peaks(history: xr.Dataset, table: PeakTable, settings: PeakSetting
 
 
 def events_mapping(events: Events) -> dict[str, dict[str, float | bool | None]]:
-    """Turn events into plain data for JSON.
-
-    Units: returns [s].
-    """
+    """Turn events into plain data for JSON [s]."""
     return {
         name: {"recorded": reading.recorded, **{time: reading.time(time) for time in TIMES}}
         for name in READINGS

@@ -18,6 +18,7 @@ from fingerslip.sites import Site
 from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import (
+    Floats,
     accumulated_slip,
     contact_forces,
     counterface_normal,
@@ -30,9 +31,6 @@ from fingerslip.slip.windows import (
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-Floats = NDArray[np.float64]
 
 
 def front_arrivals(
@@ -203,19 +201,10 @@ class EdgeContact:
 
 
 def edge_contact(history: xr.Dataset) -> EdgeContact | None:
-    """Find out whether the contact comes within two facets of a free edge of its boundary.
+    """Return the first counterface whose contact comes within two facets of a free edge of its boundary.
 
-    A free edge is where the boundary meets another free part of the surface, such as the cut end of a fingertip.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with ``contact_edge_distance``; one that lacks it has no known edges.
-
-    Returns
-    -------
-    EdgeContact or None
-        The first counterface, in their order, that comes that close; None where all contact keeps away.
+    A free edge is where the boundary meets another free part of the surface, such as the cut end of a fingertip. None
+    where all contact keeps away, or the history has no ``contact_edge_distance``.
     """
     if "contact_edge_distance" not in history.variables:
         return None
@@ -235,8 +224,7 @@ def edge_distance(history: xr.Dataset) -> float | None:
     if "contact_edge_distance" not in history.variables:
         return None
     distances = _distances(history, np.arange(history.sizes["contact_node"]))
-    smallest = float(distances.min(initial=np.inf))
-    return smallest if np.isfinite(smallest) else None
+    return float(distances.min()) if np.isfinite(distances).any() else None
 
 
 def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
@@ -246,15 +234,11 @@ def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
         for title, edge in edges.items()
         if edge is not None
     ]
-    if not cases:
-        return ""
-    return (
-        f"Contact within two facets of a free edge of its boundary: {'; '.join(cases)}. The model ends there, so "
-        f"forces and slip times are those of a body that is cut off."
-    )
+    consequence = "The model ends there, so forces and slip times are those of a body that is cut off."
+    return f"Contact within two facets of a free edge of its boundary: {'; '.join(cases)}. {consequence}" * bool(cases)
 
 
-def _distances(history: xr.Dataset, nodes: NDArray[np.intp]) -> NDArray[np.float64]:
+def _distances(history: xr.Dataset, nodes: NDArray[np.intp]) -> Floats:
     """Return the distances from an edge of those of `nodes` that touch at any time [m]."""
     touched = (history["contact_state"].values[:, nodes] != OPEN).any(axis=0)
     return np.asarray(history["contact_edge_distance"].values[nodes[touched]], dtype=float)

@@ -11,12 +11,17 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid
-from fingerslip.slip.windows import contact_area, contact_forces, counterface_normal, slide_tangent, stick_ratio
+from fingerslip.slip.windows import (
+    Floats,
+    contact_area,
+    contact_forces,
+    counterface_normal,
+    slide_tangent,
+    stick_ratio,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Floats = NDArray[np.float64]
 
 # Triangles that bridge a hole or a hollow of the contact have longer sides than its own, which are alike.
 _LONGEST_SIDE = 3.0
@@ -168,8 +173,7 @@ def _local_edges(reference: Floats, along: Floats) -> Floats:
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     first = along - (normal @ along)[:, None] * normal
     first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(normal, first)
-    return np.stack([np.einsum("mek,mk->me", edges, first), np.einsum("mek,mk->me", edges, second)], axis=-1)
+    return np.stack([np.einsum("mek,mk->me", edges, axis) for axis in (first, np.cross(normal, first))], axis=-1)
 
 
 def triangle_states(history: xr.Dataset, patch: Patch, step: int) -> NDArray[np.int8]:
