@@ -98,8 +98,7 @@ class IntegrateAndFire:
             return values
         sections = signal.butter(_LOW_PASS_ORDER, self.highest_frequency, fs=rate, output="sos")
         smoothed, _ = signal.sosfilt(sections, values, axis=0, zi=signal.sosfilt_zi(sections)[:, :, None] * values[0])
-        low: Array = smoothed
-        return low
+        return np.asarray(smoothed)
 
     def _find_spikes(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""

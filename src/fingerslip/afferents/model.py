@@ -28,16 +28,13 @@ class AfferentModel(Protocol):
     @property
     def stimulus(self) -> str:
         """Name of what it responds to, one of :data:`~fingerslip.afferents.stimuli.STIMULI`."""
-        ...
 
     @property
     def highest_frequency(self) -> float:
         """Highest frequency of the stimulus that matters to it [Hz]."""
-        ...
 
     def spikes(self, times: Array, values: Array) -> Sequence[Array]:
         """Return the spike times [s] of each receptor, from times (n,) [s] and the stimulus (n, k) in SI units."""
-        ...
 
 
 @dataclass(frozen=True)

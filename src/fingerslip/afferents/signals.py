@@ -83,8 +83,7 @@ def _filter_from_rest(values: NDArray[np.float64], sections: NDArray[np.float64]
     moved = np.moveaxis(values, axis, 0)
     rest = signal.sosfilt_zi(sections).reshape(len(sections), 2, *([1] * (moved.ndim - 1))) * moved[0]
     passed, _ = signal.sosfilt(sections, moved, axis=0, zi=rest)
-    back: NDArray[np.float64] = np.moveaxis(passed, 0, axis)
-    return back
+    return np.asarray(np.moveaxis(passed, 0, axis))
 
 
 def _rate(values: xr.DataArray) -> float:
@@ -156,5 +155,4 @@ def _longest_edges(mesh: skfem.Mesh) -> NDArray[np.float64]:
     corners = mesh.p[:, mesh.t[: mesh.refdom.nnodes]]
     pairs = mesh.refdom.edges if mesh.dim() == 3 else mesh.refdom.facets
     lengths = [np.linalg.norm(corners[:, first] - corners[:, second], axis=0) for first, second in map(tuple, pairs)]
-    longest: NDArray[np.float64] = np.max(lengths, axis=0)
-    return longest
+    return np.asarray(np.max(lengths, axis=0))

@@ -62,8 +62,7 @@ def _equivalent_strain(at: xr.Dataset) -> Array:
     strain = full_tensors(at[_STRAIN])
     mean = np.trace(strain, axis1=-2, axis2=-1) / 3.0
     deviator = strain - mean[..., None, None] * np.eye(3)
-    equivalent: Array = np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1)))
-    return equivalent
+    return np.asarray(np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1))))
 
 
 def _principal(at: xr.Dataset, which: int) -> Array:
@@ -72,8 +71,7 @@ def _principal(at: xr.Dataset, which: int) -> Array:
     finite = np.asarray(np.isfinite(strain).all(axis=(-2, -1), keepdims=True))
     # Eigenvalues of a tensor with NaN are numbers that mean nothing.
     principal = np.linalg.eigvalsh(np.where(finite, strain, 0.0))
-    values: Array = np.where(finite[..., 0, 0], principal[..., which], np.nan)
-    return values
+    return np.asarray(np.where(finite[..., 0, 0], principal[..., which], np.nan))
 
 
 def _length(name: str) -> Callable[[xr.Dataset], Array]:

@@ -276,5 +276,4 @@ def von_mises(stresses: Array) -> Array:
     """Return the von Mises stress [Pa], shape (...), of stresses (..., 4 or 6) as :class:`Recovery` gives them."""
     xx, yy, zz, *shears = np.moveaxis(stresses, -1, 0)
     squares = sum(shear**2 for shear in shears)
-    deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * squares)
-    return deviation
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * squares))

@@ -113,8 +113,7 @@ def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> NDArray[np.int64]:
 def carrying_nodes(space: Space, boundary: str) -> NDArray[np.int64]:
     """Return the nodes (k,) of a boundary that have an area: corners of quadratic tetrahedra have none."""
     nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
-    carrying: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
-    return carrying
+    return np.asarray(nodes[areas[nodes] > 1e-9 * areas[nodes].max()])
 
 
 def cell_nodes(space: Space) -> NDArray[np.int32]:

@@ -52,13 +52,7 @@ def choose(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def problem(name: str) -> Problem:
-    """Return a problem; its file is loaded.
-
-    Parameters
-    ----------
-    name : str
-        Its name, one of :func:`known_names`.
-    """
+    """Return a problem by its name, one of :func:`known_names`; its file is loaded."""
     file = next(file for file, names in FILES.items() if name in names)
     problems: Sequence[Problem] = importlib.import_module(f"fingerslip.verification.{file}").PROBLEMS
     return next(candidate for candidate in problems if candidate.name == name)

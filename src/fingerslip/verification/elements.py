@@ -174,8 +174,7 @@ def _body_force(x: Array, first_lame: float, shear_modulus: float) -> Array:
 def _bent(points: Array) -> Array:
     """Bend the inside smoothly, so that no cell is regular."""
     bump = 0.08 * np.prod(np.sin(np.pi * points), axis=0)
-    moved: Array = points + bump * np.array([1.0, -0.7, 0.5])[: len(points), None]
-    return moved
+    return np.asarray(points + bump * np.array([1.0, -0.7, 0.5])[: len(points), None])
 
 
 def _errors(element: str, integration: Integration, count: int) -> tuple[float, float]:

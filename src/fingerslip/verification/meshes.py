@@ -86,8 +86,7 @@ def jiggle(amount: float) -> Shift:
         inner = ((points > low + 1e-9) & (points < high - 1e-9)).all(axis=0)
         size = float(np.prod(high - low) / points.shape[1]) ** (1.0 / len(points))
         noise = np.random.default_rng(1).uniform(-amount * size, amount * size, points.shape)
-        moved: Array = points + noise * inner
-        return moved
+        return np.asarray(points + noise * inner)
 
     return shift
 

@@ -100,10 +100,7 @@ def run(problem: Problem) -> Outcome:
 
 
 def solve_problem(model: Model, penetration: float | None = None) -> xr.Dataset:
-    """Simulate a model and hold its history against what every history has to keep.
-
-    Units: penetration [m].
-    """
+    """Simulate a model and hold its history against what every history has to keep, and a largest penetration [m]."""
     # Slow to import, and some problems solve no motion.
     from fingerslip.dynamics.simulation import simulate
 

@@ -86,8 +86,7 @@ def _end(history: xr.Dataset, element: str) -> tuple[float, float]:
 
 def _turn(history: xr.Dataset, element: str) -> Array:
     about, sign = _rolling(element)
-    angle: Array = sign * history["rigid_body_rotation"].sel(rotation_axis=about[1]).values[:, 0]
-    return angle
+    return np.asarray(sign * history["rigid_body_rotation"].sel(rotation_axis=about[1]).values[:, 0])
 
 
 _SLOW = QuasiStatic(0.01, end=0.6)

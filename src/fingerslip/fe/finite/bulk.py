@@ -262,8 +262,7 @@ class LargeStrain:
         if left is not None:
             slope += left.moduli[self._volumes.material] * np.log(mean) + left.group_offsets
         slope *= self._volumes.size / mean
-        pressure: Array = (self._volumes.mean.T @ slope) / self.weights.ravel()
-        return pressure
+        return np.asarray((self._volumes.mean.T @ slope) / self.weights.ravel())
 
     def _selective(self, state: Deformed, derivative: int) -> Array:
         """Return the first or second derivative of the selective energy at all points, shape (n_p,) [Pa]."""
@@ -308,8 +307,7 @@ class LargeStrain:
                 second = second + modulus
                 slope = slope + modulus * np.log(mean[groups]) + state.left.group_offsets[groups]
             curvature[groups] = second - slope
-        curvature_of_mean: Array = self._volumes.size * curvature / mean**2
-        return curvature_of_mean
+        return np.asarray(self._volumes.size * curvature / mean**2)
 
     def _volume_slopes(self, state: Deformed) -> sparse.csr_matrix:
         """Return the derivative of the mean volumes by the displacement, shape (n_groups, n_dofs) [1/m]."""

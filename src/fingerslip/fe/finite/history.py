@@ -54,8 +54,7 @@ class Terms:
     @property
     def taken(self) -> Array:
         """Share of a strain at the end of a step that dashpots have taken by then, shape (n_materials,) [-]."""
-        shares: Array = (self.shares * self.end).sum(axis=1)
-        return shares
+        return np.asarray((self.shares * self.end).sum(axis=1))
 
 
 @dataclass(frozen=True)
