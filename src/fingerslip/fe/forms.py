@@ -195,11 +195,9 @@ def relaxing_layers(
     in_plane = materials.formulation == "plane_stress"
     groups: dict[tuple[Prony, float | None], Array] = {}
     for material, cells in materials:
-        if not isinstance(material, Elastic) or not material.prony:
-            continue
-        key = (material.prony, material.poisson_ratio if in_plane else None)
-        moduli = groups.setdefault(key, np.zeros(space.mesh.nelements))
-        moduli[cells] = 2.0 * material.shear_modulus
+        if isinstance(material, Elastic) and material.prony:
+            key = (material.prony, material.poisson_ratio if in_plane else None)
+            groups.setdefault(key, np.zeros(space.mesh.nelements))[cells] = 2.0 * material.shear_modulus
     layers = []
     for (prony, ratio), moduli in groups.items():
         shear, dilatation = shear_matrices(space, moduli, depth, integration)

@@ -49,8 +49,7 @@ class LargeStrain:
     """The mesh and the laws of a body at large strain."""
 
     space: Space  # displacement space
-    # material of every cell, laws of :class:`~fingerslip.materials.large_strain.FiniteMaterial`
-    materials: CellMaterials[FiniteMaterial]
+    materials: CellMaterials[FiniteMaterial]  # of every cell
     gradients: Array  # (n_cells, n_q, n_nodes, dim), gradients of the shape functions in the reference state [1/m]
     nodes: Indices  # (n_cells, n_nodes), nodes of the cells
     weights: Array  # (n_cells, n_q), reference volumes of the quadrature points [m^3]
@@ -203,10 +202,8 @@ class LargeStrain:
         for number, (material, points, _) in enumerate(self._parts()):
             strain, law = state.log_strain[points], self._law(number, material, state.left, points)
             if self.materials.formulation == "plane_stress":
-                strain[:, 2] = thickness_strain(
-                    law, strain, self._across(state, points) if law is not material else None
-                )
-                state.log_strain[points, 2] = strain[:, 2]
+                across = self._across(state, points) if law is not material else None
+                state.log_strain[points, 2] = strain[:, 2] = thickness_strain(law, strain, across)
             stress[points] = law.kirchhoff_stress(strain)
         if state.left is not None:
             state = replace(state, pulled=self._start_part(state, state.left))

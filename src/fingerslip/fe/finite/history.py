@@ -48,8 +48,8 @@ class Terms:
 
     shares: Array  # (n_materials, t), shares of the shear modulus [-]
     decay: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
-    end: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
-    start: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
+    end: Array  # likewise
+    start: Array  # likewise
 
     @property
     def taken(self) -> Array:
@@ -145,9 +145,8 @@ class Relaxation:
         At the end the stress of the shape and its pressure are `tensors` (n_p, k + 1) [Pa], and ln J, of areas in 2D,
         `log_volume` (n_p,), and `groups` (n_groups,) of mean volumes [-].
         """
-        updated = np.column_stack(
-            [tensors, self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]
-        )
+        of_points = self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])
+        updated = np.column_stack([tensors, of_points])
         mean = self._thickness_strain(left, self.groups, groups, left.groups)
         dashpots, of_groups = np.empty_like(history.point_dashpots), np.empty_like(history.group_dashpots)
         tables = left.terms.decay, left.terms.end, left.terms.start
