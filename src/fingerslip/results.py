@@ -69,7 +69,7 @@ def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunRe
         swept=swept,
         events=slip.events,
         peaks=slip.peaks.peaks,
-        numbers=measures.read_measures(history, found=slip),
+        numbers=measures.read_measures(history, slip=slip),
         edge=edge_contact(history),
     )
 

@@ -327,10 +327,10 @@ class Unit:
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         from pydantic_core import core_schema
 
-        def read(value: object, info: core_schema.ValidationInfo) -> object:
+        def validate(value: object, info: core_schema.ValidationInfo) -> object:
             return self._read_value(value, bool(info.context and info.context.get("from_text")))
 
-        return core_schema.with_info_before_validator_function(read, handler(source))
+        return core_schema.with_info_before_validator_function(validate, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         words = f"A quantity such as '1.5 {self.shown}'"

@@ -34,4 +34,4 @@ def verify(
         typer.echo(verification.markdown)
     else:
         print_tables([verification.numbers if as_json else verification.table], as_json)
-    raise typer.Exit(0 if verification.passed else 1)
+    raise typer.Exit(0 if verification.holds else 1)

@@ -58,8 +58,7 @@ class StaticResponses:
     @property
     def _without_stiffness(self) -> NDArray[np.bool_]:
         """Which unknowns nothing resists, such as driven counterfaces; they have to be of the interface."""
-        rows: NDArray[np.bool_] = self.stiffness.diagonal() == 0.0
-        return rows
+        return np.asarray(self.stiffness.diagonal() == 0.0)
 
     @property
     def schur(self) -> Array:
@@ -74,8 +73,7 @@ class StaticResponses:
 
     def gather(self, forces: Array) -> Array:
         """Return the forces T^T f on the interface, (p,) or (p, k) [N], with the work of f, (n,) or (n, k) [N]."""
-        gathered: Array = self._factors[0].forward(np.asfortranarray(forces))[self.interface]
-        return gathered
+        return np.asarray(self._factors[0].forward(np.asfortranarray(forces))[self.interface])
 
     def give_way(self, forces: Array) -> Array:
         """Return the displacement, (n,) or (n, k) [m], under forces of that shape [N] while the interface is held."""
@@ -180,8 +178,7 @@ class CraigBampton:
 
     def project(self, body: StaticResponses, forces: Array) -> Array:
         """Return the forces on the coordinates, (m,) or (m, k), of forces on all unknowns, (n,) or (n, k) [N]."""
-        projected: Array = self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces)
-        return projected
+        return np.asarray(self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces))
 
 
 def craig_bampton(

@@ -39,8 +39,7 @@ def symmetric_product(matrix: NDArray[Any], vector: NDArray[Any]) -> NDArray[Any
 def symmetric_products(matrix: NDArray[Any], columns: NDArray[Any]) -> NDArray[Any]:
     """Return a symmetric matrix (n, n), all of which is there, times columns (n, k), in their precision."""
     if matrix.dtype == columns.dtype:
-        products: NDArray[Any] = matrix @ columns
-        return products
+        return np.asarray(matrix @ columns)
     starts = range(0, len(matrix), _ROWS_AT_ONCE)
     blocks = [matrix[start : start + _ROWS_AT_ONCE].astype(columns.dtype) @ columns for start in starts]
     return np.concatenate(blocks) if blocks else columns.copy()

@@ -86,7 +86,7 @@ class Measure:
 
 
 def read_measures(
-    history: xr.Dataset, measures: Sequence[Measure] | None = None, found: Found | None = None
+    history: xr.Dataset, measures: Sequence[Measure] | None = None, slip: Found | None = None
 ) -> dict[str, Number]:
     """Read measures off a history.
 
@@ -96,7 +96,7 @@ def read_measures(
         What ``simulate`` returned.
     measures : sequence of Measure, optional
         Which; :data:`MEASURES` without it.
-    found : Found, optional
+    slip : Found, optional
         The slip events of the history and its acceleration peaks; found here without it.
 
     Returns
@@ -105,13 +105,13 @@ def read_measures(
         The values [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
     """
     chosen = MEASURES if measures is None else measures
-    if found is None and any(measure.reading for measure in chosen):
-        found = find_slip(history) if _has(history, _CONTACT) else Found()
+    if slip is None and any(measure.reading for measure in chosen):
+        slip = find_slip(history) if _has(history, _CONTACT) else Found()
 
     def value(measure: Measure) -> Any:
         if not _has(history, measure.needs):
             return None
-        number = measure.read(history, *([found] if measure.reading else []))
+        number = measure.read(history, *([slip] if measure.reading else []))
         return None if number is None else np.asarray(number).item()
 
     return {measure.key: value(measure) for measure in chosen}

@@ -282,8 +282,8 @@ def read_json(path: Path, repair: str, kind: pydantic.TypeAdapter[Any] | None = 
     try:
         mapping: dict[str, Any] = kind.validate_json(text, strict=True) if kind else values
     except pydantic.ValidationError as error:
-        place = ".".join(map(str, error.errors()[0]["loc"]))
-        raise DamagedError(str(path), f"is of another version, or damaged at {place}", repair) from None
+        where = ".".join(map(str, error.errors()[0]["loc"]))
+        raise DamagedError(str(path), f"is of another version, or damaged at {where}", repair) from None
     return mapping
 
 

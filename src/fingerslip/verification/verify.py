@@ -17,9 +17,9 @@ class Verification:
     outcomes: tuple[Outcome, ...]  # one for each problem
 
     @property
-    def passed(self) -> bool:
+    def holds(self) -> bool:
         """Whether every check of every problem passed."""
-        return all(outcome.passed for outcome in self.outcomes)
+        return all(outcome.holds for outcome in self.outcomes)
 
     @property
     def table(self) -> Table:

@@ -222,7 +222,7 @@ class LargeStrain:
         """Return the law of a material at the end of a step."""
         if left is None or self.relaxation is None or not self.relaxation.constants[number].prony:
             return material
-        share, pressure = float(left.terms.taken[number]), left.points[points, self.relaxation.tensor]
+        share, pressure = float(left.terms.taken_share[number]), left.points[points, self.relaxation.tensor]
         return StepLaw(material, share, pressure)
 
     def _across(self, state: Deformed, points: Indices | slice) -> Pulled | None:

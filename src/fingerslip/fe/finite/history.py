@@ -52,7 +52,7 @@ class Terms:
     start: Array  # likewise
 
     @property
-    def taken(self) -> Array:
+    def taken_share(self) -> Array:
         """Share of a strain at the end of a step that dashpots have taken by then, shape (n_materials,) [-]."""
         return np.asarray((self.shares * self.end).sum(axis=1))
 
@@ -128,15 +128,15 @@ class Relaxation:
         """Return what the step adds to the selective modulus, (n_materials,), and its derivatives by what is left."""
         twice = 2.0 * self.shear_moduli
         if self.formulation != "plane_stress":
-            return twice / 3.0 * terms.taken, twice[:, None] * [1.0 / 3.0, 0.0]
+            return twice / 3.0 * terms.taken_share, twice[:, None] * [1.0 / 3.0, 0.0]
         now, earlier = self.thinning(terms).T
         along = [across_of(constant.poisson_ratio).along for constant in self.constants]
-        rest = 1.0 - terms.taken
+        rest = 1.0 - terms.taken_share
         return twice * (rest * now - along), (twice * [rest * earlier, 2.0 * rest * earlier - 1.0]).T
 
     def thinning(self, terms: Terms) -> Array:
         """Return the parts in w at the end of a step of x there and of what is left, shape (n_materials, 2) [-]."""
-        pairs = zip(self.constants, terms.taken, strict=True)
+        pairs = zip(self.constants, terms.taken_share, strict=True)
         return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])
 
     def after(self, history: History, left: Left, tensors: Array, log_volume: Array, groups: Array) -> History:
