@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.adaptive.march import march_adaptive
-from fingerslip.dynamics.finite.march import march_finite
-from fingerslip.dynamics.motions import Marched, Motions, march_motions
+from fingerslip.dynamics.motions import Motions, Outcome, compute, compute_apart
 from fingerslip.dynamics.narrowing import with_short_search
 from fingerslip.dynamics.progress import Progress, shown_progress
 from fingerslip.dynamics.recording.provenance import labelled_history
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
-from fingerslip.dynamics.reduced.march import BasisStore, march_in_basis
+from fingerslip.dynamics.reduced.basis import BasisStore, compute_in_basis
 from fingerslip.dynamics.step.sharing import check_same_matrix
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import build_system
@@ -180,23 +178,16 @@ def _simulate(
         require_record_memory(models[0], needed)
     chosen = solver or preferred_solver()
     motions = Motions(tuple(models), tuple(systems), tuple(times), chosen, watch, progress, threads)
-    if any(isinstance(model.time, Adaptive) for model in models):
-        each = [march_adaptive(motions, number) for number in range(len(models))]
-        return tuple(_history(motion, 0, watch) for motion in each)
-    if models[0].is_finite:
-        if models[0].basis is not None:
-            _logger.info("large strain is computed on the mesh, not in a reduced basis")
-        each = [march_finite(motions, number) for number in range(len(models))]
-        return tuple(_history(motion, 0, watch) for motion in each)
-    basis = models[0].basis
-    marched = march_in_basis(motions, basis, bases) if basis else None
-    if marched is None:
-        marched = march_motions(motions, systems, {"basis": "full"})
-    _logger.info("%s, %s", marched.steppers[0].solver.name, marched.steppers[0].condensed.description)
-    return tuple(_history(marched, number, watch) for number in range(len(times)))
+    basis, is_finite = models[0].basis, models[0].is_finite
+    if is_finite and basis is not None:
+        _logger.info("large strain is computed on the mesh, not in a reduced basis")
+    if is_finite or any(isinstance(model.time, Adaptive) for model in models):
+        return tuple(_history(outcome, 0, watch) for outcome in compute_apart(motions))
+    outcome = (compute_in_basis(motions, basis, bases) if basis else None) or compute(motions, systems)
+    _logger.info("%s, %s", outcome.steppers[0].solver.name, outcome.steppers[0].condensed.description)
+    return tuple(_history(outcome, number, watch) for number in range(len(times)))
 
 
-def _history(marched: Marched, number: int, watch: Stopwatch) -> xr.Dataset:
-    together, stepper = len(marched.steppers), marched.steppers[number]
-    attributes = {**marched.basis, "n_simulated_together": together}
-    return labelled_history(marched.recorders[number].values, stepper, attributes, watch)
+def _history(outcome: Outcome, number: int, watch: Stopwatch) -> xr.Dataset:
+    attributes = {**outcome.attributes, "n_simulated_together": len(outcome.steppers)}
+    return labelled_history(outcome.recorders[number].values, outcome.steppers[number], attributes, watch)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -16,13 +16,14 @@ from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, 
 from fingerslip.dynamics.reduced.modal import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.step.energy import Energies
+from fingerslip.dynamics.step.mesh import advance
 from fingerslip.dynamics.step.release import Release, remainder
-from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import HHT, Scheme, Static
+from fingerslip.dynamics.system.scheme import HHT, Scheme, Static, coefficients
+from fingerslip.dynamics.system.system import System
 
-__all__ = ["CompactSteps", "is_compact"]
+__all__ = ["Compact", "is_compact"]
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,43 @@ def is_compact(stepper: Stepper) -> bool:
     )
 
 
-class CompactSteps:
+class Compact:
+    """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.Integrator`."""
+
+    def __init__(self, steppers: Sequence[Stepper]) -> None:
+        self._motions = list(map(_Steps, steppers))
+        self.attributes: Mapping[str, object] = {}
+
+    @property
+    def steppers(self) -> Sequence[Stepper]:
+        """What stays the same in each motion."""
+        return [motion.stepper for motion in self._motions]
+
+    def start(self) -> dict[int, State]:
+        """Return the states at time zero."""
+        return dict(enumerate(map(first_state, self.steppers)))
+
+    def advance(
+        self,
+        states: Mapping[int, State],
+        ends: Array,
+        length: float | None = None,  # noqa: ARG002
+    ) -> dict[int, tuple[State, State]]:
+        """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.integrator.Integrator.advance`."""
+        return {number: self._motions[number].advance(state, ends) for number, state in states.items()}
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces or loads are others from now on."""
+        self._motions[0].steer(self.steppers[0].with_system(system))
+
+    def saved_state(self) -> None:
+        """Return nothing: the basis is that of the model."""
+
+    def restore(self, saved: None) -> None:
+        """Do nothing."""
+
+
+class _Steps:
     """The compiled steps of one motion."""
 
     def __init__(self, stepper: Stepper) -> None:
@@ -60,7 +97,7 @@ class CompactSteps:
         diagonal, self._interface = stepper.condensed.factor.diagonal, stepper.condensed.factor.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
-        compliance = stepper.compliance
+        compliance, (factors, prediction) = stepper.compliance, coefficients(scheme)
         first = first_partition(compliance.matrix, compliance.penalty)
         self._body = Body(
             stiffness=stiffness,
@@ -75,8 +112,8 @@ class CompactSteps:
             compliance=compliance.matrix,
             penalty=np.ascontiguousarray(compliance.penalty),
             scale=first.scale,
-            factors=stepper.factors,
-            prediction=stepper.prediction,
+            factors=factors,
+            prediction=prediction,
             remainder=remainder(scheme),
             dissipation=_dissipation(scheme),
             goal=GOAL,
@@ -178,8 +215,13 @@ class CompactSteps:
         return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
 
     def _spread(self, coordinates: Array) -> Array:
-        """Return fields (k, m) with the displacement of the interface behind them, (k, m + p)."""
-        return np.concatenate([coordinates, coordinates @ self._interface.T], axis=1)
+        """Return fields (k, 3, m) with the displacement of the interface behind them, (3, k, m + p)."""
+        spread = np.empty((3, len(coordinates), sum(self._interface.shape)))
+        size, fields = self._interface.shape[1], coordinates.transpose(1, 0, 2)
+        spread[..., :size] = fields
+        # One product reads the interface once for all.
+        spread[..., size:] = (fields.reshape(-1, size) @ self._interface.T).reshape(3, len(coordinates), -1)
+        return spread
 
     def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
         """Return what is recorded of steps, time first."""
@@ -193,13 +235,13 @@ class CompactSteps:
                 ("external_work", "work"),
             )
         }
-        none = np.zeros(0)
-        slips = records.slips
+        none, slips = np.zeros(0), records.slips
+        displacement, velocity, acceleration = self._spread(records.fields)
         return State(
             time=times,  # type: ignore[arg-type]
-            displacement=self._spread(records.fields[:, 0]),
-            velocity=self._spread(records.fields[:, 1]),
-            acceleration=self._spread(records.fields[:, 2]),
+            displacement=displacement,
+            velocity=velocity,
+            acceleration=acceleration,
             inertia=none,
             load=none,
             unbalance=none,
