@@ -12,8 +12,8 @@ from fingerslip.dynamics.motions import Motions, make_integrator
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import build_system
+from fingerslip.linear.resources import one_by_one
 from fingerslip.linear.solver import preferred_solver
-from fingerslip.linear.threads import one_by_one
 from fingerslip.mesh.source import MeshFile
 from fingerslip.results import SAMPLE
 from fingerslip.study.definition.runs import expand

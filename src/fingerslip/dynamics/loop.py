@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.integrator import Integrator
-from fingerslip.dynamics.outside import OutsideCheck
 from fingerslip.dynamics.recording.recorder import Recorder
-from fingerslip.dynamics.rotations import RotationCheck
+from fingerslip.dynamics.state_checks import OutsideCheck, RotationCheck
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import System

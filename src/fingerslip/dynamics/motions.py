@@ -15,13 +15,13 @@ from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.integrator import Integrator
 from fingerslip.dynamics.loop import Check, Loop, Observer
 from fingerslip.dynamics.recording.recorder import Recorder
-from fingerslip.dynamics.recording.recoveries import Recoveries
+from fingerslip.dynamics.recording.snapshots import Recoveries
 from fingerslip.dynamics.step.mesh import Mesh
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, build_steppers
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
+from fingerslip.linear.resources import Mapper, side_by_side, single_dense_thread
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.linear.threads import Mapper, side_by_side, single_dense_thread
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 

@@ -13,7 +13,7 @@ from fingerslip.contact.interface import InterfaceState, conditions
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import Partition, first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
-from fingerslip.dynamics.reduced.modal import ByModes
+from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.step.energy import Energies
 from fingerslip.dynamics.step.mesh import advance

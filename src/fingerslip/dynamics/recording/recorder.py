@@ -14,12 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.recording.body_records import BodyRecords, moments
-from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
-from fingerslip.dynamics.recording.recoveries import Recoveries, dashpots_reader
-from fingerslip.dynamics.recording.snapshots import SnapshotRecords
+from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecords, moments
+from fingerslip.dynamics.recording.labels import record_coordinates, rotation_axes
+from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, dashpots_reader
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
-from fingerslip.dynamics.recording.support_records import SupportRecords
 from fingerslip.dynamics.step.memory import viscous_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import make_scheme

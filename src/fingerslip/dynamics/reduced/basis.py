@@ -31,7 +31,7 @@ from fingerslip.linear.craig_bampton import (
     static_responses,
     vibrations,
 )
-from fingerslip.linear.memory import available_memory
+from fingerslip.linear.resources import available_memory
 from fingerslip.model.model import ReducedBasis
 from fingerslip.storage.files import digest
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.loop import Loop, Observer
 from fingerslip.dynamics.motions import Motions, make_integrator
-from fingerslip.dynamics.recording.provenance import labelled_history
+from fingerslip.dynamics.recording.labels import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
 from fingerslip.dynamics.reduced.basis import BasisStore, in_basis
@@ -25,14 +25,14 @@ from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import System, build_system
 from fingerslip.errors import DamagedError, FingerslipError, InputError
 from fingerslip.history import VARIABLES
-from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.linear.threads import (
+from fingerslip.linear.resources import (
     allowed_threads,
     limited_threads,
     one_by_one,
     single_dense_thread,
     suitable_threads,
 )
+from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.model.model import Model, ReducedBasis
 from fingerslip.model.timing import Adaptive
 from fingerslip.storage.files import digest

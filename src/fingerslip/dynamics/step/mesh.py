@@ -17,7 +17,7 @@ from fingerslip.dynamics.step.sharing import first_alike, same_motion
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
-from fingerslip.linear.threads import Mapper, one_by_one
+from fingerslip.linear.resources import Mapper, one_by_one
 
 __all__ = ["Mesh", "advance"]
 
