@@ -69,7 +69,8 @@ def shape_gradients(basis: skfem.CellBasis, cells: Cells) -> Array:
 Integers = NDArray[np.int64]
 #: Gives the dashpots of a material that relaxes, from strains (..., k, m) [-] at some points (k,).
 Relax = Callable[[Elastic, Array, Integers], Relaxed]
-_Law, _RelaxedLaw = Callable[[Material, Array], Array], Callable[[Elastic, Relaxed], Array]
+_Law = Callable[[Material, Array], Array]
+_RelaxedLaw = Callable[[Elastic, Relaxed], Array]
 
 
 def stress_components(dim: int) -> tuple[str, ...]:
@@ -156,8 +157,7 @@ class Recovery:
         stress = material.stress(strains, self.formulation)
         if self.dim == 3:
             return stress
-        across = material.stress_across(strains, self.formulation)
-        return np.stack([*stress[:, :2].T, across, *stress[:, 2:].T]).T
+        return np.stack([*stress[:, :2].T, material.stress_across(strains, self.formulation), *stress[:, 2:].T]).T
 
     def _mean(self, strains: Array, components: int, law: _Law, relaxed_law: _RelaxedLaw) -> Array:
         """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point."""

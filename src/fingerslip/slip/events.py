@@ -25,18 +25,10 @@ import numpy as np
 
 from fingerslip.contact.states import OPEN
 from fingerslip.parameters.schema import require_kind
+from fingerslip.slip import windows
 from fingerslip.slip.peaks import PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
-from fingerslip.slip.windows import (
-    EVENTS,
-    READINGS,
-    TIMES,
-    relative_displacement,
-    slide_window,
-    slipped_steps,
-    sustained_crossing,
-    sustained_crossings,
-)
+from fingerslip.slip.windows import EVENTS, READINGS, TIMES, slide_window
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -140,9 +132,12 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    times, fractions = slipped_steps(history, window, settings.slip_tolerance)
+    times, fractions = windows.slipped_steps(history, window, settings.slip_tolerance)
     levels = (getattr(settings, f"{name}_fraction") - _ROUNDING for name in EVENTS)
-    return SlipEvents(*(sustained_crossing(times, fractions, level, settings.sustained) for level in levels))
+    incipient, noticed, three_quarter, overall = (
+        windows.sustained_crossing(times, fractions, level, settings.sustained) for level in levels
+    )
+    return SlipEvents(incipient, noticed, three_quarter, overall)
 
 
 def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
@@ -157,8 +152,8 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
     times = history["time"].values[window.records]
     touching = history["contact_state"].values[window.records] != OPEN
     nodes = np.flatnonzero(touching[0])
-    distance, lifts = relative_displacement(history, window)[:, nodes], ~touching[:, nodes]
-    leaving = sustained_crossings(times, distance, settings.displacement_tolerance, settings.sustained)
+    distance, lifts = windows.relative_displacement(history, window)[:, nodes], ~touching[:, nodes]
+    leaving = windows.sustained_crossings(times, distance, settings.displacement_tolerance, settings.sustained)
     lifted = np.where(lifts.any(axis=0), times[lifts.argmax(axis=0)], np.inf).tolist()
     pairs = zip(leaving, lifted, strict=True)
     counted = [left for left, until in pairs if until == np.inf or (left is not None and left <= until)]
@@ -170,7 +165,8 @@ def events_of_leaving(leaving: Sequence[float | None], settings: EventSettings) 
     finite = sorted(time for time in leaving if time is not None)
     shares = (0.0, settings.noticed_fraction, settings.three_quarter_fraction, 1.0)
     ranks = (max(math.ceil(share * len(leaving)), 1) for share in shares)
-    return SlipEvents(*(finite[rank - 1] if rank <= len(finite) else None for rank in ranks))
+    incipient, noticed, three_quarter, overall = (finite[r - 1] if r <= len(finite) else None for r in ranks)
+    return SlipEvents(incipient, noticed, three_quarter, overall)
 
 
 def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = None, slide: int = 0) -> SlipEvents:

@@ -13,18 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.history import phase_times
+from fingerslip.slip import windows
 from fingerslip.slip.events import Found, find_slip
 from fingerslip.slip.front import edge_distance, force_ratio_times, front_arrivals
 from fingerslip.slip.resolution import largest_step_share, nodes_across, record_interval, slide_records
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
-from fingerslip.slip.windows import (
-    ContactForces,
-    contact_area,
-    contact_forces,
-    counterface_normal,
-    slide_window,
-    split_along,
-)
+from fingerslip.slip.windows import ContactForces, contact_area, contact_forces, slide_window
 from fingerslip.units import Unit
 
 if TYPE_CHECKING:
@@ -108,11 +102,12 @@ def read_measures(
     if slip is None and any(measure.reading for measure in chosen):
         slip = find_slip(history) if _has(history, _CONTACT) else Found()
 
-    def value(measure: Measure) -> Any:
+    def value(measure: Measure) -> Number:
         if not _has(history, measure.needs):
             return None
         number = measure.read(history, *([slip] if measure.reading else []))
-        return None if number is None else np.asarray(number).item()
+        plain: Number = None if number is None else np.asarray(number).item()
+        return plain
 
     return {measure.key: value(measure) for measure in chosen}
 
@@ -148,7 +143,7 @@ def _slip_margin(history: xr.Dataset, slip: Found) -> Number:
         return None
     touching = np.isfinite(ratio)
     used = np.interp(incipient, history["time"].values[window.records][touching], ratio[touching])
-    return 1.0 - used / ratio[touching].max()
+    return float(1.0 - used / ratio[touching].max())
 
 
 def _overall_travel(history: xr.Dataset, slip: Found) -> Number:
@@ -162,7 +157,7 @@ def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Numb
         return None
     travel, times = history["counterface_displacement"].values[:, 0], history["time"].values
     before, after = (np.array([np.interp(at, times, component) for component in travel.T]) for at in (start, end))
-    return float(np.linalg.norm(split_along(after - before, counterface_normal(history))[1]))
+    return float(np.linalg.norm(windows.split_along(after - before, windows.counterface_normal(history))[1]))
 
 
 def _front_arrival_median(history: xr.Dataset) -> Number:
