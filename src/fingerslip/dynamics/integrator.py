@@ -35,7 +35,7 @@ class Integrator(Protocol):
 
     def advance(
         self, states: Mapping[int, State], ends: Array, length: float | None = None
-    ) -> dict[int, tuple[State, State]]:
+    ) -> dict[int, tuple[State, list[State]]]:
         """Take the next step of some motions, or as many as are taken at once.
 
         Parameters
@@ -50,8 +50,8 @@ class Integrator(Protocol):
         Returns
         -------
         dict
-            The last state of each motion, and the states of its steps, time first in their arrays where they are
-            several; of a single step it is the last state itself.
+            The last state of each motion, and the states of its steps, one by one or some together, time first in
+            their arrays.
 
         Raises
         ------

@@ -109,8 +109,9 @@ class Loop:
         with self._watch.part("recording"):
             for number, (state, steps) in after.items():
                 self.states[number] = state
-                self._observers[number].record(steps)
-        self.taken += np.size(steps.time)
+                for some in steps:
+                    self._observers[number].record(some)
+        self.taken += sum(np.size(some.time) for some in steps)
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
         """Take all steps, finish the checks and complete the records."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,14 +27,6 @@ __all__ = ["Compact", "is_compact"]
 
 Array = NDArray[np.float64]
 
-# What of a state is recorded, and what only the next step needs.
-_RECORDED = (
-    *("time", "displacement", "velocity", "acceleration", "counterfaces", "contact_forces"),
-    *("iterations", "residual"),
-)
-_OF_INTERFACE = ("forces", "relative", "slip_distance", "state", "limit")
-_ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "external_work")
-_NOT_RECORDED = ("inertia", "load", "unbalance", "unbalance_before", "moved", "contact_forces_before")
 # Unknowns of contact up to which an inverse of all of them is kept.
 _FEW = 900
 
@@ -72,7 +64,7 @@ class Compact:
         states: Mapping[int, State],
         ends: Array,
         length: float | None = None,  # noqa: ARG002
-    ) -> dict[int, tuple[State, State]]:
+    ) -> dict[int, tuple[State, list[State]]]:
         """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.integrator.Integrator.advance`."""
         return {number: self._motions[number].advance(state, ends) for number, state in states.items()}
 
@@ -131,22 +123,23 @@ class _Steps:
         loads = [load.forces[:size] + load.forces[size:] @ self._interface for load in _loads_of(self.stepper)]
         return np.array(loads).reshape(len(system.loads) + len(system.commanded), size)
 
-    def advance(self, state: State, times: Array) -> tuple[State, State]:
-        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, time first.
+    def advance(self, state: State, times: Array) -> tuple[State, list[State]]:
+        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time.
 
         Raises
         ------
         ConvergenceError
             Where the contact of a step was not solved.
         """
-        blocks, taken = [], 0
+        blocks: list[State] = []
+        taken = 0
         while taken < times.size:
             # Through several steps friction coefficients stay.
             count = times.size if self._has_constant_friction else taken + 1
             state, block = self._advance(state, times[taken:count])
-            taken += block.displacement.shape[0]
+            taken += np.size(block.time)
             blocks.append(block)
-        return state, _joined(blocks)
+        return state, blocks
 
     def _advance(self, state: State, times: Array) -> tuple[State, State]:
         """Take steps with the same friction coefficients, all of them or as many as compiled code solves, at least one.
@@ -170,7 +163,7 @@ class _Steps:
         if not solved:
             end = float(times[0])
             after = advance([self.stepper], [state], end, [system.displacements(end)], watch=Stopwatch())[0]
-            return after, _as_block(after)
+            return after, after
         of_steps: dict[str, Any] = {name: values[:solved] for name, values in records._asdict().items()}
         records = Records(**of_steps)
         block = self._block(state, times[:solved], travel[1 : solved + 1], records)
@@ -299,31 +292,6 @@ class _Steps:
         )
 
 
-def _as_block(state: State) -> State:
-    """Return what is recorded of a state as that of one step, time first."""
-    none, interface, energies = np.zeros(0), state.interface, state.energies
-    nothing: dict[str, Any] = dict.fromkeys(_NOT_RECORDED, none)
-    energies_of_step: dict[str, Any] = {name: np.array([getattr(energies, name)]) for name in _ENERGIES}
-    fields_of_step: dict[str, Any] = {name: np.asarray(getattr(state, name))[None] for name in _RECORDED}
-    return replace(
-        state,
-        **fields_of_step,
-        **nothing,
-        interface=replace(
-            interface,
-            **{
-                name: getattr(interface, name)[None]
-                for name in ("forces", "relative", "slip_distance", "state", "limit")
-            },
-            slip_since_contact=none,
-            slip=none,
-        ),
-        energies=replace(energies, **energies_of_step),
-        working_set=None,
-        release=None,
-    )
-
-
 def _loads_of(stepper: Stepper) -> Sequence[Any]:
     return (*stepper.system.loads, *stepper.system.commanded)
 
@@ -348,18 +316,3 @@ def _empty_records(count: int, body: Body) -> Records:
         iterations=np.zeros(count, dtype=np.int64),
         residuals=np.zeros(count),
     )
-
-
-def _joined(blocks: Sequence[Any]) -> Any:
-    """Return data classes whose arrays have time first as one, time after time."""
-    first = blocks[0]
-    if len(blocks) == 1:
-        return first
-    values = {}
-    for field in fields(first):
-        parts = [getattr(block, field.name) for block in blocks]
-        if isinstance(parts[0], InterfaceState | Energies):
-            values[field.name] = _joined(parts)
-        elif isinstance(parts[0], np.ndarray) and parts[0].size and field.name != "moments":
-            values[field.name] = np.concatenate(parts)
-    return replace(first, **values)

@@ -64,11 +64,11 @@ class Large:
 
     def advance(
         self, states: Mapping[int, State], ends: Array, length: float | None = None
-    ) -> dict[int, tuple[State, State]]:
+    ) -> dict[int, tuple[State, list[State]]]:
         """Take the next step."""
         end = float(ends[0])
         after = self._halves(states[0], end, 0) if length is None else self._whole(states[0], end, length)
-        return {0: (after, after)}
+        return {0: (after, [after])}
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""

@@ -46,7 +46,7 @@ class Mesh:
 
     def advance(
         self, states: Mapping[int, State], ends: Array, length: float | None = None
-    ) -> dict[int, tuple[State, State]]:
+    ) -> dict[int, tuple[State, list[State]]]:
         """Take the next step of some motions; those that are still the same are computed once."""
         if length is not None:
             self.steppers = self._by_length.at(length)
@@ -66,7 +66,7 @@ class Mesh:
             mapper=self._mapper,
         )
         pairs = zip(groups.values(), after, strict=True)
-        return {number: (state, state) for members, state in pairs for number in members}
+        return {number: (state, [state]) for members, state in pairs for number in members}
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
