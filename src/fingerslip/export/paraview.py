@@ -31,8 +31,7 @@ _CONTACT = {
     "slip_distance": "slip_distance",
     "contact_state": "contact_state",
 }
-# Of the largest extent of the body: half the side of a plane that is drawn.
-_HALF_SIDE = 0.6
+_HALF_SIDE = 0.6  # of a plane that is drawn, over the largest extent of the body
 
 
 def cell_tensors(history: xr.Dataset, number: int) -> dict[str, Floats]:

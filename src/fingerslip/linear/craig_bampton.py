@@ -40,8 +40,8 @@ _NOTHING_NEW = 1e-6
 class StaticResponses:
     """A body and what it does when its interface is moved, statically."""
 
-    stiffness: sparse.csr_matrix  # K [N/m] and M [kg]
-    mass: sparse.csr_matrix  # K [N/m] and M [kg]
+    stiffness: sparse.csr_matrix  # K [N/m]
+    mass: sparse.csr_matrix  # M [kg]
     interface: Indices  # (p,), the unknowns of the interface, ascending
     solver: LinearSolver  # what factorises
 
@@ -166,8 +166,8 @@ class CraigBampton:
     frequencies: Array  # (s',), angular frequencies of the vibrations among the shapes [rad/s]
     following: Array  # (n, k) [kg^-1/2]
     following_squares: Array  # (k,), their stiffness W^T K W, which is diagonal [1/s^2]
-    following_mass: Array  # (k, m), their mass [-] and stiffness [1/s^2] with each coordinate
-    following_stiffness: Array  # (k, m), their mass [-] and stiffness [1/s^2] with each coordinate
+    following_mass: Array  # (k, m), their mass with each coordinate [-]
+    following_stiffness: Array  # (k, m), their stiffness with each coordinate [1/s^2]
 
     def field(self, body: StaticResponses, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""

@@ -80,8 +80,7 @@ TESTS = MappingProxyType({"uniaxial": (1.0, -0.5, -0.5), "equibiaxial": (1.0, 1.
 #: Two directions of shape that are orthogonal to each other and to the change of volume.
 SHAPES = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
 _STRETCHES = 400
-# Stiffness against a change of shape, over the largest, that is taken for none [-].
-_NOTHING = 1e-12
+_NOTHING = 1e-12  # stiffness against a change of shape, over the largest, that is taken for none [-]
 
 
 def deviator(values: Array) -> Array:
@@ -148,8 +147,7 @@ def _limits(tangent: Callable[[Array], Array], direction: Array, stretches: tupl
     limits = []
     for side, end in zip(("below", "above"), stretches, strict=True):
         path = np.linspace(0.0, np.log(end), _STRETCHES)
-        of_shape = SHAPES @ tangent(path[:, None] * direction) @ SHAPES.T
-        stiffness = np.linalg.eigvalsh(of_shape)
+        stiffness = np.linalg.eigvalsh(SHAPES @ tangent(path[:, None] * direction) @ SHAPES.T)
         # What rounding leaves of zero is none, so that a law is refused with the same words on every processor.
         lost = np.flatnonzero(stiffness[:, 0] <= _NOTHING * np.abs(stiffness).max())
         if lost.size:
@@ -216,9 +214,7 @@ class PowersOfStretches:
         """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
         shape = deviator(log_strain)
         rates = sum(modulus * exponent * np.exp(exponent * shape) for modulus, exponent in self.powers)
-        tangent = isochoric_tangent(np.asarray(rates))
-        tangent += self.bulk
-        return tangent
+        return isochoric_tangent(np.asarray(rates)) + self.bulk
 
     def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
         """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
