@@ -1,7 +1,5 @@
 """What a history says of slip: events, measures, acceleration peaks, receptor signals, the contact patch."""
 
-from __future__ import annotations
-
 from .events import Events as Events
 from .events import Found as Found
 from .events import SlipEvents as SlipEvents

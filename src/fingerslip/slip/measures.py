@@ -6,19 +6,21 @@ log, in the tables of a run and of a study's report and, if it is a number of me
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerslip.contact.states import OPEN
 from fingerslip.history import phase_times
+from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
 from fingerslip.slip import windows
 from fingerslip.slip.events import Found, find_slip
 from fingerslip.slip.front import edge_distance, force_ratio_times, front_arrivals
-from fingerslip.slip.resolution import largest_step_share, nodes_across, record_interval, slide_records
+from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
-from fingerslip.slip.windows import ContactForces, contact_area, contact_forces, slide_window
+from fingerslip.slip.windows import ContactForces, SlideWindow, contact_area, contact_forces, slide_window
 from fingerslip.units import Unit
 
 if TYPE_CHECKING:
@@ -184,6 +186,18 @@ def _peaks_before_overall(_history: xr.Dataset, slip: Found) -> Number:
     return None if overall is None else sum(peak.time < overall for peak in slip.peaks.peaks)
 
 
+def _nodes_across(history: xr.Dataset, window: SlideWindow) -> Number:
+    """Return how many nodes lie across the contact when the slide begins: in 3D across a disk of as many."""
+    nodes = float((history["contact_state"].values[window.first] != OPEN).sum())
+    return nodes if history.sizes["component"] == 2 else float(2.0 * np.sqrt(nodes / np.pi))
+
+
+def _largest_step_share(history: xr.Dataset, window: SlideWindow) -> Number:
+    """Return the largest share of the contact area that slips for the first time from one record to the next [-]."""
+    fractions = windows.slipped_fraction(history, window, EventSettings().slip_tolerance).values
+    return float(np.nanmax(np.diff(fractions), initial=0.0))
+
+
 def _energy_imbalance_over_work(history: xr.Dataset) -> Number:
     """Return the largest imbalance over the largest external work, as far as both are recorded."""
     if not {"external_work", "energy_imbalance"} <= set(history):
@@ -211,6 +225,18 @@ def _of_run(
 ) -> Measure:
     """Return a measure that says how a run was computed."""
     return Measure(name, label, read, unit, mechanical=False, needs=tuple(needs))
+
+
+def _of_slide(
+    name: str, label: str, read: Callable[[xr.Dataset, SlideWindow], Number], unit: Unit | None = None
+) -> Measure:
+    """Return a measure that says how the first slide was computed, where there is one."""
+
+    def of_history(history: xr.Dataset) -> Number:
+        window = slide_window(history)
+        return None if window is None else read(history, window)
+
+    return _of_run(name, label, of_history, unit, _CONTACT)
 
 
 def _force_ratio(name: str, label: str, share: float) -> Measure:
@@ -292,16 +318,50 @@ MEASURES: tuple[Measure, ...] = (
     _of_run("penetration_max", "largest penetration", lambda at: max(-at["gap"].values.min(), 0.0), _LENGTH, _NODES),
     _of_run("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, _NODES),
     _of_run("records", "records", lambda history: history.sizes["time"]),
-    _of_run("slide_records", "records in the slide", slide_records, needs=_CONTACT),
-    _of_run("slide_step", "longest step in the slide", record_interval, Unit("s", "ms"), _CONTACT),
-    _of_run("nodes_across_contact", "nodes across the contact", nodes_across, needs=_CONTACT),
-    _of_run(
-        "slipped_share_of_one_step",
-        "largest share of the contact that slips in one step",
-        largest_step_share,
-        needs=_CONTACT,
+    _of_slide("slide_records", "records in the slide", lambda _, slide: slide.last - slide.first),
+    _of_slide(
+        "slide_step",
+        "longest step in the slide",
+        lambda history, slide: np.diff(history["time"].values[slide.records]).max(),
+        Unit("s", "ms"),
     ),
+    _of_slide("nodes_across_contact", "nodes across the contact", _nodes_across),
+    _of_slide("slipped_share_of_one_step", "largest share of the contact that slips in one step", _largest_step_share),
     _of_iterations("contact_iterations_max", "most contact iterations in a step", lambda counts: counts.max()),
     _of_iterations("contact_iterations_mean", "mean contact iterations", lambda counts: round(float(counts.mean()), 2)),
     _of_run("energy_imbalance_over_work", "energy imbalance over external work", _energy_imbalance_over_work),
 )
+
+# Keys of measures with the least and the most that is fine, what they are in words, and what mends it.
+_LIMITS: tuple[tuple[str, float, float, str, str], ...] = (
+    ("slide_records", LEAST_STEPS, np.inf, "{:.0f} steps in the slide", "take a smaller step"),
+    (
+        "slipped_share_of_one_step",
+        0.0,
+        LARGEST_SHARE,
+        "{:.0%} of the contact slips in one step",
+        "take a smaller step, unless all of it slips at once",
+    ),
+    (
+        "nodes_across_contact",
+        LEAST_ACROSS,
+        np.inf,
+        "{:.0f} nodes across the contact",
+        "take smaller elements at the contact",
+    ),
+)
+
+
+def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[str, ...]:
+    """Return what is too coarse for the times of slip, from the measures of runs by their titles."""
+    warnings = []
+    for key, least, most, words, repair in _LIMITS:
+        coarse = [
+            f"{title} ({words.format(value).replace('%', ' %')})"
+            for title, values in numbers.items()
+            if (value := values.get(key)) and not least <= value <= most
+        ]
+        if coarse:
+            listed = "; ".join(coarse[:3]) + f" and {len(coarse) - 3} more" * (len(coarse) > 3)
+            warnings.append(f"Too coarse for the times of slip: {listed}: {repair}.")
+    return tuple(warnings)
