@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import Quiet, screen_progress
 
-__all__ = ["track"]
-
 
 def track(  # noqa: PLR0917  the options of a command line have no order
     video: Annotated[
