@@ -248,8 +248,7 @@ def test_a_term_that_is_left_out_breaks_the_balance(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "path",
-    [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem != "creep")) for path in CONTROLLED],
+    "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem != "creep")) for path in CONTROLLED]
 )
 def test_energy_is_balanced_between_steps_of_different_lengths(path):
     for name, model in models(path, coarse):
