@@ -11,6 +11,8 @@ SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13)
 PROCESSORS := OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Sandybridge,MKL_CBWR=COMPATIBLE OPENBLAS_CORETYPE=SkylakeX
 UNUSED := X86_V4 AVX512_ICL AVX512_SPR
 MARKS ?= not slow
+# Modules are compiled once and not by every process, also where the environment asks for nothing to be written.
+export PYTHONDONTWRITEBYTECODE :=
 
 # The oldest libraries that pyproject.toml allows, on the oldest Python; what newer ones call outdated is no mistake there.
 OLDEST := .venv-oldest
