@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fingerslip.dynamics.recording.steps import record_bytes
-from fingerslip.linear.memory import require_memory
+from fingerslip.linear.resources import require_memory
 from fingerslip.mesh.source import MeshSource
 from fingerslip.model.model import Kinematics, Model
 
