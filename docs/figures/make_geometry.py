@@ -15,7 +15,7 @@ from fingerslip.report.figures.style import save_figure
 from fingerslip.report.page.samples import tornado_pictures
 from fingerslip.report.tables.samples import intervals_table, sensitivity_table
 from fingerslip.results import StudyResult
-from fingerslip.sampling import Fit, fits_of
+from fingerslip.sampling.sensitivity import Fit, fits_of
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.summary import SENSITIVITY
 from fingerslip.tables.table import Table, to_markdown

@@ -36,19 +36,6 @@ from fingerslip.tables.table import Table, to_csv, to_markdown
 if TYPE_CHECKING:
     from fingerslip.vision.tracking.layouts import LayoutName
 
-__all__ = [
-    "Choices",
-    "collect_trials",
-    "evaluate_classifiers",
-    "film_runs",
-    "judge_detector",
-    "output_tables",
-    "run_detector",
-    "score_onsets",
-    "train_detector",
-    "write_tables",
-]
-
 
 @dataclass(frozen=True)
 class Choices:

@@ -9,21 +9,6 @@ from fingerslip.detect.evaluation.scores import Estimate, EventScores, FrameScor
 from fingerslip.detect.labels import CLASSES
 from fingerslip.tables.table import Cell, Column, Missing, Table
 
-__all__ = [
-    "accuracy_table",
-    "assumption_table",
-    "calibration_table",
-    "condition_table",
-    "confusion_table",
-    "curve_table",
-    "event_table",
-    "frame_table",
-    "importance_table",
-    "left_out_table",
-    "robustness_table",
-    "score_table",
-]
-
 _INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
 _THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
 

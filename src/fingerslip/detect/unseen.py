@@ -26,8 +26,6 @@ from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Table
 
-__all__ = ["READINGS", "Unseen", "on_unseen", "unseen_tables"]
-
 #: How onsets are read from frames: as the detector does it, and by the first frame that is more likely slip than not.
 READINGS = ("detector", "single frames")
 

@@ -13,8 +13,6 @@ from pydantic_core import CoreSchema, PydanticKnownError, core_schema
 
 from fingerslip.units import Unit
 
-__all__ = ["Choice", "Location", "choice_of", "locate", "type_hints", "unit_of"]
-
 T = TypeVar("T")
 
 _IN_FILE, _AS_OBJECT = "under its key", "as an object"

@@ -15,8 +15,6 @@ from fingerslip.parameters.dotted import is_below, join_path, known_part
 from fingerslip.parameters.fields import Location, locate
 from fingerslip.units import Unit
 
-__all__ = ["in_order", "mistakes_in"]
-
 _UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
 _ALIKE = 0.5
 _SIGNS = MappingProxyType(

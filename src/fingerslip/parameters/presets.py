@@ -18,8 +18,6 @@ from fingerslip.parameters import from_mapping
 from fingerslip.parameters.dotted import assign, join_path
 from fingerslip.parameters.yaml_text import parse_document
 
-__all__ = ["PresetValue", "Presets"]
-
 T = TypeVar("T")
 
 _Group = Mapping[str, Any]

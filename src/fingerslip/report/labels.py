@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from fingerslip.results import RunResult
 from fingerslip.units import without_rounding
 
-__all__ = ["path_label", "path_labels", "run_title", "short_labels", "swept_text"]
-
 _NAMES = {"youngs modulus": "Young's modulus", "poisson ratio": "Poisson's ratio"}
 # What these groups hold is named with them: a speed is that of the slide.
 _NAMED_WITH = ("press", "hold", "slide", "lift")

@@ -24,24 +24,6 @@ from fingerslip.slip import measures
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.units import quantity_of
 
-__all__ = [
-    "LEVELS",
-    "METHODS",
-    "Input",
-    "Method",
-    "block_size",
-    "design_size",
-    "draw_shares",
-    "encode",
-    "inputs_of",
-    "needs_power_of_two",
-    "output_names",
-    "output_of",
-    "required_output",
-    "varied_values",
-]
-
-
 Array = NDArray[np.float64]
 Method = Literal["latin_hypercube", "sobol", "random", "saltelli", "morris"]
 

@@ -24,8 +24,6 @@ from fingerslip.sampling.designs import block_size, draw_shares, encode, require
 from fingerslip.sampling.sensitivity import groups_of
 from fingerslip.sampling.surrogate import Validation, fit_surrogate
 
-__all__ = ["Index", "Sensitivity", "morris_effects", "sobol_indices", "surrogate_indices"]
-
 Array = NDArray[np.float64]
 
 _LEAST_BLOCKS = 4

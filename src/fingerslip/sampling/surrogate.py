@@ -20,8 +20,6 @@ from fingerslip.errors import InputError
 from fingerslip.results import RunResult
 from fingerslip.sampling.designs import Input, encode, inputs_of, required_output, varied_values
 
-__all__ = ["Prediction", "Surrogate", "Validation", "fit_surrogate"]
-
 Array = NDArray[np.float64]
 
 _FOLDS = 5

@@ -29,8 +29,6 @@ from fingerslip.study.shipped import example_path
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Study"]
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Study:

@@ -36,18 +36,6 @@ from fingerslip.validation.rows import (
 )
 from fingerslip.validation.sensor import pouring_rows, sensor_rows
 
-__all__ = [
-    "PAPERS",
-    "PARTS",
-    "Comparison",
-    "compare",
-    "comparison_mapping",
-    "comparison_markdown",
-    "rows_of",
-    "validate",
-]
-
-
 #: Papers whose values are compared: on fingers, and on a tactile sensor.
 PAPERS = ("wang2014", "bulens2023")
 

@@ -23,16 +23,6 @@ if TYPE_CHECKING:
     from fingerslip.detect.evaluation.scores import Estimate, FrameScores
     from fingerslip.detect.trial_set import TrialSet
 
-__all__ = [
-    "DATA_SET",
-    "DETECTION_FILE",
-    "Detection",
-    "begun_detection",
-    "detection_of",
-    "detection_rows",
-    "rows_of_detection",
-]
-
 #: The study of the data set.
 DATA_SET = "bulens2023_dataset"
 #: Where the rows are stored.

@@ -18,23 +18,6 @@ from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import read_run
 from fingerslip.validation.measures import Measures, measure, measure_3d
 
-__all__ = [
-    "FINGERPRINT",
-    "FORMULATION",
-    "FRICTION",
-    "LARGE_STRAIN",
-    "REFINED",
-    "SECTION",
-    "SOLID",
-    "STUDIES",
-    "TABLE2",
-    "VARIANT",
-    "VARIANTS",
-    "Evidence",
-    "gather",
-    "solid_measures",
-]
-
 TABLE2 = "wang2014_table2"
 FORMULATION = "wang2014_formulation"
 SECTION = "wang2014_section"

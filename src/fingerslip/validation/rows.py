@@ -20,7 +20,7 @@ from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.published import PublishedValue, published_set
 from fingerslip.report.tables.samples import INTERVAL_COLUMNS
 from fingerslip.results import StudyResult
-from fingerslip.sampling import PublishedInterval, published_intervals
+from fingerslip.sampling.sensitivity import PublishedInterval, published_intervals
 from fingerslip.slip import EventSettings, PeakSettings
 from fingerslip.slip.windows import READINGS, event_label
 from fingerslip.storage.files import digest, read_json, write_json
@@ -31,30 +31,6 @@ from fingerslip.study.storage.store import versions
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_markdown
 from fingerslip.validation.evidence import VARIANT, solid_measures
 from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS
-
-__all__ = [
-    "GEOMETRY",
-    "GEOMETRY_FILE",
-    "TIME_RESOLUTION",
-    "Basis",
-    "GeometryRow",
-    "Outcome",
-    "Row",
-    "RowFile",
-    "Stored",
-    "Verdict",
-    "allowed_geometry",
-    "difference_from",
-    "geometry_rows",
-    "geometry_table",
-    "number_row",
-    "rows_mapping",
-    "rows_markdown",
-    "rows_table",
-    "statement_row",
-    "stored_rows",
-]
-
 
 Basis = Literal["calibrated", "predicted", "large strain"]
 Verdict = Literal["agrees", "misses", "not found", "not judged", "not comparable", "holds", "fails"]

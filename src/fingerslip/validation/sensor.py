@@ -35,22 +35,6 @@ if TYPE_CHECKING:
     from fingerslip.detect.trial_set import TrialSet
     from fingerslip.detect.unseen import Unseen
 
-__all__ = [
-    "POURING",
-    "POURING_3D",
-    "POURING_FILE",
-    "SENSOR",
-    "SensorMeasures",
-    "half_width",
-    "measure_sensor",
-    "pouring_3d",
-    "pouring_of",
-    "pouring_rows",
-    "rows_of_pouring",
-    "rows_of_sensor",
-    "sensor_rows",
-]
-
 #: The study whose runs are compared, and the value that tells its skins apart.
 SENSOR = "ridged_vs_smooth"
 _RIDGED = "tactip.skin.ridges.enabled"

@@ -34,20 +34,6 @@ from fingerslip.errors import InputError
 from fingerslip.storage.files import check_folder, clean_stale, digest, new_file, writing
 from fingerslip.version import __version__
 
-__all__ = [
-    "Evaluation",
-    "Fold",
-    "FoldFrames",
-    "Parts",
-    "begin_evaluation",
-    "events_of_folds",
-    "fit_fold",
-    "frames_by_sample",
-    "matrices_of",
-    "parts_beside",
-    "rows_to_learn",
-]
-
 Floats = NDArray[np.float64]
 Arrays = Mapping[str, NDArray[Any]]
 Groups = Sequence[Sequence[str]]

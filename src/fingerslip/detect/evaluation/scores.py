@@ -15,23 +15,6 @@ from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.errors import InputError, Mistakes
 
-__all__ = [
-    "Estimate",
-    "EventScores",
-    "FrameScores",
-    "Reliability",
-    "bootstrap_estimates",
-    "check_submission",
-    "confusion_by_trial",
-    "event_scores_of",
-    "frame_scores_of",
-    "precision_recall_f1",
-    "ratio_estimate",
-    "reliability_of",
-    "rest_ends",
-    "score_submission",
-]
-
 Floats = NDArray[np.float64]
 _COUNT = len(CLASSES)
 

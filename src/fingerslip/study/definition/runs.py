@@ -27,8 +27,6 @@ from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, gi
 from fingerslip.study.definition.sweep import combinations
 from fingerslip.units import without_rounding
 
-__all__ = ["Expansion", "Run", "expand", "expand_mapping", "read_runs", "run_names"]
-
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 _LONGEST = 100
 _UNSAFE = re.compile(r"[^A-Za-z0-9.+-]+")

@@ -17,8 +17,6 @@ from fingerslip.sampling.designs import LEVELS, Method, design_size, draw_shares
 from fingerslip.study.definition.sweep import Check, unknown_paths
 from fingerslip.units import quantity_of, split_quantity
 
-__all__ = ["RepeatSettings", "SampleSettings", "drawn", "sample_mistakes", "scatter_values"]
-
 _SCATTER_DIGITS, _DIGITS = 6, 5
 _MOST = 100_000  # samples; planning takes 13 ms for each
 

@@ -42,19 +42,6 @@ if TYPE_CHECKING:
 
     from fingerslip.vision.cameras.camera import Camera
 
-__all__ = [
-    "CameraKind",
-    "CameraSettings",
-    "CameraView",
-    "ContactSettings",
-    "DynamicsSettings",
-    "MeshSettings",
-    "RecordSettings",
-    "RefinementSettings",
-    "TimeSettings",
-    "TrialSettings",
-]
-
 T = TypeVar("T")
 
 PositiveNumber = Annotated[Number, pydantic.Field(gt=0)]

@@ -52,19 +52,6 @@ from fingerslip.study.definition.settings import (
 )
 from fingerslip.study.definition.sweep import check_sweep, swept_mistakes, swept_together, with_values
 
-__all__ = [
-    "NOT_OF_A_RUN",
-    "PlainStudy",
-    "Study",
-    "given_in",
-    "known_paths",
-    "mistakes_between",
-    "parse_study",
-    "read_study",
-    "study_mapping",
-]
-
-
 _KINDS = " or ".join(SPECIMENS)
 
 

@@ -13,8 +13,6 @@ from typing import Any, TypeAlias
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.parameters.dotted import assign, is_below, join_path, nearest
 
-__all__ = ["Check", "check_sweep", "combinations", "swept_mistakes", "swept_together", "unknown_paths", "with_values"]
-
 #: Returns the mistakes of a study in which some values, by dotted path, are others.
 Check: TypeAlias = Callable[[Mapping[str, Any]], Sequence[InputError]]
 

@@ -17,8 +17,6 @@ from fingerslip.study.running.plan import Job, Plan, groups, plan_studies
 from fingerslip.study.running.prepare import prepare_samples
 from fingerslip.tables.table import Column, Table
 
-__all__ = ["check_plans", "check_studies"]
-
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
 _COLUMNS = (

@@ -10,15 +10,13 @@ from fingerslip.errors import InputError
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
 from fingerslip.results import StudyResult
-from fingerslip.sampling import fits_of
 from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.indices import Sensitivity, morris_effects, sobol_indices, surrogate_indices
+from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.sampling.surrogate import fit_surrogate
 from fingerslip.storage.files import write_bytes, write_text
 from fingerslip.study.opened import open_study
 from fingerslip.tables.table import Table, to_csv
-
-__all__ = ["Method", "predict_table", "sensitivities", "write_sensitivities"]
 
 Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]
 

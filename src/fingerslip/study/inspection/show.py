@@ -25,14 +25,6 @@ from fingerslip.study.storage.summary import read_manifest
 from fingerslip.study.storage.values import read_run_values, value_rows
 from fingerslip.tables.table import Cell, Column, Measured, Table
 
-__all__ = [
-    "diff_runs",
-    "export_result",
-    "materials_table",
-    "presets_table",
-    "show",
-]
-
 
 def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     """Return tables of a preset or a material that ships, of a study file, or of a folder of results.

@@ -16,8 +16,6 @@ from fingerslip.study.running.build import inspect_mesh
 from fingerslip.study.running.plan import plan_study
 from fingerslip.tables.table import Column, Table
 
-__all__ = ["draw_specimen", "save_mesh"]
-
 _STUDIES = (".yaml", ".yml")
 _PICTURES = (".png", ".svg", ".pdf")
 

@@ -22,8 +22,6 @@ from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.units import millimetres
 
-__all__ = ["build_mesh", "build_model", "inspect_mesh", "locate_error", "mesh_key"]
-
 # A file in millimetres that is read as metres is a thousand times too large.
 _LARGE_BODY = 1.0
 _LARGEST_RATIO = 1000.0

@@ -27,8 +27,6 @@ from fingerslip.model.timing import QuasiStatic
 if TYPE_CHECKING:
     from fingerslip.study.running.progress import StudyProgress
 
-__all__ = ["compile_ahead", "compiling_seconds", "kinds_to_compile"]
-
 _NAME = "compiling, once on this machine"
 
 # Functions and CPU seconds of each kind: those at small strain in 2D serve all. Measured on an empty cache.

@@ -9,15 +9,6 @@ from fingerslip.linear.memory import require_memory
 from fingerslip.mesh.source import MeshSource
 from fingerslip.model.model import Kinematics, Model
 
-__all__ = [
-    "basis_saves",
-    "estimated_bytes",
-    "estimated_seconds",
-    "most_together",
-    "process_bytes",
-    "require_mesh_memory",
-]
-
 # From the shipped studies alone, by the dimension of space. In 2D about 10,000 unknowns and 600 steps take 1.5
 # to 3.4 s, two runs side by side; in 3D 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
 _SECONDS_AT_START = 1.0

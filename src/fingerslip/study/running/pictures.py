@@ -57,15 +57,6 @@ if TYPE_CHECKING:
 
     from fingerslip.report.page.content import RunPictures
 
-__all__ = [
-    "Drawing",
-    "camera_of",
-    "draw_runs",
-    "drawings_of",
-    "film_history",
-    "film_runs",
-]
-
 
 @dataclass(frozen=True)
 class Drawing:

@@ -32,17 +32,6 @@ if TYPE_CHECKING:
     from fingerslip.report.page.content import RunPictures
     from fingerslip.study.running.pictures import Drawing
 
-__all__ = [
-    "StudyFailedError",
-    "StudyResult",
-    "compute_jobs",
-    "run_plans",
-    "run_studies",
-    "run_study",
-    "write_up",
-]
-
-
 #: Computes jobs, and yields what became of each group of them.
 Outcomes: TypeAlias = "Generator[Outcome, None, None]"
 Engine: TypeAlias = "Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing]], Outcomes]"

@@ -32,8 +32,6 @@ from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.study.storage.store import BasisFolder
 
-__all__ = ["body_key", "load_rate", "plate_of", "programme_of", "shared_body", "shared_key", "turned_whole"]
-
 Floats = NDArray[np.float64]
 
 _VERSION = 1

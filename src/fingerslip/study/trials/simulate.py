@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from fingerslip.dynamics.statics.body import StaticBody
     from fingerslip.study.trials.trials import TrialPlan
 
-__all__ = ["TrialsFailedError", "simulate_trials"]
-
 _VERSION = 1
 
 

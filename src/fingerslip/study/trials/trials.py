@@ -38,17 +38,6 @@ from fingerslip.vision.tracks import make_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "RECORDED",
-    "Eyes",
-    "TrialPlan",
-    "card_notes",
-    "drawn_cameras",
-    "drawn_eyes",
-    "simulated_trial",
-    "trial_plans",
-]
-
 Floats = NDArray[np.float64]
 
 #: Groups of sites that a study of trials records, in this order.
