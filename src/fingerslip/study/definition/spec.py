@@ -18,7 +18,7 @@ from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource, marks
 from fingerslip.model.model import AnyTraction, Component, Kinematics, SupportMotion
-from fingerslip.model.programme import Phase, ProgrammeEntry
+from fingerslip.model.programme import ProgrammeEntry
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.parameters import (
     PositiveLength,
@@ -68,15 +68,18 @@ def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
     return mistakes.found
 
 
-def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
-    if contact is not None and contacts:
-        raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
+def _not_both(first: str, second: str, repair: str) -> Callable[..., None]:
+    """Return a check of two fields of which one alone may be given; the error stands at the first."""
+
+    def check(value: object, other: object) -> None:
+        if value and other:
+            raise InputError(first, f"is given with {second}", "needs one of the two", repair)
+
+    return check
 
 
-def _contact_of_a_programme(
-    contact: ContactSettings | None, contacts: tuple[ContactSettings, ...], programme: tuple[Phase, ...]
-) -> None:
-    if programme and contact is None and not contacts:
+def _contact_of_a_programme(contact: object, contacts: object, programme: object) -> None:
+    if programme and not contact and not contacts:
         fault, repair = "is missing, and the programme moves the plate", "write contact: {friction_coefficient: 0.6}"
         raise InputError("contact", fault, "needs a contact", f"{repair}, or time: {{end: ...}} for programme")
 
@@ -88,11 +91,6 @@ def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: Samp
             group = "choices" if path in sample.choices else "ranges"
             fault = f"is swept too, by '{swept}'"
             raise InputError(f"sample.{group}.{path}", fault, "needs paths apart from the sweep")
-
-
-def _repeated_without_samples(repeats: RepeatSettings | None, sample: SampleSettings | None) -> None:
-    if repeats is not None and sample is not None:
-        raise InputError("repeats", "is given with sample", "needs one of the two", "let what scatters be sampled")
 
 
 def _of_a_body(name: str) -> Callable[..., None]:
@@ -124,10 +122,10 @@ def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> No
 
 # The fields that a check needs, and the check; `specimen` is the key of the one that is given.
 _CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
-    ("contact contacts", _one_contact_or_several),
+    ("contacts contact", _not_both("contacts", "contact", "move contact into contacts")),
     ("contact contacts programme", _contact_of_a_programme),
     ("sweep sample", _sampled_apart_from_swept),
-    ("repeats sample", _repeated_without_samples),
+    ("repeats sample", _not_both("repeats", "sample", "let what scatters be sampled")),
     ("specimen mesh", check_mesh),
     ("specimen mesh materials", _of_a_body("materials")),
     ("specimen mesh formulation", _of_a_body("formulation")),
@@ -324,13 +322,9 @@ class PlainStudy:
         self._studies: dict[str, tuple[Study | None, list[InputError]]] = {}
         study, mistakes = _read(self._mapping)
         if mapping.get("sweep"):
-            mistakes += swept_mistakes(
-                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
-            )
+            mistakes += swept_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
         if isinstance(mapping.get("sample"), Mapping):
-            mistakes += sample_mistakes(
-                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
-            )
+            mistakes += sample_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
         self.study = self._checked(study, mistakes, self._mapping)
 
     def with_values(self, changes: Mapping[str, Any]) -> Study:
@@ -413,9 +407,3 @@ def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
     return {
         name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
     }
-
-
-def study_mapping(study: Study) -> dict[str, Any]:
-    """Return a study as plain data that :func:`parse_study` reads back, with all defaults."""
-    mapping: dict[str, Any] = as_mapping(study)
-    return mapping
