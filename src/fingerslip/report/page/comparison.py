@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from fingerslip.report.figures.samples import Pair, paired_figure, time_into_slide
 from fingerslip.report.labels import run_title, swept_text
-from fingerslip.report.page.notes import bibtex_entries
+from fingerslip.report.page.assemble import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.tables.compare import differences_table
 from fingerslip.report.tables.parameters import ShownValue

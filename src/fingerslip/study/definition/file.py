@@ -11,7 +11,7 @@ from typing import Any
 
 from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters.dotted import known_part
-from fingerslip.parameters.mistakes import in_order
+from fingerslip.parameters.fields import in_order
 from fingerslip.parameters.yaml_text import Document, parse_document, to_text
 
 

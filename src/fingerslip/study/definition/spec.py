@@ -31,7 +31,7 @@ from fingerslip.parameters import (
     valid_fields,
 )
 from fingerslip.parameters.dotted import flatten, is_below, walk
-from fingerslip.parameters.mistakes import in_order
+from fingerslip.parameters.fields import in_order
 from fingerslip.published import published_set
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes

@@ -172,7 +172,7 @@ def _engine(workers: int, scheduler: str | None) -> Engine:
     """Return what computes jobs: local processes, or the workers of a Dask scheduler."""
 
     def compute_here(jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing]) -> Outcomes:
-        from fingerslip.study.running.compiling import compile_ahead
+        from fingerslip.study.running.cost import compile_ahead
         from fingerslip.study.running.pool import compute_all
 
         compile_ahead([job.model for job in jobs], progress)

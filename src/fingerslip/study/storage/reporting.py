@@ -112,8 +112,8 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    from fingerslip.report.page.assemble import notes_html
     from fingerslip.report.page.content import MOST_RUNS, ReportContent
-    from fingerslip.report.page.notes import notes_html
     from fingerslip.report.page.samples import representatives
     from fingerslip.study.running.build import build_mesh
 
