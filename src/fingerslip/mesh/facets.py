@@ -1,4 +1,4 @@
-"""Facets, neighbours and nodes of a mesh: facets between regions, where they face, nodes of sites, what is connected."""
+"""Facets, neighbours and nodes of a mesh: facets between regions, where they face, nodes of sites, connected pieces."""
 
 from __future__ import annotations
 

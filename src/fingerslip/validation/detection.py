@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from fingerslip.detect.labels import NO_SLIP
 from fingerslip.published import PublishedValue, published_set
-from fingerslip.study.running.progress import StudyProgress
+from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import Row, RowFile, Stored, number_row, statement_row, stored_rows
-from fingerslip.validation.sensor import half_width
+from fingerslip.validation.sensor import half_width, trials_of
 
 # What simulates, samples and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
@@ -71,25 +71,14 @@ class Detection:
     left_out: Mapping[str, Mapping[str, FrameScores]] = field(default_factory=dict)
 
 
-def detection_rows(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-    *,
-    compute: bool = False,
-) -> Stored[Row]:
+def detection_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
     """Return the rows of the detectors: computed and stored, or those that were stored last."""
-    output = Path(results) / "detection"
+    output = work.results / "detection"
 
     def computed() -> tuple[Row, ...]:
-        from fingerslip.study.trials.simulate import simulate_trials
+        return rows_of_detection(detection_of(begun_detection(trials_of(DATA_SET, work), work.workers, output)))
 
-        study, folder = Path(studies) / f"{DATA_SET}.yaml", Path(results) / f"{DATA_SET}_trials"
-        trials = simulate_trials(study, folder, workers=workers, progress=progress)
-        return rows_of_detection(detection_of(begun_detection(trials, workers, output)))
-
-    stored = stored_rows(DETECTION_FILE, studies, results, computed if compute else None)
+    stored = stored_rows(DETECTION_FILE, work, computed if compute else None)
     if stored.computed:
         from fingerslip.detect.evaluation.crossval import parts_beside
 

@@ -25,11 +25,9 @@ from fingerslip.slip import EventSettings, PeakSettings
 from fingerslip.slip.windows import READINGS, event_label
 from fingerslip.storage.files import digest, read_json, write_json
 from fingerslip.study.definition.file import read_with_base
-from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import versions
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_markdown
-from fingerslip.validation.evidence import VARIANT, solid_measures
+from fingerslip.validation.evidence import VARIANT, Work, solid_measures
 from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS
 
 Basis = Literal["calibrated", "predicted", "large strain"]
@@ -210,21 +208,16 @@ class RowFile(Generic[R]):
     reading: Mapping[str, Any] = field(default_factory=dict)
 
 
-def stored_rows(
-    file: RowFile[R],
-    studies: str | Path,
-    results: str | Path,
-    compute: Callable[[], Sequence[R]] | None = None,
-) -> Stored[R]:
+def stored_rows(file: RowFile[R], work: Work, compute: Callable[[], Sequence[R]] | None = None) -> Stored[R]:
     """Return rows that are computed and stored, or else those that were stored last, or else those that ship."""
     if compute is not None:
         rows = tuple(compute())
-        record = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, Path(studies))}
-        write_json(Path(results) / file.name, {"made": record, "rows": rows_mapping(rows)})
+        record = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, work.studies)}
+        write_json(work.results / file.name, {"made": record, "rows": rows_mapping(rows)})
         return Stored(rows, computed=True)
-    for path in (Path(results) / file.name, Path(results) / "reference" / file.name):
+    for path in (work.results / file.name, work.results / "reference" / file.name):
         try:
-            return _read_rows(file, path, Path(studies))
+            return _read_rows(file, path, work.studies)
         except FileNotFoundError:
             continue
     return Stored((), f"No {file.kind} are stored; {file.command} computes them, which takes {file.effort}.")
@@ -296,22 +289,13 @@ GEOMETRY_FILE = RowFile(
 )
 
 
-def allowed_geometry(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-    *,
-    compute: bool = False,
-) -> Stored[GeometryRow]:
+def allowed_geometry(work: Work, *, compute: bool = False) -> Stored[GeometryRow]:
     """Return what the unknown geometry allows: computed and stored, or as it was stored last."""
 
     def computed() -> list[GeometryRow]:
-        paths = [Path(studies) / f"{name}.yaml" for name in GEOMETRY]
-        outcomes = run_studies(paths, results_dir=results, workers=workers, progress=progress)
-        return [row for outcome in outcomes for row in geometry_rows(outcome)]
+        return [row for study in work.run(GEOMETRY) for row in geometry_rows(study)]
 
-    return stored_rows(GEOMETRY_FILE, studies, results, computed if compute else None)
+    return stored_rows(GEOMETRY_FILE, work, computed if compute else None)
 
 
 def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:

@@ -270,7 +270,7 @@ def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkey
 def test_a_missing_study_is_wrong_input(invoke: Callable[..., Any]) -> None:
     done = invoke("validate", "--studies", "nowhere")
     assert done.exit_code == 2
-    assert "validate needs the studies" in done.stderr
+    assert "validate needs the study wang2014_table2" in done.stderr
 
 
 def test_parts_of_another_paper_are_wrong_input(invoke: Callable[..., Any]) -> None:
