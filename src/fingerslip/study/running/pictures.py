@@ -30,7 +30,7 @@ from fingerslip.parameters import as_mapping
 from fingerslip.report.page.sensor import write_tracking
 from fingerslip.results import HISTORY
 from fingerslip.storage.files import digest, new_folder, read_json, write_json
-from fingerslip.study.definition.settings import CameraSettings
+from fingerslip.study.definition.cameras import CameraSettings
 from fingerslip.study.running.plan import Job, Plan
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import CAMERAS, ERRORS

@@ -25,8 +25,9 @@ from fingerslip.model.programme import Press, Slide
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
 from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.dotted import assign, walk
+from fingerslip.study.definition.cameras import CameraSettings, TrialSettings
 from fingerslip.study.definition.runs import expand
-from fingerslip.study.definition.settings import CameraSettings, ContactSettings, TimeSettings, TrialSettings
+from fingerslip.study.definition.settings import ContactSettings, TimeSettings
 from fingerslip.study.definition.spec import (
     Study,
     known_paths,
