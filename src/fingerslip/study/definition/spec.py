@@ -101,15 +101,12 @@ def _of_a_body(name: str) -> Callable[..., None]:
     return check
 
 
-def _no_sites_of_a_body(name: str) -> Callable[..., None]:
-    """Return a check of sites that only a specimen has."""
-
-    def check(specimen: str | None, mesh: MeshSource, record: RecordSettings) -> None:
-        if specimen is None and not mesh.needs_specimen and getattr(record, name):
-            fault, repair = f"is given without a {_KINDS}", "name points in record.sites"
-            raise InputError(f"record.{name}", fault, f"needs a {_KINDS}", repair)
-
-    return check
+def _no_sites_of_a_body(specimen: str | None, mesh: MeshSource, record: RecordSettings) -> None:
+    """Refuse sites that only a specimen has."""
+    names = [name for name in ("receptors", "reference_nodes", "groups") if getattr(record, name)]
+    said = f"is given without a {_KINDS}", f"needs a {_KINDS}", "name points in record.sites"
+    if specimen is None and not mesh.needs_specimen:
+        Mistakes([InputError(f"record.{name}", *said) for name in names]).raise_all()
 
 
 def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> None:
@@ -128,7 +125,7 @@ _CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("specimen mesh materials", _of_a_body("materials")),
     ("specimen mesh formulation", _of_a_body("formulation")),
     ("specimen mesh depth formulation", _of_a_body("depth")),
-    *(("specimen mesh record", _no_sites_of_a_body(name)) for name in ("receptors", "reference_nodes", "groups")),
+    ("specimen mesh record", _no_sites_of_a_body),
     ("dynamics time", _fixed_step_of_a_basis),
 )
 

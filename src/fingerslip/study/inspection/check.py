@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 from collections.abc import Sequence
 from pathlib import Path
@@ -113,11 +114,7 @@ def save_mesh(target: str, path: Path | None = None) -> tuple[Table, ...]:
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_mesh(inspected.mesh, path)
-    titles = (str(path), *(table.title for table in inspected.tables[1:]))
-    return tuple(
-        Table(title, tuple(Column(*column) for column in table.columns), table.rows, table.note)
-        for title, table in zip(titles, inspected.tables, strict=True)
-    )
+    return (dataclasses.replace(inspected.tables[0], title=str(path)), *inspected.tables[1:])
 
 
 def _mesh_of_preset(name: str) -> InspectedMesh:

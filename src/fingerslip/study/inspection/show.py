@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
@@ -14,7 +13,7 @@ from fingerslip.history import read_history
 from fingerslip.materials.choice import material_header, material_names, material_table
 from fingerslip.parameters.presets import PresetValue
 from fingerslip.parameters.yaml_text import parse_document
-from fingerslip.report.tables.compare import differences_table
+from fingerslip.report.tables.compare import difference_cell, differences_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.runs import measures_table, readings_table, time_cell
 from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
@@ -119,8 +118,6 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
 
 
 _SIDES = ("A", "B")
-# Relative difference that sums of thousands of steps may have without a reason.
-_ROUNDING = 1e-9
 
 
 def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
@@ -146,7 +143,7 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
             unit, factor = ("ms", 1e3) if time == LATENCY else ("s", 1.0)
             cells = (time_cell(run, reading, time, factor) for run in runs)
             events.append((f"{event_label(time)} ({words})", unit, *cells))
-    rows = tuple((*row, _difference(row[2], row[3])) for row in (*events, *measures_table(runs, _SIDES).rows))
+    rows = tuple((*row, difference_cell(row[2], row[3])) for row in (*events, *measures_table(runs, _SIDES).rows))
     clear = [isinstance(row[-1], Measured) and abs(row[-1].value) > row[-1].uncertainty for row in rows]
     columns = (
         Column("result"),
@@ -158,18 +155,6 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
     note = "After ±: numerical uncertainty; bold: the difference exceeds that of both runs." if has_uncertainty else ""
     marked = tuple(number for number, is_clear in enumerate(clear) if is_clear)
     return Table("Slip events and measures", columns, rows, note, marked)
-
-
-def _difference(first: Cell, second: Cell) -> Cell:
-    """Return the difference of two cells, with the uncertainty of both where both are known; empty without numbers."""
-    numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
-    if not all(isinstance(number, int | float) for number in numbers):
-        return None
-    low, high = map(float, numbers)  # type: ignore[arg-type]
-    difference = 0.0 if math.isclose(low, high, rel_tol=_ROUNDING) else high - low
-    if isinstance(first, Measured) and isinstance(second, Measured):
-        return Measured(difference, math.hypot(first.uncertainty, second.uncertainty))
-    return difference
 
 
 def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
