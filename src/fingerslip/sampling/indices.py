@@ -38,6 +38,8 @@ from fingerslip.sampling.sensitivity import groups_of
 
 Array = NDArray[np.float64]
 
+# What needs them, in errors.
+_SALIB, _SKLEARN = ("SALib", "sensitivity"), ("scikit-learn", "surrogate")
 _LEAST_BLOCKS = 4
 _ON_SURROGATE = 1024
 _SEED = 1
@@ -152,13 +154,15 @@ def _sensitivity(
 
 
 def _sobol(paths: Sequence[str], values: Array) -> list[Index]:
-    indices = _salib("sobol").analyze(_problem(paths), values, calc_second_order=False, **_OPTIONS)
+    indices = _optional("SALib.analyze.sobol", *_SALIB).analyze(
+        _problem(paths), values, calc_second_order=False, **_OPTIONS
+    )
     columns = (np.asarray(indices[name], dtype=float).tolist() for name in ("ST", "ST_conf", "S1", "S1_conf"))
     return [Index(path, *numbers) for path, *numbers in zip(paths, *columns, strict=True)]
 
 
 def _morris(paths: Sequence[str], shares: Array, values: Array) -> list[Index]:
-    effects = _salib("morris").analyze(_problem(paths), shares, values, **_OPTIONS)
+    effects = _optional("SALib.analyze.morris", *_SALIB).analyze(_problem(paths), shares, values, **_OPTIONS)
     columns = (np.asarray(effects[name], dtype=float).tolist() for name in ("mu_star", "mu_star_conf", "sigma", "mu"))
     return [
         Index(path, size, error, deviation, mean=mean)
@@ -184,12 +188,13 @@ def _require_samples(study: StudyResult) -> None:
         raise InputError("study", "has no samples", "needs a study with samples", repair)
 
 
-def _salib(method: str) -> Any:
+def _optional(module: str, library: str, where: str) -> Any:
+    """Return a module of a library that is an optional part."""
     try:
-        return importlib.import_module(f"SALib.analyze.{method}")
+        return importlib.import_module(module)
     except ImportError:
-        fault, repair = "needs SALib, which is not installed", "pip install 'fingerslip[sensitivity]'"
-        raise InputError("sensitivity", fault, "is an optional part", repair) from None
+        fault, repair = f"needs {library}, which is not installed", "pip install 'fingerslip[sensitivity]'"
+        raise InputError(where, fault, "is an optional part", repair) from None
 
 
 _FOLDS = 5
@@ -230,18 +235,7 @@ class Surrogate:
     process: Any  # the fitted process
 
     def predict(self, values: Mapping[str, Any]) -> Prediction:
-        """Predict the output.
-
-        Parameters
-        ----------
-        values : mapping of str to object
-            A value for each input by dotted path, as study files write them.
-
-        Raises
-        ------
-        InputError
-            For values that are missing or outside those of the runs.
-        """
+        """Predict the output for a value of each input by dotted path, as study files write them."""
         mean, deviation = self.process.predict(encode(self.inputs, values)[None, :], return_std=True)
         middle, half = float(mean[0]), _LIKELY * float(deviation[0])
         return Prediction(middle, middle - half, middle + half)
@@ -258,21 +252,9 @@ class Surrogate:
 
 
 def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surrogate:
-    """Fit a surrogate to the runs of a study, and validate it.
+    """Fit a surrogate to the runs of a study, and validate it; `seed` is that of the folds.
 
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The runs; those without the output are left out, and of runs with the same inputs one is taken.
-    output : str
-        Name of the output.
-    seed : int, optional
-        Seed of the folds.
-
-    Raises
-    ------
-    InputError
-        For an unknown output, one that is the same in all runs, for too few runs, where scikit-learn is not installed.
+    Runs without the output are left out, and of runs with the same inputs one is taken.
     """
     inputs = inputs_of(runs)
     unit = required_output(runs[0], output).unit
@@ -300,14 +282,14 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
 
 def _fit(columns: Array, values: Array, start: Any) -> Any:
     """Return a process fitted to values (n,) at columns (n, n_columns); `start` is a fitted one to begin from."""
-    processes = _module("sklearn.gaussian_process")
-    kernels = _module("sklearn.gaussian_process.kernels")
+    processes = _optional("sklearn.gaussian_process", *_SKLEARN)
+    kernels = _optional("sklearn.gaussian_process.kernels", *_SKLEARN)
     first = kernels.ConstantKernel(1.0, (1e-3, 1e4)) * kernels.RBF(np.ones(columns.shape[1]), (5e-2, 1e3))
     kernel = first + kernels.WhiteKernel(1e-4, (1e-9, 1.0)) if start is None else start.kernel_
     process = processes.GaussianProcessRegressor(kernel, normalize_y=True, random_state=0)
     with warnings.catch_warnings():
         # A length at the end of its range means a value that does nothing, which is a result.
-        warnings.simplefilter("ignore", _module("sklearn.exceptions").ConvergenceWarning)
+        warnings.simplefilter("ignore", _optional("sklearn.exceptions", *_SKLEARN).ConvergenceWarning)
         return process.fit(columns, values)
 
 
@@ -326,11 +308,3 @@ def _validate(columns: Array, values: Array, process: Any, seed: int) -> Validat
         covered=float(np.mean(np.abs(errors) <= _LIKELY * deviation)),
         runs=int(values.size),
     )
-
-
-def _module(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        fault, repair = "needs scikit-learn, which is not installed", "pip install 'fingerslip[sensitivity]'"
-        raise InputError("surrogate", fault, "is an optional part", repair) from None

@@ -112,15 +112,7 @@ class Measures:
 
 
 def measure(run: RunResult, history: xr.Dataset) -> Measures:
-    """Read the numbers of a run.
-
-    Parameters
-    ----------
-    run : RunResult
-        The run.
-    history : xarray.Dataset
-        Its history, two-dimensional, with receptors and a slide.
-    """
+    """Read the numbers of a run in 2D with receptors and a slide."""
     settings, overall = EventSettings(), run.events.slip.overall
     window = slide_window(history)
     if window is None:

@@ -35,24 +35,7 @@ from fingerslip.tables.table import Cell, Column, Measured, Table, to_csv
 def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     """Return tables of a preset or a material that ships, of a study file, or of a folder of results.
 
-    Parameters
-    ----------
-    target : str, optional
-        Name of a preset or a material, or a path; without it both are listed.
-    figure : Path, optional
-        Picture of the fingertip or the sensor to write, of a preset or a study.
-
-    Returns
-    -------
-    tuple of Table
-        Values with unit and source, the assumed ones first; or the events and numbers of a result.
-
-    Raises
-    ------
-    InputError
-        Where nothing has that name, or it has no specimen to draw.
-    ResultError
-        Where a folder holds no results, or the picture cannot be written.
+    Without a target presets and materials are listed; `figure` is a picture of the specimen to write.
     """
     if figure is not None:
         from fingerslip.study.inspection.check import draw_specimen
