@@ -75,10 +75,10 @@ def detection_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
     """Return the rows of the detectors: computed and stored, or those that were stored last."""
     output = work.results / "detection"
 
-    def computed() -> tuple[Row, ...]:
+    def make_rows() -> tuple[Row, ...]:
         return rows_of_detection(detection_of(begun_detection(trials_of(DATA_SET, work), work.workers, output)))
 
-    stored = stored_rows(DETECTION_FILE, work, computed if compute else None)
+    stored = stored_rows(DETECTION_FILE, work, make_rows if compute else None)
     if stored.computed:
         from fingerslip.detect.evaluation.crossval import parts_beside
 
@@ -105,14 +105,14 @@ def detection_of(begun: Evaluation) -> Detection:
     from fingerslip.detect.evaluation.scores import frame_scores_of
     from fingerslip.detect.samples import grouped_folds, left_out
 
-    def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
+    def scores_of(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
         return {name: begun.scores(begun.by_group(CLASSIFIERS[name], tests)) for name in _COMPARED}
 
     trials = begun.trials
     by_sample = {name: frame_scores_of(begun.by_sample(CLASSIFIERS[name])) for name in _COMPARED}
-    by_trial = scored(grouped_folds(trials.names, _FOLDS, 0))
+    by_trial = scores_of(grouped_folds(trials.names, _FOLDS, 0))
     groups = {words: left_out(trials.conditions, condition) for condition, words in _LEFT_OUT.items()}
-    left = {words: scored(tuple(group.values())) for words, group in groups.items()}
+    left = {words: scores_of(tuple(group.values())) for words, group in groups.items()}
     return Detection(by_sample, by_trial, left)
 
 

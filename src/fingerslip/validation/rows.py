@@ -292,10 +292,10 @@ GEOMETRY_FILE = RowFile(
 def allowed_geometry(work: Work, *, compute: bool = False) -> Stored[GeometryRow]:
     """Return what the unknown geometry allows: computed and stored, or as it was stored last."""
 
-    def computed() -> list[GeometryRow]:
+    def make_rows() -> list[GeometryRow]:
         return [row for study in work.run(GEOMETRY) for row in geometry_rows(study)]
 
-    return stored_rows(GEOMETRY_FILE, work, computed if compute else None)
+    return stored_rows(GEOMETRY_FILE, work, make_rows if compute else None)
 
 
 def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:

@@ -161,12 +161,12 @@ _SCORES: Mapping[str, tuple[str, float | None]] = MappingProxyType(
 def pouring_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
     """Return the rows of the pouring task: computed and stored, or those that were stored last."""
 
-    def computed() -> tuple[Row, ...]:
+    def make_rows() -> tuple[Row, ...]:
         work.run(POURING)
         section = pouring_of(work.results, work.workers)
         return (*rows_of_pouring(section, "section"), *rows_of_pouring(pouring_3d(work), "in 3D"))
 
-    return stored_rows(POURING_FILE, work, computed if compute else None)
+    return stored_rows(POURING_FILE, work, make_rows if compute else None)
 
 
 def pouring_of(results: Path, workers: int = 2) -> Unseen:

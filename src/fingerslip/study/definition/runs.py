@@ -114,11 +114,11 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
     runs: list[Run] = []
     refused: list[RefusedRun] = []
     for name, (swept, number, drawn_values, changes) in zip(run_names(numbered), draws, strict=True):
-        shown = {**swept, key: number} if total else swept
+        swept_and_number = {**swept, key: number} if total else swept
         try:
-            runs.append(_run(plain, changes, name, shown, drawn_values))
+            runs.append(_run(plain, changes, name, swept_and_number, drawn_values))
         except InputError as error:
-            refused.append(RefusedRun(name, shown, drawn_values, str(error)))
+            refused.append(RefusedRun(name, swept_and_number, drawn_values, str(error)))
             if len(refused) == len(draws) or not total:
                 raise
     return Expansion(study, tuple(runs), tuple(refused), given_in(mapping))

@@ -320,14 +320,14 @@ class PlainStudy:
             mistakes += swept_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
         if isinstance(mapping.get("sample"), Mapping):
             mistakes += sample_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
-        self.study = self._checked(study, mistakes, self._mapping)
+        self.study = self._require(study, mistakes, self._mapping)
 
     def with_values(self, changes: Mapping[str, Any]) -> Study:
         """Return the study with other values by dotted path, without a sweep, samples and repeats."""
         if not changes and not (self.study.sweep or self.study.sample or self.study.repeats):
             return self.study
         study, mistakes = self._read(changes)
-        return self._checked(study, mistakes, self._plain)
+        return self._require(study, mistakes, self._plain)
 
     @functools.cached_property
     def _plain(self) -> dict[str, Any]:
@@ -345,7 +345,7 @@ class PlainStudy:
             self._studies[key] = _read(_with_marks(with_values(self._plain, changes)))
         return self._studies[key]
 
-    def _checked(self, study: Study | None, mistakes: Sequence[InputError], order: Mapping[str, Any]) -> Study:
+    def _require(self, study: Study | None, mistakes: Sequence[InputError], order: Mapping[str, Any]) -> Study:
         if study is None or mistakes:
             error = Mistakes(in_order(mistakes, walk(order))).error()
             raise error.moved(lambda where: f"{self.source}: {where}" if where else str(self.source))
