@@ -30,9 +30,9 @@ from fingerslip.validation.rows import Basis, Row, RowFile, Stored, number_row, 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fingerslip.detect.evaluation.crossval import Unseen
     from fingerslip.detect.evaluation.scores import EventScores
     from fingerslip.detect.trial_set import TrialSet
-    from fingerslip.detect.unseen import Unseen
 
 #: The study whose runs are compared, and the value that tells its skins apart.
 SENSOR = "ridged_vs_smooth"
@@ -202,9 +202,9 @@ def trials_of(name: str, work: Work) -> TrialSet:
 
 
 def _test(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
+    from fingerslip.detect.evaluation.crossval import on_unseen
     from fingerslip.detect.samples import Sampling, benchmark_test_trials
     from fingerslip.detect.training import train
-    from fingerslip.detect.unseen import on_unseen
 
     tests = benchmark_test_trials(slides.names)
     learned = [name for name in slides.names if name not in tests]
@@ -218,7 +218,7 @@ def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
 
     `where` says of which sensor: 'section' or 'in 3D'.
     """
-    from fingerslip.detect.unseen import READINGS
+    from fingerslip.detect.evaluation.crossval import READINGS
 
     return tuple(row for name in reversed(READINGS) for row in _rows_of_reading(detection.scores[name], where, name))
 

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fingerslip.detect.evaluation.crossval import READINGS, Unseen
 from fingerslip.detect.evaluation.scores import event_scores_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.unseen import READINGS, Unseen
 from fingerslip.errors import InputError
 from fingerslip.slip import find_events
 from fingerslip.validation import sensor as pouring
