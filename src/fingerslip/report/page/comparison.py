@@ -16,7 +16,7 @@ from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.report.tables.runs import events_table, time_cell
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE
-from fingerslip.tables.table import Column, Table
+from fingerslip.tables.table import Column, Missing, Table
 
 
 @dataclass(frozen=True)
@@ -102,9 +102,10 @@ def _with_sign(change: float) -> str:
 def _differences(pairs: Sequence[Pair]) -> Table:
     columns = (Column("run"), Column("event"), Column("A", "s", 3), Column("B", "s", 3), Column("B - A", "ms", 0))
     rows = tuple(
-        (pair.title, name, *cells, difference_cell(*cells, 1e3))
+        (pair.title, name, *cells, next(missing, None) or difference_cell(*cells, 1e3))
         for pair in pairs
         for time, name in {**EVENTS, LATENCY: LATENCY}.items()
         for cells in [tuple(time_cell(run, "slip", time) for run in pair.runs)]
+        for missing in [(cell for cell in cells if isinstance(cell, Missing))]
     )
     return Table("Slip events from accumulated slip, from the start of the run", columns, rows, NOTICED_NOTE)

@@ -112,10 +112,10 @@ def _reading_cells(run: RunResult, value: PublishedValue) -> list[Cell]:
 
 
 def difference_cell(first: Cell, second: Cell, factor: float = 1.0) -> Cell:
-    """Return the second number less the first, with the uncertainty of both where known; else why there is none."""
+    """Return the second number less the first, with the uncertainty of both where both are known; None without two."""
     numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
     if not all(isinstance(number, int | float) for number in numbers):
-        return next((cell for cell in (first, second) if isinstance(cell, Missing)), None)
+        return None
     low, high = map(float, numbers)  # type: ignore[arg-type]
     difference = 0.0 if math.isclose(low, high, rel_tol=_ROUNDING) else factor * (high - low)
     if isinstance(first, Measured) and isinstance(second, Measured):
