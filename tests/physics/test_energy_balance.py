@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.dynamics.motions import Motions, make_integrator
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.stepper import Stopwatch
-from fingerslip.dynamics.stepwise import make_course
 from fingerslip.dynamics.system.system import build_system
+from fingerslip.linear.resources import one_by_one
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.mesh.source import MeshFile
 from fingerslip.results import SAMPLE
@@ -287,10 +288,12 @@ def test_dashpots_take_what_the_forces_of_a_body_at_large_strain_do_not_store():
     _, model = next(iter(models(path, coarse)))
     model = relaxing(model)
     system = build_system(model)
-    course, _ = make_course(model, system, preferred_solver(), Stopwatch(), 0)
-    state, lost, largest = course.start(), 0.0, 0.0
-    for time in step_times(model)[1:41]:
-        before, state = state, course.advance(state, float(time))
+    times = step_times(model)
+    motions = Motions((model,), (system,), (times,), preferred_solver(), Stopwatch(), None, 1)
+    integrator = make_integrator(motions, [system], 0, one_by_one)
+    state, lost, largest = integrator.start()[0], 0.0, 0.0
+    for number in range(1, 41):
+        before, state = state, integrator.advance({0: state}, times[number : number + 1])[0][0]
         one, other = before.large_body, state.large_body
         work = 0.5 * (one.force + other.force) @ (state.displacement - before.displacement)
         taken = work - (other.energy - one.energy)

@@ -213,6 +213,13 @@ def symmetric_parts(matrix: sparse.csr_matrix) -> SymmetricMatrix:
     return SymmetricMatrix(compiled_parts(matrix), compiled_parts(above), matrix.diagonal())
 
 
+def row_products(matrix: SymmetricMatrix, rows: Array) -> Array:
+    """Return a symmetric matrix (n, n) times the rows of an array (k, n), shape (k, n)."""
+    products = np.empty_like(rows, order="C")
+    write_symmetric_products(matrix, np.ascontiguousarray(rows), products)
+    return products
+
+
 @numba.njit(cache=True, nogil=True)
 def write_symmetric_products(matrix, rows, out):  # type: ignore[no-untyped-def]
     """Write a symmetric matrix (n, n) times the rows of an array (k, n) into `out` (k, n), in compiled code.

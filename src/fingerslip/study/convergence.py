@@ -77,7 +77,7 @@ def _change(study: Study, level: Level, model: Model) -> dict[str, Any]:
             return {"time": study.time.refined(level.value)}
         case "alpha":
             return {"time": dataclasses.replace(study.time, alpha=level.value)}
-    from fingerslip.dynamics.system.penalties import contact_penalties
+    from fingerslip.dynamics.system.checks import contact_penalties
 
     stiffer = []
     for settings, contact in zip(study.all_contacts, model.contacts, strict=True):

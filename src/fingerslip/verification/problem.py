@@ -102,7 +102,7 @@ def absolute(quantity: str, expected: float, got: float, allowed: float) -> Chec
 
 def run(problem: Problem) -> Outcome:
     """Compute a problem; what stops it makes it fail, and does not stop the others."""
-    from fingerslip.linear.threads import limited_threads
+    from fingerslip.linear.resources import limited_threads
 
     try:
         # The dense problems beside the simulations are tiny: threads that wait for each other make them slower.

@@ -20,7 +20,7 @@ import fingerslip
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.recording.steps import record_bytes
-from fingerslip.linear.memory import require_memory
+from fingerslip.linear.resources import require_memory
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.mesh.source import MeshSource

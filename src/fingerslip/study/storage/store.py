@@ -152,7 +152,7 @@ def commit() -> str | None:
 
 @dataclass(frozen=True)
 class BasisFolder:
-    """A folder of bases: a :class:`fingerslip.dynamics.reduced.march.BasisStore`.
+    """A folder of bases: a :class:`fingerslip.dynamics.reduced.basis.BasisStore`.
 
     Each file is the checksum of its arrays, then the arrays in NumPy's format. It has the key as its name.
     """

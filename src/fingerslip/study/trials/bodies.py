@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.errors import InputError
-from fingerslip.linear.threads import limited_threads
+from fingerslip.linear.resources import limited_threads
 from fingerslip.model.programme import Phase, Press
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.specimens.tactip.profile import MarkerPlaces

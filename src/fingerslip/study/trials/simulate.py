@@ -164,7 +164,7 @@ def _begin_worker(shared: _Shared) -> None:
 
 def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:
     """Simulate a trial and write its folder."""
-    from fingerslip.linear.threads import limited_threads
+    from fingerslip.linear.resources import limited_threads
     from fingerslip.study.trials.trials import simulated_trial
 
     settings, body, origin, keys, work = _given[0]

@@ -21,7 +21,7 @@ from fingerslip.detect.labels import (
 )
 from fingerslip.detect.trials import Trial
 from fingerslip.dynamics.statics.body import StaticBody
-from fingerslip.dynamics.statics.march import StaticMotion, march_static
+from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
 from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
@@ -122,7 +122,7 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
     contact = study.all_contacts[0].contact(3)
     step, plate = study.time.stepping.step, plate_of(study)
-    motion = march_static(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
+    motion = static_motion(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
     span = _filmed_span(plan, settings, motion)
     markers = _markers(plan, settings, body, motion, span)
     cameras = drawn_cameras(settings, eyes, markers)

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.motions import Marched, Motions, march_motions
+from fingerslip.dynamics.motions import Motions, Outcome, compute
 from fingerslip.dynamics.reduced.reduction import (
     further_shapes,
     interface_unknowns,
@@ -20,7 +20,6 @@ from fingerslip.dynamics.reduced.reduction import (
     reduced_system,
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
-from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.space import free_pieces
@@ -32,11 +31,11 @@ from fingerslip.linear.craig_bampton import (
     static_responses,
     vibrations,
 )
-from fingerslip.linear.memory import available_memory
+from fingerslip.linear.resources import available_memory
 from fingerslip.model.model import ReducedBasis
 from fingerslip.storage.files import digest
 
-__all__ = ["BasisStore", "basis_attributes", "march_in_basis", "reduced_for_steps"]
+__all__ = ["BasisStore", "compute_in_basis", "in_basis"]
 
 Array = NDArray[np.float64]
 
@@ -125,11 +124,11 @@ class _Maker:
         return digest(*inputs)
 
 
-def march_in_basis(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Marched | None:
-    """Compute motions in a reduced basis."""
+def compute_in_basis(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Outcome | None:
+    """Compute motions in a reduced basis; None where the mesh is better."""
     try:
         _require_suitable(motions)
-        return _march(motions, wanted, store)
+        return _compute(motions, wanted, store)
     except (_UnsuitableError, FingerslipError) as reason:
         _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
         return None
@@ -157,44 +156,44 @@ def _require_suitable(motions: Motions) -> None:
         raise _UnsuitableError(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
 
 
-def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Marched:
-    """March with ever more vibrations, until the estimated errors are within the tolerances.
+def _compute(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Outcome:
+    """Compute with ever more vibrations, until the estimated errors are within the tolerances.
 
     Where there is no basis yet, the first of several motions tries it out for all.
     """
     maker = _Maker.of(motions, store)
     with maker.alone():
-        tried, basis = _begun(motions.first, maker, wanted)
+        tried, basis = _begun(motions.part(slice(1)), maker, wanted)
     if tried is not None and len(motions.models) == 1:
         return tried
-    marched, suitable = _suitable(motions, maker, basis, wanted)
+    outcome, suitable = _suitable(motions, maker, basis, wanted)
     if suitable is not basis:
         maker.keep(suitable)
-    return marched
+    return outcome
 
 
-def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Marched | None, CraigBampton]:
+def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Outcome | None, CraigBampton]:
     """Return the basis that is kept, or a motion and the basis that suffices for it, which is kept from now on."""
     with first.watch.part("basis"):
         stored = maker.kept()
         basis = stored or maker.make(_FEWEST)
     if stored is not None:
         return None, stored
-    marched, basis = _suitable(first, maker, basis, wanted)
+    outcome, basis = _suitable(first, maker, basis, wanted)
     maker.keep(basis)
-    return marched, basis
+    return outcome, basis
 
 
 def _suitable(
     motions: Motions, maker: _Maker, basis: CraigBampton, wanted: ReducedBasis
-) -> tuple[Marched, CraigBampton]:
-    """March some motions from a basis on to one that suffices for them; return it, too."""
+) -> tuple[Outcome, CraigBampton]:
+    """Compute some motions in a basis, and in larger ones up to one that suffices for them; return it, too."""
     tried = list[tuple[int, float]]()
     while True:
-        marched, check = _attempt(motions, maker, basis)
+        outcome, check = _attempt(motions, maker, basis)
         count, excess = basis.frequencies.size, _excess(check, wanted)
         if excess <= 1.0:
-            return marched, basis
+            return outcome, basis
         tried.append((count, excess))
         fault = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
         _logger.info("%s", fault)
@@ -226,41 +225,18 @@ def _next_count(count: int, excess: float) -> int:
     return int(min(count * min(times, _MOST_TIMES), max(_MOST, count)))
 
 
-def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marched, ResidualCheck]:
-    """March in a basis and look at the residual."""
+def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Outcome, ResidualCheck]:
+    """Compute in a basis and look at the residual."""
     with motions.watch.part("basis"):
         first = reduced_system(motions.systems[0], maker.body, basis)
         systems = [first, *(reduced_system(system, maker.body, basis, first) for system in motions.systems[1:])]
-    coordinates: Sequence[Any] = [system.coordinates for system in systems]
-    check = ResidualCheck(motions.models, motions.systems, coordinates)
-
-    def look(number: int, state: State) -> None:
-        with motions.watch.part("basis"):
-            check.look(number, state)
-
-    described: dict[str, object] = {}
-    marched = march_motions(motions, systems, described, look)
-    with motions.watch.part("basis"):
-        check.finish()
-    described |= basis_attributes(basis, check)
-    return marched, check
+        coordinates: Sequence[Any] = [system.coordinates for system in systems]
+        check = ResidualCheck(motions.models, motions.systems, coordinates, basis)
+    outcome = compute(motions, systems, check.motions)
+    return replace(outcome, attributes=check.attributes), check
 
 
-def basis_attributes(basis: CraigBampton, check: ResidualCheck) -> dict[str, object]:
-    """Return what histories say of a basis and of the errors that it leaves."""
-    return {
-        "basis": "reduced",
-        "basis_static_responses": basis.interface.size,
-        "basis_vibrations": basis.frequencies.size,
-        "basis_highest_frequency": float(basis.frequencies.max(initial=0.0)) / (2.0 * np.pi),
-        "basis_error": check.error,
-        "basis_acceleration_error": check.acceleration_error,
-    }
-
-
-def reduced_for_steps(
-    motions: Motions, store: BasisStore | None = None
-) -> tuple[System, CraigBampton, ResidualCheck] | None:
+def in_basis(motions: Motions, store: BasisStore | None = None) -> tuple[System, ResidualCheck] | None:
     """Return the system of one motion in a basis, with the check of its errors; None where the mesh is better."""
     try:
         _require_suitable(motions)
@@ -272,7 +248,7 @@ def reduced_for_steps(
                 maker.keep(basis)
             system = reduced_system(motions.systems[0], maker.body, basis)
         coordinates: Any = system.coordinates
-        return system, basis, ResidualCheck(motions.models, motions.systems, [coordinates])
+        return system, ResidualCheck(motions.models, motions.systems, [coordinates], basis)
     except (_UnsuitableError, FingerslipError) as reason:
         _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
         return None

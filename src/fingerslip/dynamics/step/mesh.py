@@ -1,23 +1,87 @@
-"""One time step of one motion or of several that share a matrix: states in, states out."""
+"""Steps at small strain, on the mesh or in a reduced basis: forward, contact, backward, finish."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.dynamics.integrator import ByLength
 from fingerslip.dynamics.step.anchor import Lead, is_at_rest, move_anchor, passes
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import predict
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.sharing import first_alike, same_motion
+from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.linear.threads import Mapper, one_by_one
+from fingerslip.dynamics.system.system import System
+from fingerslip.linear.resources import Mapper, one_by_one
 
-__all__ = ["advance"]
+__all__ = ["Mesh", "advance"]
 
 Array = NDArray[np.float64]
+
+
+class Mesh:
+    """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.integrator.Integrator`."""
+
+    def __init__(
+        self, make: Callable[[float], Sequence[Stepper]], step: float, watch: Stopwatch, mapper: Mapper = one_by_one
+    ) -> None:
+        self._by_length, self._watch, self._mapper = ByLength(make), watch, mapper
+        self.steppers = self._by_length.at(step)
+        self._alike = first_alike([stepper.system for stepper in self.steppers], same_motion)
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What histories say of the matrices."""
+        return {"basis": "full", "factorisations": self._by_length.count}
+
+    def start(self) -> dict[int, State]:
+        """Return the states at time zero."""
+        states = {kind: first_state(self.steppers[kind]) for kind in set(self._alike)}
+        return {number: states[kind] for number, kind in enumerate(self._alike)}
+
+    def advance(
+        self, states: Mapping[int, State], ends: Array, length: float | None = None
+    ) -> dict[int, tuple[State, list[State]]]:
+        """Take the next step of some motions; those that are still the same are computed once."""
+        if length is not None:
+            self.steppers = self._by_length.at(length)
+            states = {number: _for_length(state, self.steppers[number]) for number, state in states.items()}
+        time = float(ends[0])
+        shifts = {number: self.steppers[number].system.displacements(time) for number in states}
+        groups: dict[tuple[int, int, bytes], list[int]] = {}
+        for number, state in states.items():
+            groups.setdefault((self._alike[number], id(state), shifts[number].tobytes()), []).append(number)
+        first = [members[0] for members in groups.values()]
+        after = advance(
+            [self.steppers[number] for number in first],
+            [states[number] for number in first],
+            time,
+            [shifts[number] for number in first],
+            watch=self._watch,
+            mapper=self._mapper,
+        )
+        pairs = zip(groups.values(), after, strict=True)
+        return {number: (state, [state]) for members, state in pairs for number in members}
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces or loads are others from now on."""
+        self.steppers = [self.steppers[0].with_system(system)]
+
+    def saved_state(self) -> None:
+        """Return nothing: factors are those of the model."""
+
+    def restore(self, saved: None) -> None:
+        """Do nothing."""
+
+
+def _for_length(state: State, stepper: Stepper) -> State:
+    """Return a state from which a step may start: what the contact keeps belongs to the step that found it."""
+    return state if state.step == stepper.scheme.step else replace(state, working_set=None)
 
 
 def advance(
