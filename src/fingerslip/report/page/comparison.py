@@ -102,10 +102,10 @@ def _with_sign(change: float) -> str:
 def _differences(pairs: Sequence[Pair]) -> Table:
     columns = (Column("run"), Column("event"), Column("A", "s", 3), Column("B", "s", 3), Column("B - A", "ms", 0))
     rows = tuple(
-        (pair.title, name, *cells, next(missing, None) or difference_cell(*cells, 1e3))
+        (pair.title, name, first, second, next(missing, None) or difference_cell(first, second, 1e3))
         for pair in pairs
         for time, name in {**EVENTS, LATENCY: LATENCY}.items()
-        for cells in [tuple(time_cell(run, "slip", time) for run in pair.runs)]
-        for missing in [(cell for cell in cells if isinstance(cell, Missing))]
+        for first, second in [(time_cell(pair.first, "slip", time), time_cell(pair.second, "slip", time))]
+        for missing in [(cell for cell in (first, second) if isinstance(cell, Missing))]
     )
     return Table("Slip events from accumulated slip, from the start of the run", columns, rows, NOTICED_NOTE)
