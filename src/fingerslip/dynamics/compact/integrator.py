@@ -110,6 +110,8 @@ class _Steps:
             dissipation=_dissipation(scheme),
             goal=GOAL,
         )
+        # The last state, and the arrays of compiled code that are at it.
+        self._latest: tuple[State | None, Any] = None, None
         self._has_constant_friction = all(getattr(law, "is_constant", False) for law in system.counterfaces.friction)
 
     def steer(self, stepper: Stepper) -> None:
@@ -155,9 +157,10 @@ class _Steps:
         for number, travels in enumerate(system.motions):
             travel[1:, number] = travels.displacement(times)
         factors = np.array([[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()])
-        partition = self._partition(state)
-        inverse = Inverse(*(getattr(partition, name).copy() for name in Inverse._fields))
-        motion, records = self._motion(state, partition), _empty_records(count, body)
+        partition, records = self._partition(state), _empty_records(count, body)
+        # What is changed in place stays the inverse of its own states, and serves any step as well.
+        inverse = Inverse(*(getattr(partition, name) for name in Inverse._fields))
+        motion = self._latest[1] if state is self._latest[0] else self._motion(state, partition)
         loads = factors.reshape(count, len(body.loads))
         solved = take_steps(body, inverse, motion, travel, loads, np.ascontiguousarray(friction), TOLERANCE, records)
         if not solved:
@@ -168,8 +171,9 @@ class _Steps:
         records = Records(**of_steps)
         block = self._block(state, times[:solved], travel[1 : solved + 1], records)
         forces, product = motion.forces[:2].copy()
-        partition = replace(partition, **inverse._asdict(), forces=forces, product=product)
-        return self._last(state, block, motion, partition), block
+        last = self._last(state, block, motion, replace(partition, forces=forces, product=product))
+        self._latest = last, motion
+        return last, block
 
     def _partition(self, state: State) -> Partition:
         """Return the partition of a state, with W times its forces."""
@@ -261,27 +265,33 @@ class _Steps:
 
     def _last(self, before: State, block: State, motion: Motion, partition: Partition) -> State:
         """Return the state at the end of a block, from which steps may go on."""
-        behind = np.zeros(len(self._interface))
-        slips, forces = motion.slips, motion.forces
+        size, slips = self._interface.shape[1], motion.slips.copy()
+        # On coordinates and interface, of which forces act on the coordinates alone.
+        inertia, load, unbalance, unbalance_before = forces = np.zeros((4, size + len(self._interface)))
+        inertia[:size] = self.stepper.scheme.inertia_factor * motion.fields[2]
+        load[:size], forces[2:, :size] = motion.load, motion.fields[3:]
         last_energies = {name: float(np.ravel(value)[-1]) for name, value in vars(block.energies).items()}
-        release = Release(motion.release[0], motion.release[1], float(motion.largest[0])) if motion.largest[0] else None
+        left, cancelled = motion.release.copy()
+        release = Release(left, cancelled, float(motion.largest[0])) if motion.largest[0] else None
+        relative, moved = motion.relative.copy()
         interface = InterfaceState(
-            partition.forces, motion.relative[0], slips[0], slips[1], slips[2], motion.states, slips[3]
+            partition.forces, relative, slips[0], slips[1], slips[2], motion.states.copy(), slips[3]
         )
+        contact_forces, contact_forces_before = motion.forces[2:].copy()
         return replace(
             before,
             time=float(block.time[-1]),  # type: ignore[index]
             displacement=block.displacement[-1],
             velocity=block.velocity[-1],
             acceleration=block.acceleration[-1],
-            inertia=np.append(motion.fields[2], behind) * self.stepper.scheme.inertia_factor,
-            load=np.append(motion.load, behind),
-            unbalance=np.append(motion.fields[3], behind),
-            unbalance_before=np.append(motion.fields[4], behind),
+            inertia=inertia,
+            load=load,
+            unbalance=unbalance,
+            unbalance_before=unbalance_before,
             counterfaces=block.counterfaces[-1],
-            moved=motion.relative[1],
-            contact_forces=forces[2],
-            contact_forces_before=forces[3],
+            moved=moved,
+            contact_forces=contact_forces,
+            contact_forces_before=contact_forces_before,
             interface=interface,
             energies=Energies(**last_energies),
             step=self.stepper.scheme.step,
