@@ -21,6 +21,6 @@ def predict(
     as_json: AsJson = False,
 ) -> None:
     """Predict what a run between those of a study would come to, with its error; nothing is simulated."""
-    from fingerslip.study.inspection.sensitivity import predict_table
+    from fingerslip.study.inspection.show import predict_table
 
     print_tables([predict_table(folder, at, of)], as_json)

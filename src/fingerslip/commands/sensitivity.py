@@ -23,6 +23,6 @@ def sensitivity(
 
     The table and its figure are written into the folder, too.
     """
-    from fingerslip.study.inspection.sensitivity import write_sensitivities
+    from fingerslip.study.inspection.show import write_sensitivities
 
     print_tables(write_sensitivities(folder, of, method), as_json)

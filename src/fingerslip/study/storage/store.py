@@ -37,19 +37,6 @@ from fingerslip.study.running.build import mesh_key
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "RESULT_FORMAT",
-    "BasisFolder",
-    "commit",
-    "identity",
-    "mesh_hash",
-    "mesh_size",
-    "read_run",
-    "versions",
-    "write_run",
-    "write_snapshots",
-]
-
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
 RESULT_FORMAT = 9
 
