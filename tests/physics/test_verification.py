@@ -38,7 +38,7 @@ LONG = {
     *("halved-step", "viscous-hertz", "sliding-block", "condensed-2d", "friction-tangents"),
     *("controlled-oscillator", "hht-order", "relaxation", "ciavarella-jaeger", "cattaneo", "hht-damping", "rod"),
     *("viscous-vibration", "slip-weakening", "locking-2d", "rolling-cylinder", "cylinder-on-incline"),
-    *("ball-between-plates",),
+    *("ball-between-plates", "rigid-pads"),
 }
 MARKED = [
     pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS

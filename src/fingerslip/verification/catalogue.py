@@ -32,6 +32,7 @@ FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "line": ("hertz-line", "hertz-line-3d", "cattaneo", "ciavarella-jaeger"),
         "sphere": ("hertz-sphere", "mindlin", "tangential-cycle"),
+        "holding": ("rigid-pads", "no-creep"),
         "large_bodies": ("rivlin-cube", "large-tube", "cook", "elastica"),
     }
 )
