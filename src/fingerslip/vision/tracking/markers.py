@@ -103,7 +103,7 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
     ones = np.ones(len(points))
     for turn in range(_ROUNDS):
         window = _windows(radii, spacing)
-        profiles = _normalise(learn_profiles(image, places, window, shape, polarity), window)
+        profiles = _normalise(learn_profiles(image, places, window, shape, polarity), window, radii)
         markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
         markers = _measure_again(markers, grey, mask)
         places, radii = markers.position, _half_height(profiles, window)
@@ -128,12 +128,14 @@ def _with_typical_looks(markers: Markers) -> Markers:
     if not odd.any() or odd.all():
         return markers
     radius = np.where(odd, np.median(markers.radius[~odd]), markers.radius)
+    window = _windows(radius, markers.spacing)
+    typical = _typical(markers.profiles[~odd], (markers.window / markers.radius)[~odd], window / radius)
     return dataclasses.replace(
         markers,
         radius=radius,
-        window=_windows(radius, markers.spacing),
+        window=window,
         shape=np.where(odd[:, None], _CIRCLE, markers.shape),
-        profiles=np.where(odd[:, None], np.median(markers.profiles[~odd], axis=0), markers.profiles),
+        profiles=np.where(odd[:, None], typical, markers.profiles),
     )
 
 
@@ -144,7 +146,21 @@ def _windows(radii: Floats, spacing: Floats) -> Floats:
     return windows
 
 
-def _normalise(profiles: Floats, window: Floats) -> Floats:
+def _typical(profiles: Floats, reach: Floats, wanted: Floats) -> Floats:
+    """Return the median of profiles (n, N_PROFILE) at equal distances, in the windows that are wanted (m, N_PROFILE).
+
+    Windows of markers near to each other are cut, so that samples of equal number are not equally far out. Arrays:
+    reach (n,), wanted (m,), windows in radii of their markers.
+    """
+    share = np.linspace(0.0, 1.0, profiles.shape[1])
+    distances = share * reach.max()
+    values = [np.interp(distances, share * far, profile) for far, profile in zip(reach, profiles, strict=True)]
+    inside = distances <= reach[:, None]
+    median: Floats = np.nanmedian(np.where(inside, values, np.nan), axis=0)
+    return np.array([np.interp(share * far, distances, median, right=0.0) for far in wanted])
+
+
+def _normalise(profiles: Floats, window: Floats, radii: Floats) -> Floats:
     """Return profiles from 1 in the centre to 0 at the edge, half of each what all have in common."""
     blurs, samples = _SOFT * (profiles.shape[1] - 1) / window, np.arange(profiles.shape[1])
     smooth = np.zeros_like(profiles)
@@ -156,7 +172,7 @@ def _normalise(profiles: Floats, window: Floats) -> Floats:
     outside = smooth[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
     height = smooth[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
     scaled = np.clip((smooth - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
-    common = np.median(scaled, axis=0)
+    common = _typical(scaled, window / radii, window / radii)
     mixed: Floats = np.where(height > 1.0, 0.5 * scaled + 0.5 * common, common)
     return mixed
 

@@ -119,6 +119,15 @@ def test_what_is_learnt_is_what_was_drawn_and_measured_again_from_any_start() ->
     assert len(few.profiles) == len(few.shape) == 5
 
 
+def test_large_markers_whose_windows_end_at_their_neighbours_are_measured_as_well_as_small_ones() -> None:
+    field, look = clips.field(), clips.with_look(clips.DEFAULT, radius=12.0)
+    markers = known_markers(mean_frame(look), None, field, 12.0, bright=False)
+    assert np.ptp(markers.window) > 1.0, "neighbours cut some windows"
+    shift = np.random.default_rng(3).uniform(-2.0, 2.0, field.shape)
+    frame = next(clips.filmed((field + shift)[None], look, seed=5))
+    assert np.abs(measure(markers, frame, None, field).position - field - shift).max() < 0.03
+
+
 def test_gradients_of_the_light_and_glare_beside_a_marker_do_not_pull_and_nothing_is_found_where_nothing_is() -> None:
     field, look = clips.field(), clips.with_look(clips.DEFAULT, noise=0.0)
     markers = known_markers(mean_frame(look), None, field, 5.0, bright=False)
