@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.kernels import (
     AMPLITUDE,
     COLUMNS,
@@ -49,6 +50,8 @@ class Markers:
     window: Floats  # (n,), radius of the window in which a marker is measured [px]
     shape: Floats  # (n, 3), ellipse of each, as the metric of :mod:`fingerslip.vision.tracking.kernels`
     profiles: Floats  # (n, N_PROFILE)
+    strength: Floats  # (n,), answer of the blob that each is, see :mod:`fingerslip.vision.tracking.blobs`
+    size: float  # radius of the blobs [px]
     polarity: float  # 1 for markers brighter than what is around them, -1 for darker ones
     spacing: Floats  # (n,), distance to the nearest neighbour [px]
     neighbours: NDArray[np.intp]  # (n, k), neighbours, the nearest first
@@ -57,7 +60,7 @@ class Markers:
 
     def select(self, order: NDArray[np.intp]) -> Markers:
         """Return some of the markers, in another order."""
-        names = ("position", "radius", "window", "shape", "profiles", "amplitude", "quality")
+        names = ("position", "radius", "window", "shape", "profiles", "strength", "amplitude", "quality")
         rows = {name: getattr(self, name)[order] for name in names}
         neighbours, spacing = nearest_neighbours(rows["position"])
         return dataclasses.replace(self, spacing=spacing, neighbours=neighbours, **rows)
@@ -90,22 +93,18 @@ def measure(
     return Measured(out[:, :2].copy(), out[:, AMPLITUDE].copy(), out[:, CORRELATION] * out[:, WEIGHT])
 
 
-def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: float, bright: bool) -> Markers:
-    """Learn what markers look like from where they roughly are.
-
-    Arrays: image (height, width) [grey levels]; mask (height, width); points (n, 2) [px]; radius [px].
-    """
-    grey = np.clip(np.rint(image), 0, 255).astype(np.uint8)
-    polarity = 1.0 if bright else -1.0
+def known_markers(image: Floats, mask: Flags | None, blobs: Blobs, polarity: float) -> Markers:
+    """Learn what markers look like from the blobs that they are; image (height, width) [grey levels], mask alike."""
+    grey, points = np.clip(np.rint(image), 0, 255).astype(np.uint8), blobs.position
     neighbours, spacing = nearest_neighbours(points)
-    radii, places = np.full(len(points), radius), points.copy()
-    shape = np.tile(_CIRCLE, (len(points), 1))
-    ones = np.ones(len(points))
+    size, places = float(np.median(blobs.radius)), points.copy()
+    radii = np.full(len(points), size)
+    shape, ones = np.tile(_CIRCLE, (len(points), 1)), np.ones(len(points))
     for turn in range(_ROUNDS):
         window = _windows(radii, spacing)
         profiles = _normalise(learn_profiles(image, places, window, shape, polarity), window, radii)
-        markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
-        markers = _measure_again(markers, grey, mask)
+        looks = places, radii, window, shape, profiles, blobs.strength, size, polarity
+        markers = _measure_again(Markers(*looks, spacing, neighbours, ones, ones), grey, mask)
         places, radii = markers.position, _half_height(profiles, window)
         if turn < _ROUNDS - 1:
             shape = learn_shapes(image, places, radii, window, polarity)

@@ -386,7 +386,7 @@ def jumps(tracks: xr.Dataset) -> Floats:
     for t in range(len(out)):
         both = visible[t] & visible[t + 1]
         step = np.where(both[:, None], position[t + 1] - position[t], 0.0)
-        expected, counts = expected_displacement(reference, step, both, neighbours)
+        expected, counts = expected_displacement(step, both, neighbours)
         determined = both & (counts > 2)
         out[t, determined] = np.linalg.norm(step - expected, axis=1)[determined]
     return out
