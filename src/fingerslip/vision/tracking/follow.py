@@ -28,6 +28,8 @@ Frame = NDArray[np.uint8]
 
 # How far from its expected place a blob may be, and a displacement from its neighbours', in distances of neighbours.
 _REACH, _STRANGE = 0.45, 0.6
+# A marker farther than the first from where its neighbours expect it is taken back to a free blob within the second.
+_OWN_WAY, _BACK = 0.25, 0.2
 # Blobs below the first share of the weakest marker's strength are none; above the second of a marker's own, it is seen.
 _FAINT = 0.3
 _LEAST_QUALITY = 0.5
@@ -152,4 +154,15 @@ def _explained(markers: Markers, guess: Floats, blobs: Blobs) -> tuple[Floats, F
     matched[rows] = True
     sure = consistent(position - markers.position, matched, markers.neighbours, _STRANGE * markers.spacing)
     apart = np.linalg.norm(position - guess, axis=1) / markers.spacing
-    return position, sure, used, float(sure.sum() - apart[sure].sum())
+    explained = float(sure.sum() - apart[sure].sum())
+    # What is lost, or went its own way, comes back to a blob that nobody has where its neighbours expect it.
+    expected, _ = expected_displacement(position - markers.position, sure, markers.neighbours)
+    expected += markers.position
+    near = np.linalg.norm(position - expected, axis=1) < _OWN_WAY * markers.spacing
+    astray = np.flatnonzero(~(sure & near) & np.isfinite(expected[:, 0]))
+    free = np.setdiff1d(np.arange(len(blobs.strength)), used[sure])
+    if astray.size and free.size:
+        rows, columns = assign(expected[astray], _BACK * markers.spacing[astray], blobs.position[free])
+        position[astray[rows]], used[astray[rows]] = blobs.position[free[columns]], free[columns]
+        sure[astray[rows]] = True
+    return position, sure, used, explained
