@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fingerslip.vision.tracking.blobs import Blobs, blobs_of
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
@@ -35,6 +36,8 @@ _FAINT = 0.3
 _LEAST_QUALITY = 0.5
 # Without a blob a marker needs a better fit, a contrast within this logarithm of its own, and a place so near.
 _LEAST_AGAIN, _CONTRAST, _NEAR = 0.75, 1.0, 0.25
+# A blob within this logarithm of the markers' strength, and so near, in distances between them, may be another one.
+_USUAL, _BESIDE = 0.3, 1.25
 _OF_BLOBS = 0.3  # quality of a marker whose blob is seen, but no profile in it that is its own
 _LOST = 0.1  # share of the markers that are lost at once where all may have leapt
 _ADAPTION = 0.05  # what a frame adds to the memory of the light
@@ -50,6 +53,7 @@ class State:
     seen: Flags  # (n,), whether it was seen in the last frame
     light: float  # strength of the markers in shares of that at rest, following slow changes
     image: Frame | None  # (height, width), the last frame in which markers were seen
+    visible: int = 0  # markers that were seen, and blobs like them among or beside them that no marker has
 
 
 def rest_state(markers: Markers) -> State:
@@ -69,7 +73,7 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     if len(blobs.strength):
         position, sure, used = _match(markers, state, _flown(markers, state, image, window), blobs)
     if not sure.any():
-        return state, np.full_like(rest, np.nan), np.zeros(len(rest))
+        return dataclasses.replace(state, visible=0), np.full_like(rest, np.nan), np.zeros(len(rest))
     expected, _ = expected_displacement(position - rest, sure, markers.neighbours)
     position = np.where(sure[:, None] | ~np.isfinite(expected), position, rest + expected)
     measured = measure(markers, image, mask, position)
@@ -78,7 +82,12 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     exact = np.where(fits[:, None], measured.position, position)
     strength = np.median(blobs.strength[used[sure]] / markers.strength[sure])
     quality = np.where(fits, np.clip(measured.quality, 0.0, 1.0), np.where(sure, _OF_BLOBS, 0.0))
-    new = State(exact, seen, state.light + _ADAPTION * (float(strength) - state.light), image)
+    others = np.delete(np.arange(len(blobs.strength)), used[sure])
+    usual = blobs.strength[others] / (float(np.median(markers.strength)) * state.light)
+    apart = cKDTree(exact[seen]).query(blobs.position[others])[0]
+    alike = (np.abs(np.log(usual)) < _USUAL) & (apart > markers.size) & (apart < _BESIDE * spacing)
+    light = state.light + _ADAPTION * (float(strength) - state.light)
+    new = State(exact, seen, light, image, int(seen.sum() + alike.sum()))
     # The first sight of a marker that was lost counts half.
     return new, np.where(seen[:, None], exact, np.nan), np.where(state.seen, quality, 0.5 * quality)
 

@@ -65,7 +65,8 @@ def test_frame_that_shows_nothing_changes_nothing(reference: Reference) -> None:
     after, found, quality = follow(reference.markers, state, np.zeros(clips.DEFAULT.shape, dtype=np.uint8), None)
     assert np.isnan(found).all()
     assert (quality == 0).all()
-    assert after is state
+    assert after.image is state.image
+    assert (after.position is state.position, after.visible) == (True, 0)
     _, found, _ = follow(reference.markers, after, one(clips.field() + 8.0), None)
     assert np.abs(found - clips.field() - 8.0).max() < 0.05
 
