@@ -23,15 +23,6 @@ from fingerslip.study.storage.summary import CONVERGENCE, RunConvergence, read_c
 from fingerslip.tables.table import Table, to_csv, to_markdown
 from fingerslip.uncertainty import SETTINGS, Convergence, Series
 
-__all__ = [
-    "Level",
-    "StudyConvergence",
-    "converge",
-    "level_folders",
-    "levels_of",
-    "run_at",
-]
-
 
 @dataclass(frozen=True)
 class Level:

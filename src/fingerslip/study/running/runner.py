@@ -32,17 +32,6 @@ if TYPE_CHECKING:
     from fingerslip.report.page.content import RunPictures
     from fingerslip.study.running.pictures import Drawing
 
-__all__ = [
-    "StudyFailedError",
-    "StudyResult",
-    "compute_jobs",
-    "run_plans",
-    "run_studies",
-    "run_study",
-    "write_up",
-]
-
-
 #: Computes jobs, and yields what became of each group of them.
 Outcomes: TypeAlias = "Generator[Outcome, None, None]"
 Engine: TypeAlias = "Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing]], Outcomes]"
@@ -183,7 +172,7 @@ def _engine(workers: int, scheduler: str | None) -> Engine:
     """Return what computes jobs: local processes, or the workers of a Dask scheduler."""
 
     def compute_here(jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing]) -> Outcomes:
-        from fingerslip.study.running.compiling import compile_ahead
+        from fingerslip.study.running.cost import compile_ahead
         from fingerslip.study.running.pool import compute_all
 
         compile_ahead([job.model for job in jobs], progress)

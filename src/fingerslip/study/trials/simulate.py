@@ -14,8 +14,8 @@ from fingerslip.detect.trials import FILES, write_trial
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, new_folder, read_json
+from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import read_runs
-from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.pool import end_with_parent, without_main_module
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
@@ -24,8 +24,6 @@ from fingerslip.study.storage.store import commit
 if TYPE_CHECKING:
     from fingerslip.dynamics.statics.body import StaticBody
     from fingerslip.study.trials.trials import TrialPlan
-
-__all__ = ["TrialsFailedError", "simulate_trials"]
 
 _VERSION = 1
 

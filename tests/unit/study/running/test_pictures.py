@@ -17,7 +17,7 @@ from fingerslip.history import write_history
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page import pictures as page
 from fingerslip.report.page.content import MOST_RUNS
-from fingerslip.study.definition.settings import CameraSettings
+from fingerslip.study.definition.cameras import CameraSettings
 from fingerslip.study.running import runner
 from fingerslip.study.running.pictures import Drawing, camera_of, draw_runs, drawings_of, film_history, film_runs
 from fingerslip.study.running.plan import plan_study
