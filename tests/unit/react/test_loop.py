@@ -134,6 +134,14 @@ def test_object_that_would_be_held_anyway_makes_a_false_grip() -> None:
         assert critical_start(grasp, reaction(0.0)).latency(grasp, "at once") == np.inf
 
 
+def test_reflex_that_counts_from_the_load_needs_no_alarm(grasp: Grasp) -> None:
+    outcome = grasp.react(Reaction(Reflex(latency=30e-3, since="load"), FAST), "never")
+    assert outcome.start == 30e-3
+    assert outcome.saved
+    with pytest.raises(InputError, match=r"^response.start: got -0.01 s, needs 0 s or more since the load began$"):
+        grasp.branch(reaction(0.0).response(-0.01, HELD.first_grip))
+
+
 def test_grip_that_adds_too_little_loses_at_any_latency(grasp: Grasp) -> None:
     weak = Reaction(Reflex(gain=0.05), FAST)
     assert not grasp.react(weak, "at once").saved
