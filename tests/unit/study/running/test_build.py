@@ -283,7 +283,7 @@ def test_tetrahedra_make_a_model_in_space() -> None:
 def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """130,000 tetrahedra take more than half a gigabyte; nothing is meshed to find that out."""
     monkeypatch.setattr(SolidSizes, "build", lambda *_: pytest.fail("it must not mesh"))
-    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 5 * 10**8)
+    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 5 * 10**8)
     small = {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
     with pytest.raises(InputError, match=r"memory: .* about \d\.\d+ GB \(assembly of about .* tetrahedra"):
         build_mesh(run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=small)))
@@ -293,7 +293,7 @@ def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_m
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(SurfaceMesh, "build", lambda *_: pytest.fail("it must not mesh"))
-    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 10**9)
+    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**9)
     scan = ROOT / "meshes" / "scan_skin.stl"
     layers = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
     mesh = {"skin": str(scan), "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0], "layers": layers}
