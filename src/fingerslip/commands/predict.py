@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables
 
-__all__ = ["predict"]
-
 
 def predict(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.")],

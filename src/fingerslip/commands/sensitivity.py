@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables
 
-__all__ = ["sensitivity"]
-
 
 def sensitivity(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study with samples.")],

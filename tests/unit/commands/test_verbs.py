@@ -17,13 +17,11 @@ from fingerslip import validation
 from fingerslip.history import write_history
 from fingerslip.published import published_set
 from fingerslip.study.inspection import show as inspection
-from fingerslip.study.running.plan import plan_study
 from fingerslip.tables.table import Column, Table
 from fingerslip.validation import Comparison, Stored
 from fingerslip.validation.rows import GeometryRow, number_row
 from fingerslip.vision.tracks import read_tracks
 from fingerslip.vision.video import video_info, write_video
-from places import ROOT
 from problems import clips
 from unit.commands.folders import contents
 from unit.report.scenes import block_history
@@ -77,13 +75,6 @@ def test_examples_are_listed_and_copied(invoke: Callable[..., Any]) -> None:
     assert "wang2014_table2" in invoke("examples").output
     assert invoke("examples", "wang2014_table2").output.strip() == "wang2014_table2.yaml"
     assert Path("wang2014_table2.yaml").is_file()
-
-
-@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "studies").glob("*.yaml")))
-def test_every_copy_is_read_in_an_empty_folder(invoke: Callable[..., Any], name: str) -> None:
-    copied = invoke("examples", name).output.split()
-    assert f"{name}.yaml" in copied
-    assert plan_study(Path(f"{name}.yaml")).runs
 
 
 @pytest.mark.usefixtures("no_report")

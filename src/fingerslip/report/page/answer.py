@@ -11,7 +11,7 @@ from fingerslip.report.labels import number_and_unit, path_label, run_title
 from fingerslip.report.tables.runs import differing_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import EventSettings
-from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.slip.windows import LATENCY
 
 

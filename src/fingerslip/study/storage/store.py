@@ -28,7 +28,7 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.results import HISTORY, RUN, RunResult, result_of, stored_result, write_result
 from fingerslip.slip import measures
 from fingerslip.slip.front import edge_warning
-from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.storage.files import alone, digest, write_bytes, writing
 from fingerslip.study.definition.file import read_mapping, write_mapping
 from fingerslip.study.definition.runs import Run

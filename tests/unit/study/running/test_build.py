@@ -25,7 +25,7 @@ from fingerslip.study.definition.runs import Run, expand
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, mesh_key
 from places import ROOT
-from unit.fingers import coarse_solid
+from unit.fingers import change_solid, coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_mesh, block_values, finger_values
 
@@ -268,15 +268,17 @@ def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> Non
         build_model(run)
 
 
-def test_tetrahedra_make_a_model_in_space() -> None:
-    mesh = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
-    values = finger_values(fingertip={"preset": "wang2014-3d"}, mesh=mesh, record={"receptors": ["FA-I"]})
-    model = build_model(run_of(values), coarse_solid())
+def test_tetrahedra_make_a_model_in_3d(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
+    run = run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=sizes, record={"receptors": ["FA-I"]}))
+    mesh, built = coarse_solid(), []
+    monkeypatch.setattr(SolidSizes, "build", lambda *source: built.append(source) or mesh)
+    model = build_model(run, build_mesh(run))
+    assert built == [(SolidSizes("T4", 0.8e-3, 1.6e-3), change_solid())]
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
     assert model.contacts[0].counterface.normal == (0.0, 1.0, 0.0)
     assert {len(site.position) for site in model.record.sites} == {3}
-    assert build_mesh(run_of(values)).p.shape == coarse_solid().p.shape
     check_model(model)
 
 
