@@ -98,9 +98,9 @@ def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None
 
 def screen_progress(quiet: bool = False) -> StudyProgress:
     """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error; or none."""
-    from fingerslip.study.running.progress import SilentProgress, progress_on_screen
+    from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 
-    return SilentProgress() if quiet else progress_on_screen()
+    return StudyProgress() if quiet else progress_on_screen()
 
 
 def stop_on_termination() -> None:

@@ -7,9 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-import skfem
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 from fingerslip.sites import Site
@@ -91,6 +89,9 @@ def _nearest(mesh: skfem.Mesh, sites: Sequence[Site]) -> NDArray[np.int64]:
             raise InputError(f"site {site.name}", f"got {len(site.position)} coordinates", f"needs {mesh.dim()}")
     corners = mesh.t if region is None else mesh.t[:, regions[region]]
     candidates = np.unique(corners)
+    # Reading a study loads this file, which needs no trees.
+    from scipy.spatial import cKDTree
+
     distance, match = cKDTree(mesh.p[:, candidates].T).query([site.position for site in sites])
     nodes: NDArray[np.int64] = candidates[match].astype(np.int64)
     # The longest edge [m] of the cells at each node.

@@ -22,7 +22,7 @@ from fingerslip.study.definition.spec import Study as Definition
 from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.opened import OpenedStudy, open_study
 from fingerslip.study.running.plan import Plan, plan_mapping
-from fingerslip.study.running.progress import SilentProgress, StudyProgress, progress_on_screen
+from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_plans
 from fingerslip.study.shipped import example_path
 
@@ -168,7 +168,7 @@ class Study:
             Where results cannot be written.
         """
         reporter = (
-            {True: progress_on_screen, False: SilentProgress}[progress]() if isinstance(progress, bool) else progress
+            {True: progress_on_screen, False: StudyProgress}[progress]() if isinstance(progress, bool) else progress
         )
         plan = self._plan(results)
         run_plans([plan], workers=workers, force=force, progress=reporter, scheduler=scheduler)

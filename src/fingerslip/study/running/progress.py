@@ -37,10 +37,6 @@ class StudyProgress:
         """Receive a message."""
 
 
-class SilentProgress(StudyProgress):
-    """Shows nothing."""
-
-
 class BarProgress(StudyProgress):
     """One bar for every run that has begun and one for the study, with the estimated time left."""
 

@@ -17,7 +17,7 @@ from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, remove_empty
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.running.plan import Computed, Job, Outcome, Plan, Prepared, plan_studies
-from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import REPORT, film_keys, report_key, write_report
 from fingerslip.study.storage.summary import (
     read_manifest,
@@ -147,7 +147,7 @@ def run_plans(
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
     prepared = [_prepare(plan, force=force) for plan in plans]
-    with progress or SilentProgress() as reporter:
+    with progress or StudyProgress() as reporter:
         engine = _engine(workers, scheduler)
         outcomes = [_execute(plan, todo, engine, reporter) for plan, todo in zip(plans, prepared, strict=True)]
     results = tuple(result for result, _ in outcomes)

@@ -18,7 +18,7 @@ from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.pool import end_with_parent, without_main_module
-from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.store import commit
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def simulate_trials(
         clean_stale(work)
         origin = {"study": source.name, "commit": commit() or "", "body": key}
         missing = [plan for plan in plans if not _is_there(work / plan.name, keys[plan.name])]
-        with progress or SilentProgress() as reporter:
+        with progress or StudyProgress() as reporter:
             _compute(missing, (settings, body, origin, keys, work), workers, reporter)
         notes = card_notes(study, settings, body)
         trials = gather_trials([work / plan.name for plan in plans], final, study.title, notes)

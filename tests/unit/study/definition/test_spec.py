@@ -17,8 +17,11 @@ from hypothesis import strategies as st
 from fingerslip.contact.counterfaces import Plane, Sphere
 from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
 from fingerslip.errors import InputError
-from fingerslip.materials import Elastic, NeoHookean, Ogden, OgdenTerm, PronyTerm
 from fingerslip.materials.choice import material
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.materials.ogden import Ogden, OgdenTerm
+from fingerslip.materials.prony import PronyTerm
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.programme import Press, Slide

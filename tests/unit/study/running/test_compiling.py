@@ -11,7 +11,7 @@ import pytest
 
 from fingerslip.study.inspection.check import check_studies
 from fingerslip.study.running import cost
-from fingerslip.study.running.progress import SilentProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_study
 from places import ROOT
 from problems.pushed import push_and_slide
@@ -24,14 +24,14 @@ from numba.core import event
 import fingerslip as fs
 from fingerslip.model.model import ReducedBasis
 from fingerslip.study.running.cost import compile_ahead, kinds_to_compile
-from fingerslip.study.running.progress import SilentProgress
+from fingerslip.study.running.progress import StudyProgress
 from physics.pressed_and_slid import models
 named = models()
 named["in a basis"] = dataclasses.replace(named["fingertip"], basis=ReducedBasis())
 for name in ("quasi-static", "solid", "in a basis", "large strain"):
     model = named[name]
     assert bool(kinds_to_compile([model])) == (name != "solid")
-    compile_ahead([model], SilentProgress())
+    compile_ahead([model], StudyProgress())
     assert not kinds_to_compile([model])
     with event.install_recorder("numba:compile") as recorder:
         fs.simulate(model)
@@ -39,7 +39,7 @@ for name in ("quasi-static", "solid", "in a basis", "large strain"):
 """
 
 
-class Heard(SilentProgress):
+class Heard(StudyProgress):
     """Keeps the names and the shares that are done."""
 
     def __init__(self) -> None:
