@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from fingerslip.react.figures import map_figure, margin_figure
-from fingerslip.react.mapping import MapResult, Trial
+from fingerslip.react.mapping import MapResult, Trial, reaction_map, read_reaction_map
 from fingerslip.react.reflex import REACTIONS, reaction
 from fingerslip.report.figures.style import save_figure
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 
-__all__ = ["answer", "cell_table", "source_table", "trial_table", "write_map"]
+__all__ = ["answer", "cell_table", "map_file", "source_table", "trial_table", "write_map"]
 
 
 def answer(result: MapResult) -> str:
@@ -124,3 +125,9 @@ def write_map(result: MapResult, folder: str | Path) -> Path:
     save_figure(map_figure(result), folder / "reaction-map.png")
     save_figure(margin_figure(result), folder / "reaction-margin.png")
     return folder
+
+
+def map_file(path: Path, results: Path, workers: int, progress: Callable[[float], None]) -> tuple[MapResult, Path]:
+    """Compute the map of a file and write it into a folder of its name; return it and the folder."""
+    result = reaction_map(read_reaction_map(path), workers=workers, progress=progress)
+    return result, write_map(result, results / path.stem)
