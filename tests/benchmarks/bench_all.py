@@ -126,9 +126,9 @@ def command(name: str, *arguments: str) -> Figures:
     figures: Figures = {}
     with tempfile.TemporaryDirectory() as folder:
         words = [sys.executable, "-m", "fingerslip", *arguments, "--quiet", "--force", "--results", folder]
-        subprocess.run(words, check=True, cwd=ROOT)
+        subprocess.run(words, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
         with seconds(figures, name):
-            subprocess.run(words, check=True, cwd=ROOT)
+            subprocess.run(words, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
     return figures
 
 

@@ -15,10 +15,10 @@ from places import ROOT, parsed
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors units storage parameters sites marker_layouts",
-    "materials mesh specimens fe linear contact model history snapshot tables dynamics",
+    "errors units storage parameters tables sites marker_layouts",
+    "materials mesh specimens fe linear contact model history snapshot dynamics",
     "slip afferents vision marker_tracks uncertainty published results sampling report export detect",
-    "verification study validation commands",
+    "react verification study validation commands",
 )
 LAYERS = [name for row in ROWS for name in row.split()]
 # The package's face names everything lazily, and the entry point calls the command line.

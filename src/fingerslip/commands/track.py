@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import Quiet, screen_progress
 
-__all__ = ["track"]
-
 
 def track(  # noqa: PLR0917  the options of a command line have no order
     video: Annotated[
@@ -20,7 +18,7 @@ def track(  # noqa: PLR0917  the options of a command line have no order
         int | None, typer.Option("--markers", metavar="N", min=1, help="How many markers there are; else it is found.")
     ] = None,
     rest: Annotated[int, typer.Option("--rest", metavar="FRAMES", min=1, help="Frames at rest at the beginning.")] = 30,
-    layout: Annotated[str, typer.Option("--layout", help="rings, hex or free.")] = "rings",
+    layout: Annotated[str, typer.Option("--layout", help="auto, rings, hex, grid or free.")] = "auto",
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FOLDER", help="Where to write; else VIDEO with the ending _tracks.")
     ] = None,
@@ -46,7 +44,7 @@ def track(  # noqa: PLR0917  the options of a command line have no order
 
     The sensor rests in the first frames. What is wrong with a video is said, and marked in the tracks.
     """
-    from fingerslip.report.page.tracked import track_video
+    from fingerslip.report.page.sensor import track_video
 
     options = {"mask": mask, "calibration": calibration, "bright": bright, "frame_rate": frame_rate, "channel": channel}
     chosen = {"n_markers": markers, "rest_frames": rest, "layout": layout, **options}

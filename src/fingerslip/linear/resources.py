@@ -15,8 +15,6 @@ from threadpoolctl import ThreadpoolController, threadpool_limits
 from fingerslip.errors import InputError
 from fingerslip.linear.solver import preferred_solver
 
-__all__ = []
-
 _GROUP_LIMIT, _GROUP_USE = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")
 _SYSTEM, _PROCESS = Path("/proc/meminfo"), Path("/proc/self/statm")
 

@@ -28,7 +28,7 @@ from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces,
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
-from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.mesh.facets import site_nodes
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step

@@ -24,8 +24,6 @@ from fingerslip.study.running.build import build_mesh, build_model, locate_error
 from fingerslip.study.running.cost import basis_saves
 from fingerslip.study.running.plan import Job, Plan, Prepared
 
-__all__ = ["choose_bases", "prepare", "prepare_samples"]
-
 #: Meshes and their spaces by what decides them.
 _Meshes = dict[str, tuple[Any, Space]]
 

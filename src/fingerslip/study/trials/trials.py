@@ -26,8 +26,8 @@ from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import Run
-from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.trials.bodies import load_rate, plate_of, programme_of, turned_whole
 from fingerslip.version import __version__
@@ -37,17 +37,6 @@ from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "RECORDED",
-    "Eyes",
-    "TrialPlan",
-    "card_notes",
-    "drawn_cameras",
-    "drawn_eyes",
-    "simulated_trial",
-    "trial_plans",
-]
 
 Floats = NDArray[np.float64]
 

@@ -1,10 +1,10 @@
 """A step of the tracker: from the markers of one frame to those of the next.
 
-Each marker is measured where it should be, at constant velocity. What fails there is measured where optical flow has it
-(pyramidal Lucas-Kanade). Where many are lost at once the whole pattern may have leapt, and they are measured where it
-is. What fails again, or was lost before, is searched for around the place that its neighbours point to; candidates and
-searched markers are then matched one to one. A marker counts only where it looks like itself and moved as its
-neighbours did.
+Blobs of the markers' size are found in the frame. Each marker is expected where optical flow has its neighbours
+(pyramidal Lucas-Kanade, the median of them), and blobs and expected places are matched one to one. The same is tried
+with the places at rest, and where many markers are lost with the one shift at which most have a blob; of these the
+match is taken that explains most. A marker whose displacement leaves that of its neighbours is dropped, and carried
+along by them until it has a blob again. Each match is measured below the pixel by a fit of the marker's own profile.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
+from fingerslip.vision.tracking.blobs import Blobs, blobs_of
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
-from fingerslip.vision.tracking.neighbours import assign, common_shift, consistent, expected_displacement, lost_suddenly
+from fingerslip.vision.tracking.neighbours import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.video import opencv
 
 __all__ = ["State", "follow", "rest_state"]
@@ -25,44 +27,38 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Frame = NDArray[np.uint8]
 
-# What a marker needs to count: quality, and contrast in shares of its own.
+# How far from its expected place a blob may be, and a displacement from its neighbours', in distances of neighbours.
+_REACH, _STRANGE = 0.45, 0.6
+# A marker farther than the first from where its neighbours expect it is taken back to a free blob within the second.
+_OWN_WAY, _BACK = 0.25, 0.2
+# Blobs below the first share of the weakest marker's strength are none; above the second of a marker's own, it is seen.
+_FAINT = 0.3
 _LEAST_QUALITY = 0.5
-_LEAST_AGAIN = 0.6  # after it was lost
-_CONTRAST = (0.25, 4.0)
-# How far from a guess a marker may be found, in distances between neighbours.
-_REACH = 0.45
-# How far the displacement of a marker may leave its neighbours' from one frame to the next, in the same distances; it
-# grows by a fifth for each frame in which the marker was not seen, up to the largest. The largest also holds since the
-# rest frames: ridges and slip move neighbours apart.
-_STRANGE, _FORGETTING, _STRANGEST = 0.5, 0.2, 1.0
-# What a new frame adds to the memory of a marker's contrast.
-_ADAPTION = 0.05
-# Quality from which on a marker's own motion beside its neighbours' is believed at once; below it, more slowly.
-_TRUSTED, _LEAST_TRUST = 0.9, 0.05
-_FOUND_AGAIN = 0.5  # the quality of the first sight counts half
-_FLOW_WINDOW, _FLOW_LEVELS = 31, 4
-# Where a marker is searched for, from the place where it is expected, in shares of its window.
-_ANGLES = np.arange(6) * np.pi / 3.0
-_AROUND = np.vstack([[[0.0, 0.0]], 0.9 * np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])])
+# Without a blob a marker needs a better fit, a contrast within this logarithm of its own, and a place so near.
+_LEAST_AGAIN, _CONTRAST, _NEAR = 0.75, 1.0, 0.25
+# A blob within this logarithm of the markers' strength, and so near, in distances between them, may be another one.
+_USUAL, _BESIDE = 0.3, 1.25
+_OF_BLOBS = 0.3  # quality of a marker whose blob is seen, but no profile in it that is its own
+_LOST = 0.1  # share of the markers that are lost at once where all may have leapt
+_ADAPTION = 0.05  # what a frame adds to the memory of the light
+_MARGIN = 2.0  # distances between neighbours around the markers that are looked at
+_FLOW_WINDOW, _FLOW_LEVELS = 21, 4
 
 
 @dataclass(frozen=True)
 class State:
     """What the tracker remembers between frames."""
 
-    position: Floats  # (n, 2), where each marker was last seen [px]
-    velocity: Floats  # (n, 2), its last displacement between two frames [px], 0 where it is not known
-    carried: Floats  # (n, 2), its displacement since rest [px]
-    amplitude: Floats  # (n,), its contrast [grey levels], following slow changes of the light
-    missing: NDArray[np.intp]  # (n,), frames since it was last seen
-    image: Frame | None  # (height, width), the frame in which the markers with ``missing == 0`` were seen
+    position: Floats  # (n, 2), where each marker is, as its neighbours have it where it is not seen [px]
+    seen: Flags  # (n,), whether it was seen in the last frame
+    light: float  # strength of the markers in shares of that at rest, following slow changes
+    image: Frame | None  # (height, width), the last frame in which markers were seen
+    visible: int = 0  # markers that were seen, and blobs like them among or beside them that no marker has
 
 
 def rest_state(markers: Markers) -> State:
     """Return the state before the first frame."""
-    nothing = np.zeros_like(markers.position)
-    seen = np.zeros(len(nothing), dtype=np.intp)
-    return State(markers.position.copy(), nothing, nothing.copy(), markers.amplitude.copy(), seen, None)
+    return State(markers.position.copy(), np.ones(len(markers.position), dtype=bool), 1.0, None)
 
 
 def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> tuple[State, Floats, Floats]:
@@ -70,134 +66,112 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
 
     Markers that are not found have the position NaN and the quality 0. Image and mask are (height, width).
     """
-    step, here, before = _Step(markers, state, image, mask), state.missing == 0, state.image
-    measured, right = step.look(np.where(here[:, None], state.position + state.velocity, np.nan))
-    sure = step.agree(measured, right)
-    if before is not None and (here & ~sure).any():
-        tried = np.flatnonzero(here & ~sure)
-        guess = np.full_like(state.position, np.nan)
-        guess[tried] = _flow(before, image, state.position[tried])
-        again, right = step.look(guess)
-        measured = _merge(measured, again, right)
-        sure = step.agree(measured, sure | right)
-    if before is not None and lost_suddenly(here, sure):
-        radius = float(np.median(markers.radius))
-        shift = common_shift(before, image, state.position[here], radius, markers.polarity)
-        again, right = step.look(np.where(here[:, None], state.position + shift, np.nan))
-        agreed = step.agree(again, right)
-        measured, sure = (again, agreed) if agreed.sum() > sure.sum() else (measured, sure)
-    if not sure.all():
-        measured, sure = step.search(measured, sure)
-    return step.update(measured, sure)
+    rest, spacing = markers.position, float(np.median(markers.spacing))
+    window = _around(np.vstack([rest, state.position]), _MARGIN * min(spacing, 0.25 * max(image.shape)), image.shape)
+    blobs = _blobs(markers, image, mask, window, state.light)
+    position, sure, used = state.position, np.zeros(len(rest), dtype=bool), np.zeros(len(rest), dtype=np.intp)
+    if len(blobs.strength):
+        position, sure, used = _match(markers, state, _flown(markers, state, image, window), blobs)
+    if not sure.any():
+        return dataclasses.replace(state, visible=0), np.full_like(rest, np.nan), np.zeros(len(rest))
+    expected, _ = expected_displacement(position - rest, sure, markers.neighbours)
+    position = np.where(sure[:, None] | ~np.isfinite(expected), position, rest + expected)
+    measured = measure(markers, image, mask, position)
+    fits = _fits(markers, state, measured, position, sure)
+    seen = sure | fits
+    exact = np.where(fits[:, None], measured.position, position)
+    strength = np.median(blobs.strength[used[sure]] / markers.strength[sure])
+    quality = np.where(fits, np.clip(measured.quality, 0.0, 1.0), np.where(sure, _OF_BLOBS, 0.0))
+    others = np.delete(np.arange(len(blobs.strength)), used[sure])
+    usual = blobs.strength[others] / (float(np.median(markers.strength)) * state.light)
+    apart = cKDTree(exact[seen]).query(blobs.position[others])[0]
+    alike = (np.abs(np.log(usual)) < _USUAL) & (apart > markers.size) & (apart < _BESIDE * spacing)
+    light = state.light + _ADAPTION * (float(strength) - state.light)
+    new = State(exact, seen, light, image, int(seen.sum() + alike.sum()))
+    # The first sight of a marker that was lost counts half.
+    return new, np.where(seen[:, None], exact, np.nan), np.where(state.seen, quality, 0.5 * quality)
 
 
-@dataclass(frozen=True)
-class _Step:
-    """What is known when a frame is looked at."""
-
-    markers: Markers
-    state: State
-    image: Frame
-    mask: Flags | None
-
-    def look(self, guess: Floats) -> tuple[Measured, Flags]:
-        """Measure markers where they are expected (n, 2) [px], and tell which were seen themselves, near enough."""
-        measured = measure(self.markers, self.image, self.mask, guess)
-        right = (measured.quality >= _LEAST_QUALITY) & _has_contrast(measured, self.state.amplitude)
-        right &= np.linalg.norm(measured.position - guess, axis=1) <= _REACH * self.markers.spacing
-        return measured, right
-
-    def agree(self, measured: Measured, sure: Flags) -> Flags:
-        """Tell which markers moved as their neighbours did since they were seen; see `State.carried`."""
-        rest, spacing, neighbours = self.markers.position, self.markers.spacing, self.markers.neighbours
-        share = np.minimum(_STRANGE * (1.0 + _FORGETTING * self.state.missing), _STRANGEST)
-        displacement = measured.position - rest
-        near = consistent(rest, displacement - self.state.carried, sure, neighbours, share * spacing)
-        return consistent(rest, displacement, near, neighbours, _STRANGEST * spacing)
-
-    def neighbours_step(self, measured: Measured, sure: Flags) -> Floats:
-        """Return how the neighbours of each marker moved since the last frame (n, 2) [px]; 0 where none is sure."""
-        rest = self.markers.position
-        step = np.where(sure[:, None], measured.position - rest - self.state.carried, 0.0)
-        moved, counts = expected_displacement(rest, step, sure, self.markers.neighbours)
-        return np.where((counts > 0)[:, None], moved, 0.0)
-
-    def search(self, measured: Measured, sure: Flags) -> tuple[Measured, Flags]:
-        """Search around the places that neighbours point to for what is not sure, and match it with what is there."""
-        markers, wanted = self.markers, np.flatnonzero(~sure)
-        expected = (markers.position + self.state.carried + self.neighbours_step(measured, sure))[wanted]
-        # At each expected place and six around it.
-        owners = np.repeat(wanted, len(_AROUND))
-        starts = (expected[:, None] + markers.window[wanted][:, None, None] * _AROUND).reshape(-1, 2)
-        seen = measure(markers, self.image, self.mask, starts, owners)
-        free = np.isfinite(seen.position[:, 0])
-        if sure.any():
-            apart = np.linalg.norm(seen.position[:, None] - measured.position[sure][None], axis=2)
-            free &= apart.min(axis=1) > markers.radius[owners]
-        usable = free & (seen.quality >= _LEAST_AGAIN) & _has_contrast(seen, self.state.amplitude[owners])
-        if not usable.any():
-            return measured, sure
-        candidates = np.flatnonzero(usable)
-        reach = _REACH * markers.spacing[wanted]
-        rows, columns = assign(expected, reach, seen.position[candidates], seen.quality[candidates])
-        used, chosen = wanted[rows], candidates[columns]
-        position, amplitude, quality = (
-            array.copy() for array in (measured.position, measured.amplitude, measured.quality)
-        )
-        position[used], amplitude[used] = seen.position[chosen], seen.amplitude[chosen]
-        quality[used] = _FOUND_AGAIN * seen.quality[chosen]
-        now_sure = sure.copy()
-        now_sure[used] = True
-        again = Measured(position, amplitude, quality)
-        return again, self.agree(again, now_sure)
-
-    def update(self, measured: Measured, sure: Flags) -> tuple[State, Floats, Floats]:
-        """Return the state after the frame, and what was found."""
-        state, missing = self.state, ~sure[:, None]
-        position = np.where(missing, np.nan, measured.position)
-        quality = np.where(sure, np.clip(measured.quality, 0.0, 1.0), 0.0)
-        if not sure.any():
-            return dataclasses.replace(state, velocity=np.zeros_like(state.velocity)), position, quality
-        step = self.neighbours_step(measured, sure)
-        surprise = np.where(missing, 0.0, measured.position - self.markers.position - state.carried - step)
-        # A marker's own way counts little where it may be a reflection that stands still.
-        trust = np.clip((quality - _LEAST_AGAIN) / (_TRUSTED - _LEAST_AGAIN), _LEAST_TRUST, 1.0)
-        adapted = state.amplitude + _ADAPTION * (measured.amplitude - state.amplitude)
-        steady = sure & (state.missing == 0)
-        new = State(
-            position=np.where(missing, state.position, measured.position),
-            velocity=np.where(steady[:, None], measured.position - state.position, 0.0),
-            carried=state.carried + step + trust[:, None] * surprise,
-            amplitude=np.where(sure, adapted, state.amplitude),
-            missing=np.where(sure, 0, state.missing + 1),
-            image=self.image,
-        )
-        return new, position, quality
+def _fits(markers: Markers, state: State, measured: Measured, position: Floats, sure: Flags) -> Flags:
+    """Tell which markers look like themselves where they are expected (n, 2) [px]; without a blob more is asked."""
+    apart = np.linalg.norm(measured.position - position, axis=1)
+    fits = (measured.quality >= _LEAST_QUALITY) & (apart < 0.5 * markers.radius)
+    contrast = measured.amplitude / (markers.amplitude * state.light)
+    alone = np.linalg.norm(measured.position[:, None] - position[sure][None], axis=2).min(axis=1) > markers.radius
+    again = (measured.quality >= _LEAST_AGAIN) & (np.abs(np.log(np.maximum(contrast, 1e-3))) < _CONTRAST)
+    return np.asarray(np.where(sure, fits, again & alone & (apart < _NEAR * markers.spacing)))
 
 
-def _has_contrast(measured: Measured, amplitude: Floats) -> Flags:
-    contrast = measured.amplitude / amplitude
-    return (contrast > _CONTRAST[0]) & (contrast < _CONTRAST[1])
+def _around(points: Floats, margin: float, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return the rows and columns of an image that contain points (n, 2) [px] with a margin [px]."""
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    left, top = np.maximum(low, 0).astype(int)
+    right, bottom = np.minimum(high + 1, shape[::-1]).astype(int)
+    return slice(int(top), int(bottom)), slice(int(left), int(right))
 
 
-def _flow(before: Frame, image: Frame, points: Floats) -> Floats:
-    """Return where points (n, 2) [px] of one frame are in the next, NaN where that is not known."""
+def _corner(window: tuple[slice, slice]) -> Floats:
+    return np.array([window[1].start, window[0].start], dtype=np.float64)
+
+
+def _blobs(markers: Markers, image: Frame, mask: Flags | None, window: tuple[slice, slice], light: float) -> Blobs:
+    """Return the blobs of the markers' size and about their strength in a window of an image."""
+    least = _FAINT * light * float(np.median(markers.strength))
+    blobs = blobs_of(image[window], markers.size, markers.polarity, least)
+    blobs = dataclasses.replace(blobs, position=blobs.position + _corner(window))
+    if mask is None:
+        return blobs
+    columns, rows = np.rint(blobs.position).astype(np.intp).T
+    return blobs.select(mask[rows.clip(0, len(mask) - 1), columns.clip(0, mask.shape[1] - 1)])
+
+
+def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, slice]) -> Floats:
+    """Return where the neighbours' optical flow since the last frame takes each marker (n, 2) [px]."""
+    if state.image is None:
+        return state.position
+    before, now = (np.ascontiguousarray(frame[window]) for frame in (state.image, image))
+    start = (state.position - _corner(window)).astype(np.float32)
+    size = (_FLOW_WINDOW, _FLOW_WINDOW)
     moved, status, _ = opencv().calcOpticalFlowPyrLK(
-        before,
-        image,
-        points.astype(np.float32)[:, None],
-        None,
-        winSize=(_FLOW_WINDOW, _FLOW_WINDOW),
-        maxLevel=_FLOW_LEVELS,
+        before, now, start[:, None], None, winSize=size, maxLevel=_FLOW_LEVELS
     )
-    flown: Floats = np.where(status == 1, moved.reshape(-1, 2), np.nan).astype(np.float64)
-    return flown
+    step, is_right = (moved[:, 0] - start).astype(np.float64), status[:, 0] == 1
+    expected, _ = expected_displacement(step, is_right, markers.neighbours)
+    own = np.where(is_right[:, None], step, 0.0)
+    return np.asarray(state.position + np.where(np.isfinite(expected), expected, own))
 
 
-def _merge(measured: Measured, again: Measured, used: Flags) -> Measured:
-    """Return measurements, of some markers those that were made again."""
-    return Measured(
-        np.where(used[:, None], again.position, measured.position),
-        np.where(used, again.amplitude, measured.amplitude),
-        np.where(used, again.quality, measured.quality),
-    )
+def _match(markers: Markers, state: State, flown: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp]]:
+    """Return positions (n, 2) [px], which are sure (n,), and the blob of each (n,), of the best of all guesses."""
+    best = _explained(markers, flown, blobs)
+    guesses = [markers.position]
+    if state.seen.sum() - best[1].sum() > _LOST * len(flown):
+        spacing = float(np.median(markers.spacing))
+        guesses.append(state.position + common_shift(state.position, blobs.position, spacing))
+    for guess in guesses:
+        other = _explained(markers, guess, blobs)
+        best = other if other[3] > best[3] else best
+    return best[:3]
+
+
+def _explained(markers: Markers, guess: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp], float]:
+    """Return what `_match` does for a guess (n, 2) [px], and how much is explained."""
+    rows, columns = assign(guess, _REACH * markers.spacing, blobs.position)
+    position, used = guess.copy(), np.zeros(len(guess), dtype=np.intp)
+    position[rows], used[rows] = blobs.position[columns], columns
+    matched = np.zeros(len(guess), dtype=bool)
+    matched[rows] = True
+    sure = consistent(position - markers.position, matched, markers.neighbours, _STRANGE * markers.spacing)
+    apart = np.linalg.norm(position - guess, axis=1) / markers.spacing
+    explained = float(sure.sum() - apart[sure].sum())
+    # What is lost, or went its own way, comes back to a blob that nobody has where its neighbours expect it.
+    expected, _ = expected_displacement(position - markers.position, sure, markers.neighbours)
+    expected += markers.position
+    near = np.linalg.norm(position - expected, axis=1) < _OWN_WAY * markers.spacing
+    astray = np.flatnonzero(~(sure & near) & np.isfinite(expected[:, 0]))
+    free = np.setdiff1d(np.arange(len(blobs.strength)), used[sure])
+    if astray.size and free.size:
+        rows, columns = assign(expected[astray], _BACK * markers.spacing[astray], blobs.position[free])
+        position[astray[rows]], used[astray[rows]] = blobs.position[free[columns]], free[columns]
+        sure[astray[rows]] = True
+    return position, sure, used, explained

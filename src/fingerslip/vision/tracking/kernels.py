@@ -36,6 +36,7 @@ AMPLITUDE, CORRELATION, WEIGHT = 2, 3, 4
 _FITS = 8
 # A residual of this share of the amplitude halves the weight of a pixel; noise of the image is far below.
 _TOLERATED = 0.3
+_LEAST_WEIGHT = 0.3  # share of the weights without residuals
 _SHAPE_FLOOR = 0.4
 _LONGEST = 9.0  # an ellipse whose axes are as 2.6 to 1
 # The fit ends where it moves less [px]: the next step would move it by a hundredth of that.
@@ -80,8 +81,12 @@ def _fit(image, mask, x, y, window, shape, profile, polarity, terms, out):  # ty
             return
         moments, whole, rest = _gather(image, mask, x, y, window, shape, profile, result, tolerance, terms)
         weight = moments[0, 0]
+        if weight < _LEAST_WEIGHT * whole and turn == 1:
+            # From pixels away the first amplitude is too small to say which pixels do not fit.
+            tolerance = 1e30
+            continue
         spread = moments[3, 3] - moments[3, 0] ** 2 / weight
-        if weight < 0.3 * whole or not _solve(moments, result):
+        if weight < _LEAST_WEIGHT * whole or not _solve(moments, result):
             return
         amplitude = result[3] * polarity
         if amplitude <= 0.5:

@@ -1,4 +1,4 @@
-"""Numbers of markers by their layout: concentric rings, hexagonal lattices, or rows of free markers."""
+"""Numbers of markers by their layout: concentric rings, hexagonal lattices, square grids, or rows of free markers."""
 
 from __future__ import annotations
 
@@ -13,28 +13,37 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 
-__all__ = ["LayoutName", "Topology", "check_layout", "out_of_place", "topology"]
+__all__ = ["LayoutName", "Topology", "check_layout", "layout_of", "misfits", "topology"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]
-LayoutName = Literal["rings", "hex", "free"]
+Flags = NDArray[np.bool_]
+LayoutName = Literal["auto", "rings", "hex", "grid", "free"]
 
 # A gap between sorted radii of this share of the distance between neighbours separates two rings.
 _GAP = 0.45
-# How far a marker may lie from where the lattice has it, in distances between neighbours.
-_OFF_LATTICE = 0.4
+# How far a marker may lie from where a lattice has it, in distances between neighbours, where the layout is said and
+# where it is found.
+_OFF_LATTICE, _CLOSE = 0.4, 0.2
 # Rings have at least so many markers, and none much nearer to the next than the others are.
 _FEWEST = 4
+_FEWEST_OF_A_LAYOUT = 7  # markers
+_ODD = 0.05  # share of the markers that may not fit a layout
 _NARROW = 0.65
 # A gap between sorted heights of this share of the distance between neighbours separates two rows of free markers.
 _ROW = 0.2
-_HEX_STEPS = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
+# Steps of lattices, by rising angle.
+_STEPS: dict[LayoutName, tuple[tuple[int, int], ...]] = {
+    "hex": ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1)),
+    "grid": ((1, 0), (0, 1), (-1, 0), (0, -1)),
+}
 
 
 @dataclass(frozen=True)
 class Topology:
     """The order of markers."""
 
+    layout: str  # the layout that they have
     order: Integers  # (n,), which of the detected markers has each number
     ring: Integers | None  # (n,), ring of each marker, in the new order
     angle: Floats | None  # (n,) [rad]
@@ -42,30 +51,62 @@ class Topology:
 
 
 def check_layout(layout: str) -> None:
-    """Raise InputError where a layout has another name than ``rings``, ``hex`` or ``free``."""
+    """Raise InputError where a layout has a name that is not one of `LayoutName`."""
     if layout not in get_args(LayoutName):
         raise InputError("layout", f"got {layout!r}", f"needs one of {', '.join(get_args(LayoutName))}")
 
 
 def topology(points: Floats, layout: LayoutName) -> Topology:
-    """Return the order of markers (n, 2) [px]: ring by ring and by rising angle, or by rows where they are free."""
+    """Return the order of markers (n, 2) [px]: ring by ring and by rising angle, or by rows in grids and where free.
+
+    Where the layout is to be found, it is the first that nearly all markers fit.
+    """
     check_layout(layout)
+    if layout == "auto":
+        return topology(points, layout_of(points))
     if layout == "free" or len(points) < 2:
         by_height = np.argsort(points[:, 1])
         gap = _ROW * _spacing(points) if len(points) > 1 else 0.0
         row = np.cumsum(np.diff(points[by_height, 1], prepend=-np.inf) > gap)[np.argsort(by_height)]
-        return Topology(np.lexsort((points[:, 0], row)), None, None)
+        return Topology("free", np.lexsort((points[:, 0], row)), None, None)
     centre = _centre(points)
+    if layout == "grid":
+        place, is_on = _lattice(points, centre, _STEPS["grid"])
+        off = int((~is_on).sum())
+        fault = f"{off} of {len(points)} markers are not on the square grid" if off else ""
+        return Topology(layout, np.lexsort((place[:, 0], place[:, 1], ~is_on)), None, None, fault)
     ring, complaint = _circles(points, centre) if layout == "rings" else _hexagons(points, centre)
     dx, dy = (points - centre).T
     # Rounding keeps the marker on the x axis first in its ring, wherever noise puts it.
     angle = np.arctan2(dy, dx) % (2.0 * math.pi)
     first = 0.25 * math.pi / np.maximum(np.bincount(ring, minlength=ring.max() + 1)[ring], 1)
     order = np.lexsort(((angle + first) % (2.0 * math.pi), ring))
-    return Topology(order, ring[order], angle[order], complaint)
+    return Topology(layout, order, ring[order], angle[order], complaint)
 
 
-def out_of_place(points: Floats) -> NDArray[np.bool_]:
+def layout_of(points: Floats) -> LayoutName:
+    """Return the first layout that nearly all points (n, 2) [px] fit closely."""
+    lattices: tuple[LayoutName, ...] = ("hex", "grid")
+    for name in lattices if len(points) >= _FEWEST_OF_A_LAYOUT else ():
+        if misfits(points, name).mean() <= _ODD:
+            return name
+    odd = misfits(points, "rings")
+    if len(points) < _FEWEST_OF_A_LAYOUT or odd.mean() > _ODD:
+        return "free"
+    ring, complaint = _circles(points[~odd], _centre(points))
+    return "free" if complaint or ring.max() < 2 else "rings"
+
+
+def misfits(points: Floats, layout: LayoutName) -> Flags:
+    """Tell which points (n, 2) [px] do not fit a layout closely: reflections among markers, where they are few."""
+    if layout == "rings":
+        return _out_of_rings(points)
+    if layout == "free" or len(points) < _FEWEST:
+        return np.zeros(len(points), dtype=bool)
+    return ~_lattice(points, _centre(points), _STEPS[layout], _CLOSE)[1]
+
+
+def _out_of_rings(points: Floats) -> Flags:
     """Tell which points (n, 2) [px] are no part of evenly spaced rings.
 
     Of two that are too near, it is the one without which the ring is even.
@@ -127,27 +168,37 @@ def _circles(points: Floats, centre: Floats) -> tuple[Integers, str]:
 
 
 def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
-    """Return the hexagonal ring of each marker, walking over the lattice from the centre with local steps."""
-    tree, angles = cKDTree(points), np.arange(6) * math.pi / 3.0
+    """Return the hexagonal ring of each marker; those on no lattice are in one of their own."""
+    place, is_on = _lattice(points, centre, _STEPS["hex"])
+    ring = np.maximum(np.abs(place).max(axis=1), np.abs(place.sum(axis=1)))
+    off = int((~is_on).sum())
+    ring[~is_on] = ring[is_on].max() + 1
+    return ring, f"{off} of {len(points)} markers are not on the hexagonal lattice" if off else ""
+
+
+def _lattice(
+    points: Floats, centre: Floats, directions: tuple[tuple[int, int], ...], off: float = _OFF_LATTICE
+) -> tuple[Integers, Flags]:
+    """Return the place of each marker on a lattice (n, 2), and which have one (n,), by local steps from the centre."""
+    tree, count = cKDTree(points), len(directions)
     start = int(tree.query(centre)[1])
-    dx, dy = points[tree.query(points[start], k=min(7, len(points)))[1][1]] - points[start]
+    dx, dy = points[tree.query(points[start], k=min(count + 1, len(points)))[1][1]] - points[start]
+    # The first direction is the one nearest to x.
+    angles = (np.arange(count) - round(math.atan2(dy, dx) * count / (2.0 * math.pi))) * (2.0 * math.pi / count)
     turned = np.column_stack([np.cos(angles) * dx - np.sin(angles) * dy, np.sin(angles) * dx + np.cos(angles) * dy])
     places, steps, queue = {start: (0, 0)}, {start: turned}, deque([start])
     while queue:
         here = queue.popleft()
-        for k, (q, r) in enumerate(_HEX_STEPS):
+        for k, (q, r) in enumerate(directions):
             distance, index = tree.query(points[here] + steps[here][k])
             neighbour = int(index)
-            if neighbour not in places and distance < _OFF_LATTICE * float(np.linalg.norm(steps[here][k])):
+            if neighbour not in places and distance < off * float(np.linalg.norm(steps[here][k])):
                 places[neighbour] = (places[here][0] + q, places[here][1] + r)
                 # The step that was seen, and its opposite, are those from there on.
                 steps[neighbour] = steps[here].copy()
                 steps[neighbour][k] = 0.5 * (steps[here][k] + points[neighbour] - points[here])
-                steps[neighbour][(k + 3) % 6] = -steps[neighbour][k]
+                steps[neighbour][(k + count // 2) % count] = -steps[neighbour][k]
                 queue.append(neighbour)
-    ring = np.full(len(points), -1, dtype=np.intp)
-    for index, (q, r) in places.items():
-        ring[index] = max(abs(q), abs(r), abs(q + r))
-    off = int((ring < 0).sum())
-    ring[ring < 0] = ring.max() + 1
-    return ring, f"{off} of {len(points)} markers are not on the hexagonal lattice" if off else ""
+    place, is_on = np.zeros((len(points), 2), dtype=np.intp), np.zeros(len(points), dtype=bool)
+    place[list(places)], is_on[list(places)] = list(places.values()), True
+    return place, is_on

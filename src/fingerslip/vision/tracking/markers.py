@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.kernels import (
     AMPLITUDE,
     COLUMNS,
@@ -49,6 +50,8 @@ class Markers:
     window: Floats  # (n,), radius of the window in which a marker is measured [px]
     shape: Floats  # (n, 3), ellipse of each, as the metric of :mod:`fingerslip.vision.tracking.kernels`
     profiles: Floats  # (n, N_PROFILE)
+    strength: Floats  # (n,), answer of the blob that each is, see :mod:`fingerslip.vision.tracking.blobs`
+    size: float  # radius of the blobs [px]
     polarity: float  # 1 for markers brighter than what is around them, -1 for darker ones
     spacing: Floats  # (n,), distance to the nearest neighbour [px]
     neighbours: NDArray[np.intp]  # (n, k), neighbours, the nearest first
@@ -57,7 +60,7 @@ class Markers:
 
     def select(self, order: NDArray[np.intp]) -> Markers:
         """Return some of the markers, in another order."""
-        names = ("position", "radius", "window", "shape", "profiles", "amplitude", "quality")
+        names = ("position", "radius", "window", "shape", "profiles", "strength", "amplitude", "quality")
         rows = {name: getattr(self, name)[order] for name in names}
         neighbours, spacing = nearest_neighbours(rows["position"])
         return dataclasses.replace(self, spacing=spacing, neighbours=neighbours, **rows)
@@ -90,22 +93,18 @@ def measure(
     return Measured(out[:, :2].copy(), out[:, AMPLITUDE].copy(), out[:, CORRELATION] * out[:, WEIGHT])
 
 
-def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: float, bright: bool) -> Markers:
-    """Learn what markers look like from where they roughly are.
-
-    Arrays: image (height, width) [grey levels]; mask (height, width); points (n, 2) [px]; radius [px].
-    """
-    grey = np.clip(np.rint(image), 0, 255).astype(np.uint8)
-    polarity = 1.0 if bright else -1.0
+def known_markers(image: Floats, mask: Flags | None, blobs: Blobs, polarity: float) -> Markers:
+    """Learn what markers look like from the blobs that they are; image (height, width) [grey levels], mask alike."""
+    grey, points = np.clip(np.rint(image), 0, 255).astype(np.uint8), blobs.position
     neighbours, spacing = nearest_neighbours(points)
-    radii, places = np.full(len(points), radius), points.copy()
-    shape = np.tile(_CIRCLE, (len(points), 1))
-    ones = np.ones(len(points))
+    size, places = float(np.median(blobs.radius)), points.copy()
+    radii = np.full(len(points), size)
+    shape, ones = np.tile(_CIRCLE, (len(points), 1)), np.ones(len(points))
     for turn in range(_ROUNDS):
         window = _windows(radii, spacing)
-        profiles = _normalise(learn_profiles(image, places, window, shape, polarity), window)
-        markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
-        markers = _measure_again(markers, grey, mask)
+        profiles = _normalise(learn_profiles(image, places, window, shape, polarity), window, radii)
+        looks = places, radii, window, shape, profiles, blobs.strength, size, polarity
+        markers = _measure_again(Markers(*looks, spacing, neighbours, ones, ones), grey, mask)
         places, radii = markers.position, _half_height(profiles, window)
         if turn < _ROUNDS - 1:
             shape = learn_shapes(image, places, radii, window, polarity)
@@ -128,12 +127,14 @@ def _with_typical_looks(markers: Markers) -> Markers:
     if not odd.any() or odd.all():
         return markers
     radius = np.where(odd, np.median(markers.radius[~odd]), markers.radius)
+    window = _windows(radius, markers.spacing)
+    typical = _typical(markers.profiles[~odd], (markers.window / markers.radius)[~odd], window / radius)
     return dataclasses.replace(
         markers,
         radius=radius,
-        window=_windows(radius, markers.spacing),
+        window=window,
         shape=np.where(odd[:, None], _CIRCLE, markers.shape),
-        profiles=np.where(odd[:, None], np.median(markers.profiles[~odd], axis=0), markers.profiles),
+        profiles=np.where(odd[:, None], typical, markers.profiles),
     )
 
 
@@ -144,7 +145,21 @@ def _windows(radii: Floats, spacing: Floats) -> Floats:
     return windows
 
 
-def _normalise(profiles: Floats, window: Floats) -> Floats:
+def _typical(profiles: Floats, reach: Floats, wanted: Floats) -> Floats:
+    """Return the median of profiles (n, N_PROFILE) at equal distances, in the windows that are wanted (m, N_PROFILE).
+
+    Windows of markers near to each other are cut, so that samples of equal number are not equally far out. Arrays:
+    reach (n,), wanted (m,), windows in radii of their markers.
+    """
+    share = np.linspace(0.0, 1.0, profiles.shape[1])
+    distances = share * reach.max()
+    values = [np.interp(distances, share * far, profile) for far, profile in zip(reach, profiles, strict=True)]
+    inside = distances <= reach[:, None]
+    median: Floats = np.nanmedian(np.where(inside, values, np.nan), axis=0)
+    return np.array([np.interp(share * far, distances, median, right=0.0) for far in wanted])
+
+
+def _normalise(profiles: Floats, window: Floats, radii: Floats) -> Floats:
     """Return profiles from 1 in the centre to 0 at the edge, half of each what all have in common."""
     blurs, samples = _SOFT * (profiles.shape[1] - 1) / window, np.arange(profiles.shape[1])
     smooth = np.zeros_like(profiles)
@@ -156,7 +171,7 @@ def _normalise(profiles: Floats, window: Floats) -> Floats:
     outside = smooth[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
     height = smooth[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
     scaled = np.clip((smooth - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
-    common = np.median(scaled, axis=0)
+    common = _typical(scaled, window / radii, window / radii)
     mixed: Floats = np.where(height > 1.0, 0.5 * scaled + 0.5 * common, common)
     return mixed
 

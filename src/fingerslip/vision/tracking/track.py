@@ -62,6 +62,8 @@ _OLD_QUALITY = 0.5
 _MOVED = 0.5  # px that the rest frames may move
 # Share of the frames in which a marker may be missing before it is said.
 _OFTEN = 0.1
+# Blobs like markers that may be visible, in shares of the markers, before it is said.
+_MORE = 1.25
 _DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
 _SATURATED = 0.5  # share of the pixels at rest
 
@@ -74,6 +76,7 @@ class SeenMarkers:
     position: NDArray[np.float32]  # (n_markers, 2), positions [px], NaN where a marker is not seen
     quality: NDArray[np.float32]  # (n_markers,), from 0 (not seen) to 1
     state: int  # 0 fine, 1 dark, 2 overexposed, 3 duplicated
+    visible: int = 0  # markers that were seen, and blobs like them that no marker has
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ class MarkerStream:
             before = frame
             # Single precision is 1e-4 px for the widest images.
             seen = position.astype(np.float32), quality.astype(np.float32)
-            yield SeenMarkers(number / self.frames.frame_rate, *seen, light)
+            yield SeenMarkers(number / self.frames.frame_rate, *seen, light, state.visible)
 
 
 def open_markers(
@@ -110,7 +113,7 @@ def open_markers(
     *,
     n_markers: int | None = None,
     rest_frames: int = 30,
-    layout: LayoutName = "rings",
+    layout: LayoutName = "auto",
     mask: Flags | str | Path | None = None,
     bright: bool | None = None,
     frame_rate: float | None = None,
@@ -168,7 +171,7 @@ def track_markers(
     *,
     n_markers: int | None = None,
     rest_frames: int = 30,
-    layout: LayoutName = "rings",
+    layout: LayoutName = "auto",
     mask: NDArray[np.bool_] | str | Path | None = None,
     calibration: Pinhole | Fisheye | str | Path | None = None,
     bright: bool | None = None,
@@ -185,9 +188,10 @@ def track_markers(
         How many markers there are; without it, the number at which the first frames are clearest.
     rest_frames : int, optional
         How many frames the sensor rests at the beginning: their mean is the reference.
-    layout : {'rings', 'hex', 'free'}, optional
+    layout : {'auto', 'rings', 'hex', 'grid', 'free'}, optional
         Arrangement of the markers, which numbers them: concentric rings and hexagonal lattices from the centre
-        outwards and by rising angle from x to y of the image, free ones by rows.
+        outwards and by rising angle from x to y of the image, square grids and free ones by rows. Without it, the
+        first of these that nearly all markers fit.
     mask : (height, width) array of bool, or path, optional
         Pixels that count, such as those inside a bright ring; a path is that of an image which is white there.
     calibration : Pinhole or Fisheye or path, optional
@@ -205,7 +209,9 @@ def track_markers(
     xarray.Dataset
         Tracks in pixels, see :mod:`fingerslip.vision.tracks`, with also ``reference`` (marker, axis), the mean position
         in the rest frames; ``rest_noise`` (marker, axis), the standard deviation there; ``radius`` (marker);
-        ``frame_state`` (time): 0 fine, 1 dark, 2 overexposed, 3 duplicated; and with a calibration ``image_position``.
+        ``frame_state`` (time): 0 fine, 1 dark, 2 overexposed, 3 duplicated; ``visible`` (time), how many markers were
+        seen or would have been, blobs like them included; and with a calibration ``image_position``. The attribute
+        ``layout`` is the arrangement.
         The attribute ``partial`` is 1 where the video or the markers are not whole, and ``warnings`` says why.
 
     Raises
@@ -272,14 +278,17 @@ def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: i
             "frame_rate": frames.frame_rate,
             "source": frames.name,
             "rest_frames": min(rest_frames, len(rows)),
+            "layout": reference.layout,
             "bright": int(reference.markers.polarity > 0),
             "partial": int(bool(broken or reference.warnings)),
-            "warnings": "\n".join([*reference.warnings, *_complaints(stream, position, states, rest_frames, broken)]),
+            "warnings": "\n".join([*reference.warnings, *_complaints(stream, rows, position, rest_frames, broken)]),
         },
     )
     tracks = tracks.assign(_at_rest(position[:rest_frames], reference.markers.radius))
     states_meaning = {"long_name": ", ".join(f"{number} {state}" for number, state in enumerate(STATES))}
-    tracks = tracks.assign(frame_state=("time", states, states_meaning))
+    meaning = {"long_name": "markers that were seen, and blobs like them that no marker has"}
+    visible = np.array([row.visible for row in rows], dtype=np.int32)
+    tracks = tracks.assign(frame_state=("time", states, states_meaning), visible=("time", visible, meaning))
     if lens is None:
         return tracks
     meaning = {"units": "px", "long_name": "position in the frames, with the lens's distortion"}
@@ -300,9 +309,10 @@ def _at_rest(position: Floats, radius: Floats) -> dict[str, tuple[tuple[str, ...
 
 
 def _complaints(
-    stream: MarkerStream, position: Floats, states: NDArray[np.int8], rest_frames: int, broken: str
+    stream: MarkerStream, rows: list[SeenMarkers], position: Floats, rest_frames: int, broken: str
 ) -> Iterator[str]:
     """Yield what is wrong with the frames."""
+    states = np.array([row.state for row in rows], dtype=np.int8)
     name, light, count, rest = stream.frames.name, stream.exposure, len(states), min(rest_frames, len(states))
     if broken:
         yield f"{broken}; the tracks are those of the first {count} frames"
@@ -320,11 +330,20 @@ def _complaints(
     often = int((np.isnan(position).any(axis=2).mean(axis=0) > _OFTEN).sum())
     if often:
         yield f"{name}: {often} of {position.shape[1]} markers were not seen in more than a tenth of the frames"
-    whole = position[:rest][np.isfinite(position[:rest]).all(axis=(1, 2))]
-    if len(whole) > 1:
-        moved = float(np.linalg.norm(np.ptp(np.median(whole - whole.mean(axis=0), axis=1), axis=0)))
-        if moved > _MOVED:
-            yield f"{name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
+    visible, followed = float(np.median([row.visible for row in rows])), position.shape[1]
+    if visible > _MORE * followed:
+        yield f"{name}: {followed} markers are followed, where {visible:.0f} blobs like them are visible in most frames"
+    moved = _movement(position[:rest])
+    if moved > _MOVED:
+        yield f"{name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
+
+
+def _movement(position: Floats) -> float:
+    """Return how far the markers move together (t, n, 2) [px], in the frames that show all of them."""
+    whole = position[np.isfinite(position).all(axis=(1, 2))]
+    if len(whole) < 2:
+        return 0.0
+    return float(np.linalg.norm(np.ptp(np.median(whole - whole.mean(axis=0), axis=1), axis=0)))
 
 
 @dataclass(frozen=True)
@@ -349,8 +368,10 @@ def seen_count(tracks: xr.Dataset) -> NDArray[np.intp]:
 
 
 def seen_share(tracks: xr.Dataset) -> float:
-    """Return the share of all marker-frames that have a position."""
-    return float(seen(tracks).mean())
+    """Return the share of all marker-frames that have a position, of those that were visible where it is more."""
+    count = np.full(tracks.sizes["time"], tracks.sizes["marker"])
+    visible = np.maximum(count, tracks["visible"].values) if "visible" in tracks else count
+    return float(seen(tracks).sum() / visible.sum())
 
 
 def lost_intervals(tracks: xr.Dataset) -> list[Lost]:
@@ -386,7 +407,7 @@ def jumps(tracks: xr.Dataset) -> Floats:
     for t in range(len(out)):
         both = visible[t] & visible[t + 1]
         step = np.where(both[:, None], position[t + 1] - position[t], 0.0)
-        expected, counts = expected_displacement(reference, step, both, neighbours)
+        expected, counts = expected_displacement(step, both, neighbours)
         determined = both & (counts > 2)
         out[t, determined] = np.linalg.norm(step - expected, axis=1)[determined]
     return out

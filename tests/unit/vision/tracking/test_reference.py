@@ -7,9 +7,10 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import hexagonal_layout, ring_layout
+from fingerslip.vision.tracking.blobs import Blobs, blobs_of, field_of
 from fingerslip.vision.tracking.layouts import LayoutName, check_layout, topology
-from fingerslip.vision.tracking.markers import known_markers, measure
-from fingerslip.vision.tracking.reference import Blobs, find_blobs, first_frames, reference_of, spots_of
+from fingerslip.vision.tracking.markers import Markers, known_markers, measure
+from fingerslip.vision.tracking.reference import first_frames, reference_of
 from problems import clips
 
 
@@ -29,33 +30,65 @@ def test_mean_and_first_of_the_first_frames() -> None:
     assert first is frames[0]
 
 
-def blobs_of(image: np.ndarray, n_markers: int | None = None, **options) -> Blobs | None:
-    return find_blobs(spots_of(image, options.get("mask"), options.get("bright")), n_markers)
+def learnt(image: np.ndarray, points: np.ndarray, radius: float) -> Markers:
+    return known_markers(image, None, Blobs(points, np.ones(len(points)), np.full(len(points), radius)), -1.0)
 
 
-@pytest.mark.parametrize("radius", [2.5, 5.0, 9.0])
+@pytest.mark.parametrize("radius", [2.0, 5.0, 12.0])
 @pytest.mark.parametrize("marker", [45.0, 235.0])
-def test_number_size_and_polarity_are_found(radius: float, marker: float) -> None:
-    blobs = blobs_of(mean_frame(clips.Look(radius=radius, marker=marker, background=140.0)))
-    assert blobs is not None
-    assert (blobs.count, blobs.bright) == (81, marker > 140.0)
-    assert blobs.radius == pytest.approx(radius, rel=0.35)
-    apart = np.linalg.norm(blobs.position[:81, None] - clips.field()[None], axis=2)
-    assert apart.min(axis=1).max() < 0.5 * radius
-    assert len(set(apart.argmin(axis=1))) == 81
+@pytest.mark.parametrize("seed", SEEDS)
+def test_number_size_and_polarity_are_found(radius: float, marker: float, seed: int) -> None:
+    look = clips.Look(radius=radius, marker=marker, background=140.0)
+    markers = reference_of(mean_frame(look, seed=seed), None, None, "auto", None, "clip").markers
+    assert (len(markers.position), markers.polarity) == (81, 1.0 if marker > 140.0 else -1.0)
+    assert np.abs(markers.radius - radius).max() < 0.35
+    assert np.abs(markers.position - clips.field()).max() < 0.1
 
 
-def test_strongest_blobs_come_first_and_those_outside_the_mask_are_none() -> None:
+@pytest.mark.parametrize("changes", [{"marker": 155.0}, {"noise": 20.0}, {"blur": 4.0}])
+def test_a_field_is_found_where_it_is_faint_noisy_and_blurred(changes: dict[str, float]) -> None:
+    field = field_of(mean_frame(clips.with_look(clips.DEFAULT, **changes)), None, -1.0)
+    apart = np.linalg.norm(field.position[:, None] - clips.field()[None], axis=2)
+    assert len(field.position) == len(set(apart.argmin(axis=1))) == 81
+    assert apart.min(axis=1).max() < 1.0
+
+
+def test_blobs_lie_below_the_pixel_and_those_outside_the_mask_are_none() -> None:
     image, mask = mean_frame(), np.zeros(clips.DEFAULT.shape, dtype=bool)
-    blobs = blobs_of(image, 81)
-    assert blobs is not None
-    assert (np.diff(blobs.strength) <= 0).all()
-    assert blobs.step > 3.0
+    blobs = blobs_of(image, 5.0, -1.0, least=20.0)
+    apart = np.linalg.norm(blobs.position[:, None] - clips.field()[None], axis=2)
+    assert len(blobs.position) == 81
+    assert apart.min(axis=1).max() < 0.15
     mask[:, :320] = True
-    inside = blobs_of(image, mask=mask, bright=False)
-    assert inside is not None
-    assert (inside.position[:, 0] < 320).all()
-    assert blobs_of(np.full((100, 100), 90.0)) is None
+    assert (field_of(image, mask, -1.0).position[:, 0] < 320.5).all()
+    assert len(field_of(np.full((100, 100), 90.0), None, 1.0).position) == 0
+
+
+def grid(rows: int, columns: int, pitch: float, turn: float = 0.0) -> np.ndarray:
+    points = pitch * (np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2))
+    cos, sin = np.cos(turn), np.sin(turn)
+    return (points - points.mean(axis=0)) @ np.array([[cos, sin], [-sin, cos]]) + [320.3, 239.8]
+
+
+@pytest.mark.parametrize(
+    ("points", "radius", "layout"),
+    [
+        (grid(5, 7, 55.0), 12.0, "grid"),
+        (grid(5, 7, 60.0, turn=0.3), 9.0, "grid"),
+        (clips.field(layout="hex", rings=6), 4.0, "hex"),
+        (clips.field(), 5.0, "rings"),
+        (np.delete(grid(7, 9, 45.0), [12, 30], axis=0) + 9.0 * np.sin(np.arange(122.0).reshape(-1, 2)), 6.0, "free"),
+    ],
+)
+def test_the_layout_is_found(points: np.ndarray, radius: float, layout: str) -> None:
+    # Where nothing is regular, markers in a reflection are left out.
+    for look in (clips.DEFAULT, clips.BAD) if layout != "free" else (clips.DEFAULT,):
+        image = mean_frame(clips.with_look(look, radius=radius), points=points)
+        reference = reference_of(image, None, None, "auto", None, "clip")
+        assert (reference.layout, len(reference.markers.position)) == (layout, len(points))
+        assert (reference.ring is None) == (layout in {"grid", "free"})
+        if layout == "grid":
+            assert np.abs(reference.markers.position - points).max() < 2.0
 
 
 @pytest.mark.parametrize("count", [81, None])
@@ -102,9 +135,7 @@ def test_no_marker_at_all(level: float, words: str) -> None:
 
 def test_what_is_learnt_is_what_was_drawn_and_measured_again_from_any_start() -> None:
     image, field = mean_frame(), clips.field()
-    markers = known_markers(
-        image, None, field + np.random.default_rng(1).uniform(-1.5, 1.5, (81, 2)), 4.0, bright=False
-    )
+    markers = learnt(image, field + np.random.default_rng(1).uniform(-1.5, 1.5, (81, 2)), 4.0)
     assert np.abs(markers.position - field).max() < 0.05
     assert markers.radius == pytest.approx(np.full(81, 5.0), abs=0.3)
     assert markers.quality.min() > 0.95
@@ -119,9 +150,28 @@ def test_what_is_learnt_is_what_was_drawn_and_measured_again_from_any_start() ->
     assert len(few.profiles) == len(few.shape) == 5
 
 
+@pytest.mark.parametrize("angle", np.arange(0.0, 6.0, 0.75))
+def test_the_fit_alone_finds_a_marker_from_as_far_as_its_radius(angle: float) -> None:
+    field = clips.field()
+    markers = learnt(mean_frame(clips.with_look(clips.DEFAULT, noise=0.0)), field, 5.0)
+    frame = next(clips.filmed(field[None], clips.with_look(clips.DEFAULT, noise=0.0)))
+    measured = measure(markers, frame, None, field + 5.0 * np.array([np.cos(angle), np.sin(angle)]))
+    assert np.abs(measured.position - field).max() < 0.05
+    assert measured.quality.min() > 0.95
+
+
+def test_large_markers_whose_windows_end_at_their_neighbours_are_measured_as_well_as_small_ones() -> None:
+    field, look = clips.field(), clips.with_look(clips.DEFAULT, radius=12.0)
+    markers = learnt(mean_frame(look), field, 12.0)
+    assert np.ptp(markers.window) > 1.0, "neighbours cut some windows"
+    shift = np.random.default_rng(3).uniform(-2.0, 2.0, field.shape)
+    frame = next(clips.filmed((field + shift)[None], look, seed=5))
+    assert np.abs(measure(markers, frame, None, field).position - field - shift).max() < 0.03
+
+
 def test_gradients_of_the_light_and_glare_beside_a_marker_do_not_pull_and_nothing_is_found_where_nothing_is() -> None:
     field, look = clips.field(), clips.with_look(clips.DEFAULT, noise=0.0)
-    markers = known_markers(mean_frame(look), None, field, 5.0, bright=False)
+    markers = learnt(mean_frame(look), field, 5.0)
     away = field + np.array([2.0, -1.5])
     tilted = next(clips.filmed(field[None], clips.with_look(look, gradient=0.4)))
     assert np.abs(measure(markers, tilted, None, away).position - field).max() < 0.05
@@ -144,7 +194,7 @@ def test_markers_that_are_seen_from_the_side_are_ellipses_of_determinant_one() -
     image = np.full(rows.shape, 160.0)
     for x, y in places:
         image[((columns - x) / 8.0) ** 2 + ((rows - y) / 5.0) ** 2 < 1.0] = 40.0
-    for a, b, c in known_markers(image, None, places, 6.0, bright=False).shape:
+    for a, b, c in learnt(image, places, 6.0).shape:
         assert a * c - b * b == pytest.approx(1.0)
         # The metric is the inverse of the squared axes.
         assert c / a == pytest.approx((8.0 / 5.0) ** 2, rel=0.15)
@@ -194,5 +244,7 @@ def test_complaints_of_layouts_that_are_none() -> None:
     scattered = np.random.default_rng(0).uniform(0, 100, (40, 2))
     assert "not on the hexagonal lattice" in topology(scattered, "hex").complaint
     assert "rings have" in topology(ring_layout(50.0, (1, 8, 16, 12)).position, "rings").complaint
-    with pytest.raises(InputError, match=r"layout: got 'square', needs one of rings, hex, free"):
+    assert "not on the square grid" in topology(scattered, "grid").complaint
+    assert topology(scattered, "auto").layout == "free"
+    with pytest.raises(InputError, match=r"layout: got 'square', needs one of auto, rings, hex, grid, free"):
         check_layout("square")

@@ -286,3 +286,20 @@ def test_lens_of_a_file(tmp_path: Path) -> None:
     write_calibration(BENT, tmp_path / "camera.yml")
     assert lens_of(tmp_path / "camera.yml", (640, 480)) == BENT
     assert lens_of(BENT, (640, 480)) is BENT
+
+
+def test_what_is_found_is_judged_by_what_is_visible() -> None:
+    frames = list(clips.filmed(clips.still(clips.field(), 8)))
+    few = r"40 markers are followed, where \d\d blobs like them are visible"
+    with pytest.warns(TrackingWarning, match="asked for 40 markers"), pytest.warns(TrackingWarning, match=few):
+        tracks = track_markers(frames, n_markers=40, rest_frames=4, frame_rate=RATE)
+    # Those farther from the ones that are followed than a marker is from the next are not counted.
+    assert (tracks["visible"].values > 70).all()
+    assert seen_share(tracks) == pytest.approx(40 / tracks["visible"].values.mean())
+    assert seen_share(tracks.drop_vars("visible")) == 1.0
+
+
+def test_two_blobs_are_no_sensor() -> None:
+    frames = list(clips.filmed(clips.still(clips.field()[[3, 40]], 4)))
+    with pytest.raises(InputError, match=r"found 2 markers in the first frames.*needs at least 10 blobs"):
+        track_markers(frames, rest_frames=2, frame_rate=RATE)

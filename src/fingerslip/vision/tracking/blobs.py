@@ -1,0 +1,129 @@
+"""Round spots of an image that are brighter or darker than what is around them, and fields of those that are alike."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from fingerslip.vision.video import opencv
+
+__all__ = ["Blobs", "blobs_of", "field_of"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+# Radii that are tried [px]. Larger blobs than the finest are looked for in an image that is as much smaller.
+_RADII = tuple(1.7 * 2.0 ** (step / 3.0) for step in range(14))
+_FINEST = 4.0
+_SMALLEST_SIDE = 24  # px of a reduced image
+# Hessians of edges and lines have one large eigenvalue; 1 is a round blob.
+_ROUNDNESS = 0.35
+_FAINTEST = 1.0  # grey levels
+# Two blobs nearer than this share of their radii are the same, seen at two sizes.
+_PART = 4.0
+# Blobs are alike within this ratio of strengths and of radii; none of a field is farther from the next than so many
+# times the median.
+_STRENGTHS, _SIZES, _GAP = 2.5, 1.3, 2.2
+_FEWEST, _AS_STRONG, _WITHIN = 3, 0.75, 1.25
+
+
+@dataclass(frozen=True)
+class Blobs:
+    """Blobs of an image."""
+
+    position: Floats  # (n, 2), centres, x and y [px]
+    strength: Floats  # (n,) [grey levels]
+    radius: Floats  # (n,) [px]
+
+    def select(self, rows: Flags | NDArray[np.intp]) -> Blobs:
+        """Return some of the blobs."""
+        return Blobs(self.position[rows], self.strength[rows], self.radius[rows])
+
+
+def blobs_of(image: NDArray[np.generic], radius: float, polarity: float, least: float = _FAINTEST) -> Blobs:
+    """Return the blobs of a radius: maxima of the scale-normalised Laplacian of a Gaussian (Lindeberg 1998).
+
+    A disk of radius r answers most at a standard deviation of r / √2. Arrays: image (height, width) [grey levels].
+    """
+    cv2, (height, width) = opencv(), image.shape
+    shrink = max(1.0, radius / _FINEST)
+    size = (round(width / shrink), round(height / shrink))
+    if min(size) < _SMALLEST_SIDE:
+        return Blobs(np.empty((0, 2)), np.empty(0), np.empty(0))
+    reduced = image.astype(np.float32)
+    if shrink > 1.0:
+        reduced = cv2.resize(reduced, size, interpolation=cv2.INTER_AREA)
+    sigma = radius / shrink / math.sqrt(2.0)
+    smooth = cv2.GaussianBlur(reduced, (0, 0), sigma)
+    answer = cv2.Laplacian(smooth, cv2.CV_32F, ksize=1, scale=-polarity * sigma**2)
+    side = 2 * math.ceil(0.8 * radius / shrink) + 1
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    rows, columns = np.nonzero((answer >= cv2.dilate(answer, disk)) & (answer > least))
+    inside = (rows > 0) & (rows < size[1] - 1) & (columns > 0) & (columns < size[0] - 1)
+    rows, columns = rows[inside], columns[inside]
+    # The parabola through the three values along each axis has its top between pixels.
+    top = answer[rows, columns]
+    left, right, above, below = (answer[rows + dy, columns + dx] for dy, dx in ((0, -1), (0, 1), (-1, 0), (1, 0)))
+    along, across = 2.0 * top - left - right, 2.0 * top - above - below
+    x = columns + 0.5 * (right - left) / np.maximum(along, 1e-6)
+    y = rows + 0.5 * (below - above) / np.maximum(across, 1e-6)
+    mixed = 0.25 * (
+        smooth[rows + 1, columns + 1]
+        + smooth[rows - 1, columns - 1]
+        - smooth[rows - 1, columns + 1]
+        - smooth[rows + 1, columns - 1]
+    )
+    xx, yy = (
+        smooth[rows, columns - 1] + smooth[rows, columns + 1] - 2.0 * smooth[rows, columns],
+        smooth[rows - 1, columns] + smooth[rows + 1, columns] - 2.0 * smooth[rows, columns],
+    )
+    is_round = 4.0 * (xx * yy - mixed**2) > _ROUNDNESS * (xx + yy) ** 2
+    places = (np.column_stack([x, y]) + 0.5) * (width / size[0], height / size[1]) - 0.5
+    return Blobs(places[is_round], top[is_round].astype(np.float64), np.full(int(is_round.sum()), radius))
+
+
+def field_of(image: Floats, mask: Flags | None, polarity: float) -> Blobs:
+    """Return the blobs that are alike in size and strength and lie together: of all such fields the strongest.
+
+    Arrays: image, mask (height, width).
+    """
+    noise = float(np.median(np.abs(np.diff(image, axis=1)))) / (0.6745 * math.sqrt(2.0))
+    scales = [blobs_of(image, radius, polarity, max(_FAINTEST, 3.5 * noise / radius)) for radius in _RADII]
+    blobs = Blobs(*(np.concatenate([getattr(s, n) for s in scales]) for n in ("position", "strength", "radius")))
+    columns, rows = np.rint(blobs.position).astype(np.intp).T
+    blobs = blobs if mask is None else blobs.select(mask[rows, columns])
+    if not len(blobs.strength):
+        return blobs
+    # What lies within a stronger blob, and is not much smaller, is a part of it.
+    strongest = np.ones(len(blobs.strength), dtype=bool)
+    first, second = cKDTree(blobs.position).query_pairs(blobs.radius.max(), output_type="ndarray").T
+    swap = blobs.strength[first] < blobs.strength[second]
+    strong, weak = np.where(swap, second, first), np.where(swap, first, second)
+    apart = np.linalg.norm(blobs.position[strong] - blobs.position[weak], axis=1)
+    ratio = blobs.radius[strong] / blobs.radius[weak]
+    strongest[weak[(apart < blobs.radius[strong]) & (ratio < _PART) & (ratio > 1.0 / _PART)]] = False
+    blobs = blobs.select(strongest)
+    size, strength = np.log(blobs.radius), np.log(blobs.strength)
+    alike = np.abs(strength[:, None] - strength) < math.log(_STRENGTHS)
+    alike &= np.abs(size[:, None] - size) < math.log(_SIZES)
+    field = blobs.select(alike[int((alike @ (blobs.strength * blobs.radius)).argmax())])
+    if len(field.strength) < _FEWEST:
+        return field
+    tree = cKDTree(field.position)
+    spacing = float(np.median(tree.query(field.position, k=2)[0][:, 1]))
+    labels = connected_components(tree.sparse_distance_matrix(tree, _GAP * spacing).tocsr(), directed=False)[1]
+    field = field.select(labels == np.bincount(labels, field.strength).argmax())
+    # A reflection on a marker hides how large it is; of the field's size it is as strong as the others.
+    radius, typical = float(np.median(field.radius)), float(np.median(field.strength))
+    blobs = blobs_of(image, radius, polarity, typical / _STRENGTHS)
+    apart, usual = cKDTree(field.position).query(blobs.position)[0], blobs.strength / typical
+    near = (apart < 0.5 * radius) | ((apart < _WITHIN * spacing) & (usual > _AS_STRONG) & (usual < _STRENGTHS))
+    if mask is not None:
+        columns, rows = np.rint(blobs.position).astype(np.intp).T
+        near &= mask[rows, columns]
+    return blobs.select(near)
