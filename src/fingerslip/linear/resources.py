@@ -13,7 +13,6 @@ from typing import Any, Protocol, TypeVar
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from fingerslip.errors import InputError
-from fingerslip.linear.solver import preferred_solver
 
 _GROUP_LIMIT, _GROUP_USE = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")
 _SYSTEM, _PROCESS = Path("/proc/meminfo"), Path("/proc/self/statm")
@@ -113,6 +112,9 @@ def suitable_threads(n_dofs: int, allowed: int, dim: int) -> int:
 @contextlib.contextmanager
 def limited_threads(count: int) -> Iterator[None]:
     """Compute the block with `count` threads in BLAS, MKL and OpenMP."""
+    # Costs of runs are told without loading what computes.
+    from fingerslip.linear.solver import preferred_solver
+
     # A limit reaches only libraries that are loaded. Some others, such as Gmsh, set their own number for all.
     preferred_solver()
     with threadpool_limits(limits=count):

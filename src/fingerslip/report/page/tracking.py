@@ -1,0 +1,47 @@
+"""From a video to a folder of tracks: what ``fingerslip track`` does."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from fingerslip.vision.video import open_frames
+
+
+def track_video(
+    video: Path,
+    out: Path | None,
+    options: Mapping[str, Any],
+    tell: Callable[[str], object] = lambda _: None,
+    *,
+    fields: bool = False,
+) -> Iterator[str]:
+    """Track a video, write the folder, and yield lines that say what came out."""
+    frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
+    # The tracker is slow to load, and figures are: what is wrong with a video is said before.
+    from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+
+    tell(f"{video}: following its markers")
+    with warnings.catch_warnings():
+        # The lines below say the same.
+        warnings.simplefilter("ignore", TrackingWarning)
+        tracks = track_markers(video, **options)
+    from fingerslip.report.page.sensor import write_tracking
+    from fingerslip.vision.fields import marker_fields
+    from fingerslip.vision.overlay import SHOWN_FIELDS
+    from fingerslip.vision.tracking.track import seen_share
+
+    rest = min(int(options["rest_frames"]), tracks.sizes["time"])
+    computed = marker_fields(tracks, rest=rest) if fields else None
+    tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
+    folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"), fields=computed)
+    for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
+        yield f"warning: {text}"
+    count, times = tracks.sizes["marker"], tracks.sizes["time"]
+    partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
+    yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
+    yield f"quality: {folder / 'quality.html'}"
+    if computed is not None:
+        yield f"fields: {folder / 'fields.nc'}, fields.png, {', '.join(f'{name}.avi' for name in SHOWN_FIELDS)}"
