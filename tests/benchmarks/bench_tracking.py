@@ -185,7 +185,7 @@ def trackers() -> None:
         "the same, hexagonal lattice": (clips.part(lattice, 1.0), clips.with_look(clips.DEFAULT, radius=4.0), None),
         "reflections, flicker, JPEG": (clips.slide(rings, 0.0, count=80), WORST, None),
         "a fifth is hidden for 20 frames": (clips.slide(rings, 0.5, count=80), clips.DEFAULT, lost),
-        "markers touch and part": (clips.pinch(rings, 0.7), clips.with_look(clips.DEFAULT, radius=7.0), None),
+        "markers touch and part": (clips.pinch(rings, 0.7), clips.with_look(clips.DEFAULT, radius=11.0), None),
     }
     for name, (path, look, hidden) in cases.items():
         frames, truth = list(clips.filmed(path, look, hidden=hidden)), clips.truth_of(path, look)
@@ -213,6 +213,7 @@ def recordings(folder: Path) -> None:
             allowed = None if mask is None else cv2.imread(str(mask), cv2.IMREAD_GRAYSCALE) > 0
             markers = reference_of(image, allowed, None, "auto", None, video.name).markers
             rest = _at_rest(frames, _region(image.shape, markers.position) if allowed is None else allowed)
+            hint = "mask" if mask else "none"
             for name, call in _trackers(markers, frames, allowed).items():
                 begin = time.process_time()
                 judged = _judged(call(), rest)
