@@ -218,9 +218,7 @@ def recordings(folder: Path) -> None:
                 begin = time.process_time()
                 judged = _judged(call(), rest)
                 cost = 1e3 * (time.process_time() - begin) / len(frames)
-                line(
-                    video.stem, "mask" if mask else "none", name, len(markers.position), int(rest.sum()), *judged, cost
-                )
+                line(video.stem, hint, name, len(markers.position), int(rest.sum()), *judged, cost)
 
 
 def _trackers(markers, frames, mask) -> dict[str, functools.partial]:
