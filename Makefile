@@ -11,8 +11,15 @@ SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13)
 PROCESSORS := OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Sandybridge,MKL_CBWR=COMPATIBLE OPENBLAS_CORETYPE=SkylakeX
 UNUSED := X86_V4 AVX512_ICL AVX512_SPR
 MARKS ?= not slow
+# Modules are compiled once and not by every process, also where the environment asks for nothing to be written.
+export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help study test test-all test-processors lint format docs bench validate reference lock libraries clean
+# The oldest libraries that pyproject.toml allows, on the oldest Python; what newer ones call outdated is no mistake there.
+OLDEST := .venv-oldest
+EXTRAS := vision,export,detect,sensitivity,cluster,web,dev
+OUTDATED := -W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning -W ignore::FutureWarning
+
+.PHONY: help study test test-all test-processors test-oldest lint format docs bench validate reference lock libraries clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 17
@@ -32,6 +39,11 @@ test-processors: $(READY)  ## run the tests as other processors do (MARKS= for t
 		env NPY_DISABLE_CPU_FEATURES="$(UNUSED)" NUMBA_CACHE_DIR=$(CURDIR)/.numba/generic NUMBA_CPU_NAME=generic $$settings \
 			$(BIN)/pytest -q -n 2 --dist worksteal -m "$(MARKS)" || exit 1; \
 	done
+
+test-oldest:  ## run the tests on the oldest libraries that are allowed (needs uv; MARKS= for the slow ones, too)
+	uv venv --quiet --clear --python 3.11 $(OLDEST)
+	uv pip install --quiet --python $(OLDEST)/bin/python --resolution lowest-direct -e ".[$(EXTRAS)]"
+	env NUMBA_CACHE_DIR=$(CURDIR)/.numba/oldest $(OLDEST)/bin/pytest -n 2 --dist worksteal -m "$(MARKS)" $(OUTDATED)
 
 lint: $(READY)  ## check style and types
 	$(BIN)/ruff check .
@@ -62,7 +74,7 @@ libraries:  ## check the system libraries that Gmsh and VTK load
 	$(PYTHON) src/fingerslip/installation.py
 
 clean:  ## remove the environment and everything that was built
-	rm -rf $(VENV) .numba docs/_build docs/api/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) $(OLDEST) .numba docs/_build docs/api/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
 
 $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c '$(SUPPORTED)' || { \

@@ -24,7 +24,7 @@ from fingerslip.detect.samples import Sampling, benchmark_test_trials
 from fingerslip.detect.simulated import Filming
 from fingerslip.detect.training import Detector, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
-from fingerslip.detect.unseen import on_unseen
+from fingerslip.detect.evaluation.crossval import on_unseen
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE, GREEN, GREY, VERMILLION

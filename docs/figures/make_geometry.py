@@ -15,10 +15,11 @@ from fingerslip.report.figures.style import save_figure
 from fingerslip.report.page.samples import tornado_pictures
 from fingerslip.report.tables.samples import intervals_table, sensitivity_table
 from fingerslip.results import StudyResult
-from fingerslip.sampling import Fit, fits_of
+from fingerslip.sampling.sensitivity import Fit, fits_of
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.summary import SENSITIVITY
 from fingerslip.tables.table import Table, to_markdown
+from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import GEOMETRY, GEOMETRY_FILE, allowed_geometry, geometry_table
 
 FOLDER = Path(__file__).parent
@@ -29,7 +30,7 @@ REFERENCE = ROOT / "results" / "reference"
 def main() -> None:
     """Write all tables and figures; runs that are not there are computed."""
     results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
-    rows = allowed_geometry(ROOT / "studies", results, workers=1, compute=True).rows
+    rows = allowed_geometry(Work(ROOT / "studies", results, workers=1), compute=True).rows
     shutil.copyfile(results / GEOMETRY_FILE.name, REFERENCE / GEOMETRY_FILE.name)
     parts = [part(geometry_table(rows))]
     for name in GEOMETRY:

@@ -19,7 +19,7 @@ import shrink
 
 from fingerslip.study.convergence import converge
 from fingerslip.study.running.runner import run_studies
-from fingerslip.validation import rows_mapping, rows_markdown, validate
+from fingerslip.validation import Work, rows_mapping, rows_markdown, validate
 
 ROOT = Path(__file__).parents[2]
 REFERENCE, STUDIES = ROOT / "results" / "reference", ROOT / "studies"
@@ -39,7 +39,7 @@ MADE = "fingerslip converge studies/wang2014_table2.yaml --markdown"
 
 def main(results: Path) -> None:
     """Run everything and write everything."""
-    rows = validate(STUDIES, results)
+    rows = validate(Work(STUDIES, results))
     text = rows_markdown(rows)
     (REFERENCE / "validation.md").write_text(text, encoding="utf-8")
     (REFERENCE / "validation.json").write_text(json.dumps(rows_mapping(rows), indent=2) + "\n", encoding="utf-8")

@@ -58,6 +58,38 @@ from .model.model import (
     Traction as Traction,
 )
 from .model.programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
+from .react.closed_form import travel_after_ramp as travel_after_ramp, travel_after_step as travel_after_step
+from .react.detectors import (
+    AtOnce as AtOnce,
+    ForceRatio as ForceRatio,
+    Never as Never,
+    SlippedArea as SlippedArea,
+    StickRatio as StickRatio,
+)
+from .react.latency import CriticalStart as CriticalStart, critical_start as critical_start
+from .react.loads import (
+    DroppedBall as DroppedBall,
+    LoadSeries as LoadSeries,
+    RampLoad as RampLoad,
+    StepLoad as StepLoad,
+)
+from .react.loop import Grasp as Grasp, OpenLoop as OpenLoop, Outcome as Outcome
+from .react.mapping import (
+    MapResult as MapResult,
+    ReactionMap as ReactionMap,
+    reaction_map as reaction_map,
+    read_reaction_map as read_reaction_map,
+)
+from .react.moment import Alarm as Alarm, Moment as Moment
+from .react.reflex import (
+    Actuator as Actuator,
+    Reaction as Reaction,
+    Reflex as Reflex,
+    reaction as reaction,
+    reaction_names as reaction_names,
+)
+from .react.scenario import HeldObject as HeldObject, Holder as Holder, holder_of as holder_of
+from .react.spikes import SpikeCount as SpikeCount
 from .report.figures.browse import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (

@@ -6,23 +6,6 @@ import contextlib
 import difflib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-__all__ = [
-    "ConvergenceError",
-    "DamagedError",
-    "EquilibriumError",
-    "FingerslipError",
-    "InputError",
-    "InputErrors",
-    "InvertedCellError",
-    "MeshError",
-    "Mistakes",
-    "ResultError",
-    "SlipOutsideContactError",
-    "TruncatedVideoError",
-    "shorten",
-    "unknown_name",
-]
-
 _LONGEST = 80
 
 

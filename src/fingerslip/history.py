@@ -162,7 +162,7 @@ def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr
     """Label arrays as a history."""
     import xarray as xr
 
-    def labelled(table: Mapping[str, Variable]) -> dict[str, xr.Variable]:
+    def with_units(table: Mapping[str, Variable]) -> dict[str, xr.Variable]:
         return {
             name: xr.Variable(variable.dims, values[name], {"units": variable.units, "long_name": variable.long_name})
             for name, variable in table.items()
@@ -172,7 +172,7 @@ def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr
     unknown = set(values) - set(COORDINATES) - set(VARIABLES)
     if unknown:
         raise KeyError(f"no variables of a history: {sorted(unknown)}")
-    return xr.Dataset(labelled(VARIABLES), coords=labelled(COORDINATES), attrs=dict(attributes))
+    return xr.Dataset(with_units(VARIABLES), coords=with_units(COORDINATES), attrs=dict(attributes))
 
 
 def write_history(history: xr.Dataset, path: str | Path) -> None:

@@ -13,8 +13,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Library", "install_line", "missing_libraries", "use_writable_cache"]
-
 
 @dataclass(frozen=True)
 class Library:

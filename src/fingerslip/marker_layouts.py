@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 
-__all__ = ["RING_COUNTS", "MarkerLayout", "hexagonal_layout", "ring_layout"]
-
 #: Markers on each ring, the centre first. They sum to the 81 of Cordova Bulens et al. 2023, who do not print the rings:
 #: assumed.
 RING_COUNTS = (1, 8, 16, 24, 32)

@@ -15,8 +15,6 @@ from fingerslip.vision.tracks import KINDS, make_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ROD_FOOT", "filmed_tracks", "marker_tracks", "seen_with_plate"]
-
 #: Kind of the sites where rods begin; each stands beside the internal marker of its rod.
 ROD_FOOT = "rod foot"
 

@@ -15,8 +15,6 @@ from fingerslip.errors import InputError, unknown_name
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.units import parse_quantity, split_quantity
 
-__all__ = ["PublishedSet", "PublishedValue", "published_names", "published_set"]
-
 Kind = Literal["published", "derived", "qualitative"]
 
 

@@ -23,27 +23,6 @@ from fingerslip.storage.files import file_digest, read_json, write_json
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "HISTORY",
-    "LOG",
-    "REPEAT",
-    "RESULT",
-    "RUN",
-    "SAMPLE",
-    "Quantity",
-    "RefusedRun",
-    "RunResult",
-    "StudyResult",
-    "quantities",
-    "read_result",
-    "result_from_mapping",
-    "result_mapping",
-    "result_of",
-    "stored_result",
-    "unchecked_result",
-    "write_result",
-]
-
 
 #: What the numbers of a sample and of a repeat are called among the swept values of a run.
 SAMPLE, REPEAT = "sample", "repeat"
@@ -90,7 +69,7 @@ def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunRe
         swept=swept,
         events=slip.events,
         peaks=slip.peaks.peaks,
-        numbers=measures.read_measures(history, found=slip),
+        numbers=measures.read_measures(history, slip=slip),
         edge=edge_contact(history),
     )
 

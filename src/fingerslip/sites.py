@@ -6,8 +6,6 @@ from typing import Literal, get_args
 
 from fingerslip.parameters import Length, parameters
 
-__all__ = ["RECEPTOR_KINDS", "ReceptorKind", "Site"]
-
 #: The four types of mechanoreceptors in the skin of the fingertip.
 ReceptorKind = Literal["FA-I", "SA-I", "FA-II", "SA-II"]
 RECEPTOR_KINDS: tuple[str, ...] = get_args(ReceptorKind)

@@ -21,16 +21,6 @@ from fingerslip.history import nearest_record
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "CELL_TYPES",
-    "CellType",
-    "FlatFace",
-    "Snapshot",
-    "flat_faces",
-    "in_space",
-    "read_snapshot",
-]
-
 
 Floats = NDArray[np.float64]
 
@@ -107,10 +97,10 @@ def flat_faces(history: xr.Dataset, number: int) -> tuple[FlatFace, ...]:
     extent = float(np.linalg.norm(np.ptp(history["node_position"].values, axis=0)))
     faces = []
     for counterface, normal in enumerate(history["counterface_normal"].values):
-        own = history["contact_counterface"].values == counterface
-        at = history["contact_position"].values[own] + history["contact_displacement"].values[step][own]
-        on_face = at - history["gap"].values[step][own][:, None] * normal
+        nodes = history["contact_counterface"].values == counterface
+        at = history["contact_position"].values[nodes] + history["contact_displacement"].values[step][nodes]
+        on_face = at - history["gap"].values[step][nodes][:, None] * normal
         # The faces that are left out are curved.
-        if own.any() and np.ptp(on_face @ normal) <= _FLAT * extent:
+        if nodes.any() and np.ptp(on_face @ normal) <= _FLAT * extent:
             faces.append(FlatFace(counterface, in_space(on_face.mean(axis=0)[None])[0], in_space(normal[None])[0]))
     return tuple(faces)

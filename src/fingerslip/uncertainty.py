@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-__all__ = ["ORDERS", "SETTINGS", "Behaviour", "Convergence", "Refinement", "Series", "Setting", "combine", "refine"]
-
 Behaviour = Literal["monotone", "slow", "oscillatory", "divergent", "unchanged", "missing"]
 
 

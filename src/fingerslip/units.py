@@ -18,24 +18,6 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = [
-    "METRES",
-    "LengthUnit",
-    "Unit",
-    "coordinates",
-    "format_quantity",
-    "metres",
-    "millimetres",
-    "parse_quantity",
-    "quantity_of",
-    "si_number",
-    "si_quantity",
-    "split_quantity",
-    "unit_suffix",
-    "with_unit",
-    "without_rounding",
-]
-
 #: Units in which files may hold coordinates, and their metres.
 LengthUnit = Literal["m", "cm", "mm", "um"]
 METRES: Mapping[str, float] = MappingProxyType({"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6})
@@ -345,10 +327,10 @@ class Unit:
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         from pydantic_core import core_schema
 
-        def read(value: object, info: core_schema.ValidationInfo) -> object:
+        def validate(value: object, info: core_schema.ValidationInfo) -> object:
             return self._read_value(value, bool(info.context and info.context.get("from_text")))
 
-        return core_schema.with_info_before_validator_function(read, handler(source))
+        return core_schema.with_info_before_validator_function(validate, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         words = f"A quantity such as '1.5 {self.shown}'"

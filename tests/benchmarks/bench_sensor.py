@@ -22,8 +22,8 @@ from rows import line, options_of, table
 
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody, static_body
-from fingerslip.dynamics.statics.march import march_static
-from fingerslip.linear.threads import limited_threads
+from fingerslip.dynamics.statics.motion import static_motion
+from fingerslip.linear.resources import limited_threads
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.definition.runs import Run, expand
@@ -81,7 +81,7 @@ def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
     press, hold, along = (entry.phase for entry in study.programme)
     programme = (dataclasses.replace(press, depth=depth), hold, along)
     contact = study.all_contacts[0].contact(3)
-    motion, seconds = timed(lambda: march_static(body, contact, programme, study.time.stepping.step))
+    motion, seconds = timed(lambda: static_motion(body, contact, programme, study.time.stepping.step))
     start = int(np.searchsorted(motion.time, depth / press.speed + hold.duration - 1e-9))
     elapsed = motion.time[start:] - motion.time[start]
     moved = motion.displacement[start:] - motion.displacement[start]

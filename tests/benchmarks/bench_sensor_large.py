@@ -26,7 +26,7 @@ from rows import line, options_of, table
 
 import fingerslip as fs
 from fingerslip.errors import FingerslipError
-from fingerslip.linear.threads import limited_threads
+from fingerslip.linear.resources import limited_threads
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes

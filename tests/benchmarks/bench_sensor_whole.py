@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from rows import line, options_of, table
 
 import fingerslip as fs
-from fingerslip.linear.threads import limited_threads
+from fingerslip.linear.resources import limited_threads
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from problems.whole_sensors import half_of, slid_beside_half

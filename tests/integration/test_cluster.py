@@ -19,7 +19,7 @@ import yaml
 from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
 from fingerslip.results import stored_result
-from fingerslip.study.running.progress import SilentProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import StudyFailedError, run_study
 from places import DOCS, ROOT
 from unit.study.block import block_mesh, block_values
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.slow
 FRICTIONS = [round(0.2 + 0.02 * number, 2) for number in range(24)]
 
 
-class Killer(SilentProgress):
+class Killer(StudyProgress):
     """Kills a worker that computes when the third run is done, and keeps the outcomes of all runs."""
 
     def __init__(self, cluster: Any) -> None:
@@ -89,7 +89,7 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path: Path,
             np.testing.assert_allclose(there[name].values, here[name].values, rtol=1e-12, atol=1e-15)
 
 
-class Meanwhile(SilentProgress):
+class Meanwhile(StudyProgress):
     """Does something when the third run is done, and keeps what is said."""
 
     def __init__(self, act: Callable[[], object]) -> None:

@@ -18,15 +18,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from problems.line_contact import (
-    HALF_WIDTH,
-    PLANE_MODULUS,
-    RADIUS,
-    flattened_profile,
-    hertz_profile,
-    model,
-    ordered,
-)
+from problems.line_contact import HALF_WIDTH, PLANE_MODULUS, RADIUS, flattened_profile, hertz_profile, model, ordered
 
 MU = 0.5
 SIZE = HALF_WIDTH / 20

@@ -34,10 +34,7 @@ def slide(size: float) -> xr.Dataset:
             depth=finger.depth,
             supports={"phalanx": ("x", "y")},
             contacts=(fs.Contact("skin", fs.Plane(normal=(0, 1)), fs.Coulomb(0.6)),),
-            programme=(
-                fs.Press(depth=1.5e-3, speed=1.5e-3),
-                fs.Slide(distance=3e-3, speed=3e-3, direction=(-1, 0)),
-            ),
+            programme=(fs.Press(depth=1.5e-3, speed=1.5e-3), fs.Slide(distance=3e-3, speed=3e-3, direction=(-1, 0))),
             time=fs.TimeStepping(step=STEP, alpha=-0.41421),
             record=fs.Recording(sites=fs.receptor_sites(finger)),
         )

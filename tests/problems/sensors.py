@@ -9,7 +9,7 @@ import skfem
 import fingerslip as fs
 from fingerslip.contact.friction import FrictionLaw
 from fingerslip.dynamics.statics.body import static_body
-from fingerslip.dynamics.statics.march import StaticMotion, march_static
+from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
 from fingerslip.model.programme import Phase
 from fingerslip.sites import Site
 from fingerslip.specimens.tactip import TacTip
@@ -55,4 +55,4 @@ def slid_sensor(
     """Return the internal markers of a sensor, and their motion in steps [s]; the rest as for `static_body`."""
     model = pressed_sensor(sensor, mesh, friction, programme, step=step, reach=reach)
     body = static_body(model, reach=reach, hidden=hidden, patch=patch)
-    return model.record.sites, march_static(body, model.contacts[0], model.programme, step)
+    return model.record.sites, static_motion(body, model.contacts[0], model.programme, step)

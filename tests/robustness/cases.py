@@ -80,10 +80,7 @@ def _limited_time() -> Iterator[None]:
     def stop(*_: object) -> None:
         raise HangError(f"took more than {_SECONDS:g} s of the processor, or {_CLOCK_SECONDS:g} s")
 
-    timers = (
-        (signal.SIGPROF, signal.ITIMER_PROF, _SECONDS),
-        (signal.SIGALRM, signal.ITIMER_REAL, _CLOCK_SECONDS),
-    )
+    timers = ((signal.SIGPROF, signal.ITIMER_PROF, _SECONDS), (signal.SIGALRM, signal.ITIMER_REAL, _CLOCK_SECONDS))
     before = [signal.signal(number, stop) for number, _, _ in timers]
     for _, timer, seconds in timers:
         signal.setitimer(timer, seconds)

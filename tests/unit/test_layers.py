@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import functools
 import graphlib
 import re
 from collections.abc import Iterator, Mapping
@@ -12,26 +11,20 @@ from pathlib import Path
 import pytest
 
 import fingerslip
-from places import ROOT
+from places import ROOT, parsed
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors units storage parameters sites marker_layouts",
-    "materials mesh specimens fe linear contact model history snapshot tables dynamics",
+    "errors units storage parameters tables sites marker_layouts",
+    "materials mesh specimens fe linear contact model history snapshot dynamics",
     "slip afferents vision marker_tracks uncertainty published results sampling report export detect",
-    "verification study validation commands",
+    "react verification study validation commands",
 )
 LAYERS = [name for row in ROWS for name in row.split()]
 # The package's face names everything lazily, and the entry point calls the command line.
 FACES = {"__init__", "__main__", "version"}
 # Looks for missing system libraries, so it must work where the package itself cannot be loaded.
 ALONE = {"installation"}
-
-
-@functools.cache
-def parsed(path: Path) -> ast.Module:
-    """Return the syntax tree of a file, which several tests walk through."""
-    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def imported(tree: ast.AST, module: str) -> Iterator[str]:
@@ -77,7 +70,7 @@ def test_modules_import_lower_layers_only() -> None:
 
 @pytest.mark.parametrize("name", sorted(ALONE))
 def test_module_that_stands_alone_imports_nothing_of_the_package(name: str) -> None:
-    tree = ast.parse((SOURCE / f"{name}.py").read_text(encoding="utf-8"))
+    tree = parsed(SOURCE / f"{name}.py")
     assert [other for other in imported(tree, f"fingerslip.{name}") if other.split(".")[0] == "fingerslip"] == []
 
 

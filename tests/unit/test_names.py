@@ -6,7 +6,7 @@ import ast
 import functools
 import re
 
-from places import ROOT
+from places import ROOT, parsed
 
 VAGUE = {"found", "own", "one", "known", "parts", "place", "kept", "shown", "given", "taken", "told", "made", "there"}
 PARTICIPLE = re.compile(r"_?(\w+ed|made|kept|shown|known|held|told|taken|found|given)")
@@ -17,7 +17,7 @@ def functions() -> list[tuple[str, ast.FunctionDef]]:
     return [
         (f"{path.name}:{node.lineno} {node.name}", node)
         for path in sorted((ROOT / "src" / "fingerslip").rglob("*.py"))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(parsed(path))
         if isinstance(node, ast.FunctionDef)
     ]
 

@@ -16,27 +16,6 @@ import pytest
 
 import fingerslip as fs
 
-HEAVY = ("numpy", "pydantic", "pint", "xarray", "skfem", "gmsh", "meshio", "numba", "matplotlib", "pyvista", "scipy")
-
-
-@pytest.mark.parametrize(
-    "code",
-    ["import fingerslip", "import fingerslip.commands.app", "from fingerslip.commands.app import app; _help(app)"],
-)
-def test_heavy_modules_are_not_loaded_until_needed(code: str) -> None:
-    script = f"""
-import sys
-def _help(app):
-    try:
-        app(["--help"])
-    except SystemExit as end:
-        assert end.code == 0
-{code}
-print("LOADED", *sorted(set({HEAVY!r}) & set(sys.modules)))
-"""
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "LOADED"
-
 
 def test_every_public_name_can_be_loaded() -> None:
     assert len(set(fs.__all__)) == len(fs.__all__)

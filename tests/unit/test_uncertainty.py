@@ -34,11 +34,7 @@ def test_a_power_law_gives_its_order_and_its_limit(
     assert found.converges
 
 
-@given(
-    st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=3),
-    st.floats(1e-3, 1e3),
-    st.floats(-1e3, 1e3),
-)
+@given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=3), st.floats(1e-3, 1e3), st.floats(-1e3, 1e3))
 def test_uncertainty_goes_with_the_unit_and_not_with_the_zero(values: list[float], scale: float, shift: float) -> None:
     plain = refine(series(*values), 2.0)
     moved = refine(series(*(scale * value for value in values)), 2.0)

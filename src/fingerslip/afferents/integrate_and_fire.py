@@ -20,19 +20,17 @@ import pydantic
 from numpy.typing import NDArray
 from scipy import signal
 
+from fingerslip.afferents.signals import ORDER, filter_from_rest
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, PositiveDuration, Rate, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.sites import RECEPTOR_KINDS
-
-__all__ = ["AFFERENTS", "IntegrateAndFire", "human_afferents"]
 
 Array = NDArray[np.float64]
 _Positive = Annotated[float, pydantic.Field(gt=0)]
 
 # Steps of the membrane are at most these shares of its time constant and of the rest after a spike.
 _OF_MEMBRANE, _OF_REST = 0.02, 0.2
-_LOW_PASS_ORDER = 3
 
 
 @parameters
@@ -98,10 +96,7 @@ class IntegrateAndFire:
         """Return values (m, k) without what is above the highest frequency, from rest at the first of them."""
         if self.highest_frequency >= 0.5 * rate:
             return values
-        sections = signal.butter(_LOW_PASS_ORDER, self.highest_frequency, fs=rate, output="sos")
-        smoothed, _ = signal.sosfilt(sections, values, axis=0, zi=signal.sosfilt_zi(sections)[:, :, None] * values[0])
-        low: Array = smoothed
-        return low
+        return filter_from_rest(values, signal.butter(ORDER, self.highest_frequency, fs=rate, output="sos"), 0)
 
     def _find_spikes(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""

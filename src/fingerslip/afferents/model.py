@@ -16,8 +16,6 @@ from fingerslip.afferents.signals import warn_beyond
 from fingerslip.afferents.stimuli import STIMULI, receptor_stimuli
 from fingerslip.errors import InputError, ResultError
 
-__all__ = ["AfferentModel", "Spikes", "spikes_of"]
-
 Array = NDArray[np.float64]
 
 
@@ -30,16 +28,13 @@ class AfferentModel(Protocol):
     @property
     def stimulus(self) -> str:
         """Name of what it responds to, one of :data:`~fingerslip.afferents.stimuli.STIMULI`."""
-        ...
 
     @property
     def highest_frequency(self) -> float:
         """Highest frequency of the stimulus that matters to it [Hz]."""
-        ...
 
     def spikes(self, times: Array, values: Array) -> Sequence[Array]:
         """Return the spike times [s] of each receptor, from times (n,) [s] and the stimulus (n, k) in SI units."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -65,12 +60,9 @@ class Spikes:
     def to_dataframe(self) -> pd.DataFrame:
         """Return a row for each spike: `site`, `kind` and `time` [s]."""
         counts = [time.size for time in self.times]
-        columns = {
-            "site": np.repeat(np.array(self.names, dtype=str), counts),
-            "kind": np.repeat(np.array(self.kinds, dtype=str), counts),
-            "time": np.concatenate(self.times) if self.times else np.empty(0),
-        }
-        return pd.DataFrame(columns)
+        labels = {"site": self.names, "kind": self.kinds}
+        columns = {name: np.repeat(np.array(texts, dtype=str), counts) for name, texts in labels.items()}
+        return pd.DataFrame({**columns, "time": np.concatenate([np.empty(0), *self.times])})
 
     def rates(self, window: float) -> xr.DataArray:
         """Return the mean rate [1/s] of each receptor type in windows one after the other.
@@ -95,14 +87,13 @@ class Spikes:
             raise InputError("window", f"got {window:g} s", "must be above 0 s")
         count = max(1, math.ceil((self.end - self.start) / window - 1e-9))
         edges: Array = self.start + window * np.arange(count + 1, dtype=np.float64)
-        kinds = tuple(dict.fromkeys(self.kinds))
-        trains = {
-            kind: [time for time, its in zip(self.times, self.kinds, strict=True) if its == kind] for kind in kinds
-        }
+        trains: dict[str, list[Array]] = {}
+        for kind, times in zip(self.kinds, self.times, strict=True):
+            trains.setdefault(kind, []).append(times)
         # Spikes per afferent of a type in each window.
         counts = [np.histogram(np.concatenate(times), edges)[0] / len(times) for times in trains.values()]
-        values = np.reshape(counts, (len(kinds), count)) / window
-        coordinates = {"kind": list(kinds), "time": 0.5 * (edges[1:] + edges[:-1])}
+        values = np.reshape(counts, (len(trains), count)) / window
+        coordinates = {"kind": list(trains), "time": 0.5 * (edges[1:] + edges[:-1])}
         return xr.DataArray(values, coordinates, ("kind", "time"), attrs={"units": "1/s"})
 
 
@@ -130,9 +121,8 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     """
     for kind, model in models.items():
         if model.stimulus not in STIMULI:
-            raise InputError(
-                f"{kind}.stimulus", f"'{model.stimulus}' is not known", f"needs one of {', '.join(STIMULI)}"
-            )
+            allowed = f"needs one of {', '.join(STIMULI)}"
+            raise InputError(f"{kind}.stimulus", f"'{model.stimulus}' is not known", allowed)
     stimuli = receptor_stimuli(history, tuple(models))
     times, available = stimuli["time"].values, stimuli["site_kind"].values
     result: dict[int, Array] = {}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-import skfem
 import xarray as xr
 from numpy.typing import NDArray
 from scipy import signal
@@ -13,17 +12,9 @@ from scipy import signal
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
 
-__all__ = [
-    "BandwidthWarning",
-    "filter_band",
-    "mesh_bandwidth",
-    "record_bandwidth",
-    "spectrum",
-    "warn_beyond",
-]
+Array = NDArray[np.float64]
 
-
-_ORDER = 3
+ORDER = 3  # of low passes and high passes
 # Steps that differ by less than this share are equal.
 _SAME = 1e-6
 
@@ -55,7 +46,7 @@ def filter_band(values: xr.DataArray, low: float | None = None, high: float | No
     axis, signals = values.get_axis_num("time"), values.values
     for frequency, kind in ((high, "lowpass"), (low, "highpass")):
         if frequency is not None:
-            signals = _filter_from_rest(signals, signal.butter(_ORDER, frequency, kind, fs=rate, output="sos"), axis)
+            signals = filter_from_rest(signals, signal.butter(ORDER, frequency, kind, fs=rate, output="sos"), axis)
     return values.copy(data=signals)
 
 
@@ -88,13 +79,11 @@ def spectrum(values: xr.DataArray) -> xr.DataArray:
     return powers
 
 
-def _filter_from_rest(values: NDArray[np.float64], sections: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Filter from a state at rest at the first value."""
-    moved = np.moveaxis(values, axis, 0)
-    rest = signal.sosfilt_zi(sections).reshape(len(sections), 2, *([1] * (moved.ndim - 1))) * moved[0]
-    passed, _ = signal.sosfilt(sections, moved, axis=0, zi=rest)
-    back: NDArray[np.float64] = np.moveaxis(passed, 0, axis)
-    return back
+def filter_from_rest(values: Array, sections: Array, axis: int) -> Array:
+    """Return values after a filter of second-order sections (n, 6), from a state at rest at the first value."""
+    by_time = np.moveaxis(values, axis, 0)
+    rest = signal.sosfilt_zi(sections).reshape(len(sections), 2, *([1] * (by_time.ndim - 1))) * by_time[0]
+    return np.asarray(np.moveaxis(signal.sosfilt(sections, by_time, axis=0, zi=rest)[0], 0, axis))
 
 
 def _rate(values: xr.DataArray) -> float:
@@ -140,31 +129,21 @@ def mesh_bandwidth(model: Model) -> dict[str, float]:
     Shear waves are the slowest, of speed sqrt(G/rho) with G a third of the material's `stiffness`, as in nearly
     incompressible tissue. The longest edge of a region counts.
     """
-    longest = _longest_edges(model.mesh)
-    limits = {}
+    limits, mesh = {}, model.mesh
+    corners = mesh.p[:, mesh.t[: mesh.refdom.nnodes]]
+    pairs = mesh.refdom.edges if mesh.dim() == 3 else mesh.refdom.facets
+    # The longest distance between two corners of a cell that share an edge, (n_cells,) [m].
+    longest = np.max([np.linalg.norm(corners[:, a] - corners[:, b], axis=0) for a, b in map(tuple, pairs)], axis=0)
     for region, material in model.materials.items():
-        cells = model.mesh.subdomains[region]
         speed = np.sqrt(material.stiffness / (3.0 * material.density))
-        limits[region] = float(speed / (_ELEMENTS_A_WAVE * longest[cells].max()))
+        limits[region] = float(speed / (_ELEMENTS_A_WAVE * longest[mesh.subdomains[region]].max()))
     return limits
 
 
 def warn_beyond(history: xr.Dataset, highest: float, what: str) -> None:
-    """Warn where a question asks for more than the records resolve.
-
-    Units: highest [Hz].
-    """
+    """Warn where a question asks for a higher frequency [Hz] than the records resolve."""
     bandwidth = record_bandwidth(history)
     if highest > bandwidth:
         step = 1.0 / (_STEPS_A_PERIOD * highest)
         resolved = f"the records resolve {bandwidth:.3g} Hz; a step of {step:.1g} s would do"
         warnings.warn(f"{what} reaches {highest:g} Hz, and {resolved}", BandwidthWarning, stacklevel=3)
-
-
-def _longest_edges(mesh: skfem.Mesh) -> NDArray[np.float64]:
-    """Return the longest distance between two corners of a cell that share an edge, shape (n_cells,) [m]."""
-    corners = mesh.p[:, mesh.t[: mesh.refdom.nnodes]]
-    pairs = mesh.refdom.edges if mesh.dim() == 3 else mesh.refdom.facets
-    lengths = [np.linalg.norm(corners[:, first] - corners[:, second], axis=0) for first, second in map(tuple, pairs)]
-    longest: NDArray[np.float64] = np.max(lengths, axis=0)
-    return longest

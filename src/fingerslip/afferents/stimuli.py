@@ -13,11 +13,7 @@ from fingerslip.errors import ResultError
 from fingerslip.history import full_tensors, sites_of_kinds
 from fingerslip.sites import RECEPTOR_KINDS
 
-__all__ = ["STIMULI", "receptor_stimuli"]
-
 Array = NDArray[np.float64]
-
-_STRAIN = "strain"
 
 
 def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS) -> xr.Dataset:
@@ -44,38 +40,34 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
     rows = sites_of_kinds(history, kinds)
     if not rows.size:
         raise ResultError(f"history: has no receptor of the types {', '.join(kinds)}, needs one; record receptors")
-    if _STRAIN not in history:
+    if "strain" not in history:
         raise ResultError("history: holds no strain at the sites, needs it; run the study again with this version")
-    at = history.isel(site=rows)
-    times = at["time"].values
-    variables = {}
+    at, dims = history.isel(site=rows), ("time", "site")
+    times, variables = at["time"].values, {}
     for name, (units, meaning, stimulus) in STIMULI.items():
         values = stimulus(at)
         rate = np.gradient(values, times, axis=0) if times.size > 1 else np.zeros_like(values)
-        attributes = {"units": units, "long_name": meaning}
-        variables[name] = xr.Variable(("time", "site"), values, attributes)
-        changing = {"units": f"{units}/s" if units != "1" else "1/s", "long_name": f"rate of {meaning}"}
-        variables[f"{name}_rate"] = xr.Variable(("time", "site"), rate, changing)
+        changing = {"units": f"{units}/s", "long_name": f"rate of {meaning}"}
+        variables[name] = xr.Variable(dims, values, {"units": units, "long_name": meaning})
+        variables[f"{name}_rate"] = xr.Variable(dims, rate, changing)
     return xr.Dataset(variables, coords={name: at[name] for name in ("time", "site", "site_kind")})
 
 
 def _equivalent_strain(at: xr.Dataset) -> Array:
     """Return sqrt(2/3 e:e) of the deviator e of the strain tensor."""
-    strain = full_tensors(at[_STRAIN])
+    strain = full_tensors(at["strain"])
     mean = np.trace(strain, axis1=-2, axis2=-1) / 3.0
     deviator = strain - mean[..., None, None] * np.eye(3)
-    equivalent: Array = np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1)))
-    return equivalent
+    return np.asarray(np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1))))
 
 
 def _principal(at: xr.Dataset, which: int) -> Array:
     """Return a principal strain, numbered from the smallest; NaN where the strain across the plane is not known."""
-    strain = full_tensors(at[_STRAIN])
+    strain = full_tensors(at["strain"])
     finite = np.asarray(np.isfinite(strain).all(axis=(-2, -1), keepdims=True))
     # Eigenvalues of a tensor with NaN are numbers that mean nothing.
     principal = np.linalg.eigvalsh(np.where(finite, strain, 0.0))
-    values: Array = np.where(finite[..., 0, 0], principal[..., which], np.nan)
-    return values
+    return np.asarray(np.where(finite[..., 0, 0], principal[..., which], np.nan))
 
 
 def _length(name: str) -> Callable[[xr.Dataset], Array]:

@@ -17,8 +17,6 @@ from fingerslip import commands
 from fingerslip.commands.shared import exit_code, print_error, stop_on_termination
 from fingerslip.errors import FingerslipError
 
-__all__ = ["app", "command_line"]
-
 _HELP = """When does a surface that a fingertip holds begin to slip, and how long is there to react?
 
 Start with: fingerslip new mine.yaml; then: fingerslip check mine.yaml; fingerslip run mine.yaml.

@@ -6,8 +6,6 @@ from pathlib import Path
 
 from fingerslip.commands.shared import AsJson, Results, Studies, print_tables
 
-__all__ = ["check"]
-
 
 def check(studies: Studies, results: Results = Path("results"), as_json: AsJson = False) -> None:
     """Check studies without computing them: the runs, their size and about how long they take."""

@@ -21,8 +21,6 @@ from fingerslip.commands.shared import (
 if TYPE_CHECKING:
     from fingerslip.tables.table import Table
 
-__all__ = ["converge"]
-
 
 def converge(
     studies: Studies,

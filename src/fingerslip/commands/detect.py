@@ -9,32 +9,16 @@ import typer
 
 from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress
 
-__all__ = [
-    "ACTIONS",
-    "collect",
-    "detect",
-    "evaluate",
-    "film",
-    "inquire",
-    "run",
-    "score",
-    "simulate",
-    "train",
-    "transfer",
-    "vary",
-]
-
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Classifier = Annotated[
     str,
-    typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and sets of features other than its own."),
+    typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and other sets of features."),
 ]
 Classifiers = Annotated[
     list[str] | None, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Only this one; repeatable.")
 ]
 Labels = Annotated[
-    str,
-    typer.Option("--labels", metavar="SOURCE|CSV", help="Source of the labels, or a CSV file of onset times."),
+    str, typer.Option("--labels", metavar="SOURCE|CSV", help="Source of the labels, or a CSV file of onset times.")
 ]
 RestFrames = Annotated[int, typer.Option("--rest-frames", min=1, help="Frames at rest at the start of a trial.")]
 Window = Annotated[int, typer.Option("--window", min=2, help="Frames in a velocity.")]
@@ -100,10 +84,7 @@ def collect(
 
 
 def film(
-    results: Annotated[
-        Path,
-        typer.Argument(metavar="RESULTS", help="Folder of the results of a study of a sensor.", show_default=False),
-    ],
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder of a sensor's study.", show_default=False)],
     *,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Simulated trials",

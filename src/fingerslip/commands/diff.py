@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables
 
-__all__ = ["diff"]
-
 
 def diff(
     first: Annotated[Path, typer.Argument(metavar="RUN_A", help="Folder of a finished run.", show_default=False)],

@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables, shipped_studies
 
-__all__ = ["examples"]
-
 
 def examples(
     name: Annotated[

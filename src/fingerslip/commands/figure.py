@@ -10,8 +10,6 @@ import typer
 from fingerslip.commands.shared import cameras, fields, figure_kinds
 from fingerslip.report.scene.names import CAMERAS, FIELDS, alternatives
 
-__all__ = ["figure"]
-
 
 def figure(  # noqa: PLR0917  the options of a command line have no order
     target: Annotated[

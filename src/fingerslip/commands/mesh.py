@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables, specimens
 
-__all__ = ["mesh"]
-
 
 def mesh(
     target: Annotated[
@@ -26,6 +24,6 @@ def mesh(
     as_json: AsJson = False,
 ) -> None:
     """Build a mesh, write it, and show the quality of its cells."""
-    from fingerslip.study.inspection.specimen import save_mesh
+    from fingerslip.study.inspection.check import save_mesh
 
     print_tables(save_mesh(target, output), as_json)

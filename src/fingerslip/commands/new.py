@@ -7,8 +7,6 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["new"]
-
 
 def new(
     path: Annotated[Path, typer.Argument(metavar="FILE", help="Study file to write.", show_default=False)],

@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables
 
-__all__ = ["predict"]
-
 
 def predict(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.")],
@@ -23,6 +21,6 @@ def predict(
     as_json: AsJson = False,
 ) -> None:
     """Predict what a run between those of a study would come to, with its error; nothing is simulated."""
-    from fingerslip.study.inspection.sensitivity import predict_table
+    from fingerslip.study.inspection.show import predict_table
 
     print_tables([predict_table(folder, at, of)], as_json)

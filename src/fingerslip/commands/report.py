@@ -10,8 +10,6 @@ import typer
 from fingerslip.commands.shared import AsJson, print_tables
 from fingerslip.errors import InputError
 
-__all__ = ["report"]
-
 
 def report(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.", show_default=False)],

@@ -17,8 +17,6 @@ from fingerslip.commands.shared import (
     screen_progress,
 )
 
-__all__ = ["run"]
-
 
 def run(
     studies: Studies,

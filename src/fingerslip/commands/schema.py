@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import typer
 
-__all__ = ["schema"]
-
 
 def schema() -> None:
     """Print the JSON Schema of study files, by which editors complete and check them."""

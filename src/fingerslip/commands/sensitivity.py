@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables
 
-__all__ = ["sensitivity"]
-
 
 def sensitivity(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study with samples.")],
@@ -25,6 +23,6 @@ def sensitivity(
 
     The table and its figure are written into the folder, too.
     """
-    from fingerslip.study.inspection.sensitivity import write_sensitivities
+    from fingerslip.study.inspection.show import write_sensitivities
 
     print_tables(write_sensitivities(folder, of, method), as_json)

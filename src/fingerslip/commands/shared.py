@@ -20,36 +20,13 @@ if TYPE_CHECKING:
     from fingerslip.study.running.progress import StudyProgress
     from fingerslip.tables.table import Table
 
-__all__ = [
-    "AsJson",
-    "Markdown",
-    "Quiet",
-    "Results",
-    "Studies",
-    "Workers",
-    "cameras",
-    "exit_code",
-    "fields",
-    "figure_kinds",
-    "print_error",
-    "print_results",
-    "print_tables",
-    "screen_progress",
-    "shipped_studies",
-    "specimens",
-    "stop_on_termination",
-]
-
 Studies = Annotated[list[Path], typer.Argument(metavar="STUDY...", help="Study files (YAML).", show_default=False)]
 Results = Annotated[Path, typer.Option("--results", metavar="DIR", help="Folder that holds a folder for each study.")]
 Workers = Annotated[
-    int,
-    typer.Option("--workers", metavar="N", min=1, help="Cores to use: one for each run, or all for one large run."),
+    int, typer.Option("--workers", metavar="N", min=1, help="Cores to use: one for each run, or all for one large run.")
 ]
 Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")]
-
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
-
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress; the answer is printed all the same.")]
 
 _FILE_WIDTH = 160
@@ -92,15 +69,7 @@ def _beginning(names: Iterable[str], incomplete: str) -> list[str]:
 
 
 def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
-    """Print tables on the screen, or uncut into a pipe or a file.
-
-    Parameters
-    ----------
-    tables : iterable of Table
-        The tables.
-    as_json : bool, optional
-        Whether they are printed as one JSON list.
-    """
+    """Print tables on the screen, or uncut into a pipe or a file; `as_json` as one JSON list."""
     from fingerslip.tables.table import to_mapping, to_rich
 
     if as_json:
@@ -129,9 +98,9 @@ def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None
 
 def screen_progress(quiet: bool = False) -> StudyProgress:
     """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error; or none."""
-    from fingerslip.study.running.progress import SilentProgress, progress_on_screen
+    from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 
-    return SilentProgress() if quiet else progress_on_screen()
+    return StudyProgress() if quiet else progress_on_screen()
 
 
 def stop_on_termination() -> None:
@@ -152,10 +121,7 @@ def print_error(message: str) -> None:
 def exit_code(error: FingerslipError) -> int:
     """Return the exit code of an error: 2 where the user can repair input or output, 1 where computing failed.
 
-    Parameters
-    ----------
-    error : FingerslipError
-        The error; of a study of which several runs failed, one repairable error is enough.
+    Of a study of which several runs failed, one repairable error is enough.
     """
     errors = getattr(error, "errors", None) or {"": error}
     return 2 if any(isinstance(entry, InputError | ResultError) for entry in errors.values()) else 1

@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, print_tables, specimens
 
-__all__ = ["show"]
-
 
 def show(
     target: Annotated[

@@ -9,8 +9,6 @@ import typer
 
 from fingerslip.commands.shared import Quiet, screen_progress
 
-__all__ = ["track"]
-
 
 def track(  # noqa: PLR0917  the options of a command line have no order
     video: Annotated[
@@ -46,7 +44,7 @@ def track(  # noqa: PLR0917  the options of a command line have no order
 
     The sensor rests in the first frames. What is wrong with a video is said, and marked in the tracks.
     """
-    from fingerslip.report.page.tracked import track_video
+    from fingerslip.report.page.tracking import track_video
 
     options = {"mask": mask, "calibration": calibration, "bright": bright, "frame_rate": frame_rate, "channel": channel}
     chosen = {"n_markers": markers, "rest_frames": rest, "layout": layout, **options}

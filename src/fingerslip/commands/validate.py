@@ -16,8 +16,6 @@ from fingerslip.commands.shared import (
     screen_progress,
 )
 
-__all__ = ["validate"]
-
 
 def validate(
     studies: Annotated[

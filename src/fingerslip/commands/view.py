@@ -10,8 +10,6 @@ import typer
 from fingerslip.commands.shared import cameras, fields
 from fingerslip.report.scene.names import CAMERAS, FIELDS, alternatives
 
-__all__ = ["view"]
-
 
 def view(  # noqa: PLR0917  the options of a command line have no order
     target: Annotated[

@@ -20,18 +20,6 @@ from numpy.typing import NDArray
 from fingerslip.detect.labels import Onsets
 from fingerslip.errors import InputError
 
-__all__ = [
-    "ForwardFilter",
-    "Hysteresis",
-    "Smoother",
-    "Thresholds",
-    "false_alarm_threshold",
-    "lead_bound",
-    "least_trials",
-    "onsets_from",
-]
-
-
 Floats = NDArray[np.float64]
 
 #: Probabilities of a frame count as at least this: a forest of 50 trees cannot tell less from nothing.

@@ -16,8 +16,6 @@ from fingerslip.detect.features import PUBLISHED
 from fingerslip.detect.optional import optional
 from fingerslip.errors import InputError, shorten
 
-__all__ = ["CLASSIFIERS", "SVM_GRID", "Candidate", "describe", "fit", "probabilities", "union_of_sets"]
-
 Values = NDArray[np.float32]
 
 #: What the support vector machines are chosen from by three-fold cross-validation grouped by trial, in the training

@@ -19,19 +19,6 @@ from fingerslip.vision.fields import (
     triangle_gradients,
 )
 
-__all__ = [
-    "FEATURE_SETS",
-    "PUBLISHED",
-    "FeatureSet",
-    "FeatureSettings",
-    "entropy",
-    "feature_names",
-    "features_of",
-    "rigid_residual",
-    "ring_of_features",
-    "strains",
-]
-
 Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
 

@@ -40,8 +40,6 @@ from fingerslip.tables.table import Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Inquiry", "Levels", "curve_sizes", "inquire", "vary", "write_inquiry"]
-
 
 @dataclass(frozen=True)
 class Levels:

@@ -22,25 +22,6 @@ from fingerslip.vision.tracks import seen, tracks_in_metres
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "CLASSES",
-    "GROSS",
-    "INCIPIENT",
-    "NO_SLIP",
-    "LabelSettings",
-    "Onsets",
-    "classes_at",
-    "label_differences",
-    "labels_from_contact",
-    "labels_from_external_markers",
-    "labels_from_plate",
-    "read_labels",
-    "read_onsets",
-    "seconds",
-    "write_labels",
-    "write_onsets",
-]
-
 Floats = NDArray[np.float64]
 
 #: Names of the classes; the number of a class is its place.

@@ -24,19 +24,6 @@ from fingerslip.vision.tracking.track import MarkerStream
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Finding",
-    "Frame",
-    "Latency",
-    "LiveDetector",
-    "findings_table",
-    "frames_of",
-    "latency_of",
-    "run_live",
-    "run_on_markers",
-    "run_on_tracks",
-]
-
 Floats = NDArray[np.float64]
 
 

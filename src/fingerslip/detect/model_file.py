@@ -32,8 +32,6 @@ from fingerslip.storage.files import (
 )
 from fingerslip.version import __version__
 
-__all__ = ["LARGEST", "TRUSTED", "read_detector", "write_detector"]
-
 #: Largest classifier that is loaded [byte], unpacked.
 LARGEST = 500_000_000
 

@@ -14,18 +14,6 @@ from fingerslip.vision.tracks import seen
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Motion",
-    "MotionSettings",
-    "fill_unseen",
-    "markers_of",
-    "mean_at_rest",
-    "motion_of",
-    "neighbour_weights",
-    "rest_positions",
-    "velocities",
-]
-
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 

@@ -7,8 +7,6 @@ from typing import Any
 
 from fingerslip.errors import InputError
 
-__all__ = ["optional"]
-
 
 def optional(module: str) -> Any:
     """Return a module of an optional dependency, such as ``sklearn.svm``."""

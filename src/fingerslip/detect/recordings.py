@@ -26,18 +26,6 @@ if TYPE_CHECKING:
 
     from fingerslip.vision.tracking.layouts import LayoutName
 
-__all__ = [
-    "EXTERNAL",
-    "TRACK_FILES",
-    "read_any_tracks",
-    "read_conditions",
-    "read_recording",
-    "readers",
-    "recorded_trials",
-    "with_external",
-]
-
-
 #: Column of a table of conditions that names the recording of the outer camera.
 EXTERNAL = "external"
 # Recordings of two cameras that end farther apart than this [s] are not of one trial; they have to begin together.

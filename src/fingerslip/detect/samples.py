@@ -17,22 +17,6 @@ from fingerslip.detect.motion import Motion, motion_of
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.errors import InputError
 
-__all__ = [
-    "PUBLISHED_SAMPLING",
-    "Samples",
-    "Sampling",
-    "benchmark_test_trials",
-    "chosen_frames",
-    "columns_of",
-    "grouped_folds",
-    "held_out",
-    "joined_samples",
-    "left_out",
-    "sample_split",
-    "samples_of",
-    "trial_samples",
-]
-
 
 @dataclass(frozen=True)
 class Sampling:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
-from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation
+from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation, on_unseen
 from fingerslip.detect.evaluation.scores import event_scores_of, frame_scores_of, rest_ends, score_submission
 from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
@@ -25,29 +25,16 @@ from fingerslip.detect.tables import (
     frame_table,
     left_out_table,
     score_table,
+    unseen_tables,
 )
 from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
-from fingerslip.detect.unseen import on_unseen, unseen_tables
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import write_text, writing
 from fingerslip.tables.table import Table, to_csv, to_markdown
 
 if TYPE_CHECKING:
     from fingerslip.vision.tracking.layouts import LayoutName
-
-__all__ = [
-    "Choices",
-    "collect_trials",
-    "evaluate_classifiers",
-    "film_runs",
-    "judge_detector",
-    "output_tables",
-    "run_detector",
-    "score_onsets",
-    "train_detector",
-    "write_tables",
-]
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,6 @@ from fingerslip.vision.cameras.point import PUBLISHED_FRAME_RATE, CameraPair, pa
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Filming", "film_results", "pouring_trial", "slide_trial"]
-
 Floats = NDArray[np.float64]
 
 #: A marker on the skin touches where it is nearer to the plate than this [m]; penetrations are below 15 um.

@@ -30,16 +30,6 @@ from fingerslip.vision.tracks import make_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "CENTRE",
-    "SyntheticSensor",
-    "SyntheticSlide",
-    "film_trials",
-    "synthetic_slides",
-    "synthetic_trial",
-]
-
-
 Floats = NDArray[np.float64]
 
 #: Where the middle of the sensor is in the pictures of both cameras [px].

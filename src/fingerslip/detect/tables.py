@@ -4,25 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from fingerslip.detect.evaluation.crossval import Unseen
 from fingerslip.detect.evaluation.inquiries import Robustness, Sensitivity
-from fingerslip.detect.evaluation.scores import Estimate, EventScores, FrameScores, Reliability
+from fingerslip.detect.evaluation.scores import Estimate, EventScores, FrameScores, Reliability, frame_scores_of
 from fingerslip.detect.labels import CLASSES
 from fingerslip.tables.table import Cell, Column, Missing, Table
-
-__all__ = [
-    "accuracy_table",
-    "assumption_table",
-    "calibration_table",
-    "condition_table",
-    "confusion_table",
-    "curve_table",
-    "event_table",
-    "frame_table",
-    "importance_table",
-    "left_out_table",
-    "robustness_table",
-    "score_table",
-]
 
 _INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
 _THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
@@ -164,3 +150,10 @@ def robustness_table(results: Sequence[Robustness]) -> Table:
     """Return accuracies under disturbances."""
     title = "Robustness, all frames of the test trials"
     return _table(title, ("disturbance", "amount", "accuracy", "unusable"), results)
+
+
+def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
+    """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
+    frames = {"all frames": frame_scores_of(result.matrices, seed=seed)}
+    note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
+    return [event_table(result.scores, note), frame_table(frames), confusion_table(frames)]

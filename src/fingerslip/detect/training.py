@@ -29,20 +29,6 @@ from fingerslip.errors import InputError, shorten
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Calibration",
-    "Detector",
-    "calibration_count",
-    "candidate_of_name",
-    "check_tracks_fit",
-    "detect",
-    "fit_detector",
-    "forward_filter",
-    "frame_scores",
-    "largest_before",
-    "train",
-]
-
 Floats = NDArray[np.float64]
 
 

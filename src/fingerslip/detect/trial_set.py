@@ -32,18 +32,6 @@ from fingerslip.vision.tracks import read_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "MANIFEST",
-    "TrialSet",
-    "check_labels",
-    "common_layout",
-    "gather_trials",
-    "open_trials",
-    "write_parquet",
-    "write_trials",
-]
-
-
 MANIFEST = "manifest.json"
 _FORMAT = 1
 _REPAIR = "write the data set again"

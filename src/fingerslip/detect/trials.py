@@ -22,18 +22,6 @@ from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "CONDITIONS",
-    "FILES",
-    "Trial",
-    "check_conditions",
-    "condition_text",
-    "layout_digest",
-    "layout_text",
-    "read_trial",
-    "write_trial",
-]
-
 #: Conditions with a fixed meaning and their units; all are optional, and others may stand beside them.
 CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {

@@ -1,34 +1,38 @@
-"""Motions that are computed together: what they are, and how they are marched in the coordinates of their systems."""
+"""Motions that are computed together: which integrator takes their steps, and what came of them."""
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.compact.integrator import CompactSteps, is_compact
-from fingerslip.dynamics.march import Inspect, march
-from fingerslip.dynamics.outside import OutsideCheck
+from fingerslip.dynamics.adaptive.steps import run_adaptive
+from fingerslip.dynamics.compact.integrator import Compact, is_compact
+from fingerslip.dynamics.finite.large import Large
+from fingerslip.dynamics.integrator import Integrator
+from fingerslip.dynamics.loop import Check, Loop, Observer
 from fingerslip.dynamics.recording.recorder import Recorder
-from fingerslip.dynamics.recording.recoveries import Recoveries
-from fingerslip.dynamics.rotations import RotationCheck
-from fingerslip.dynamics.step.state import first_state
-from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.recording.snapshots import Recoveries
+from fingerslip.dynamics.step.mesh import Mesh
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, build_steppers
+from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
+from fingerslip.linear.resources import Mapper, side_by_side, single_dense_thread
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.linear.threads import single_dense_thread
 from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
 
-__all__ = ["Marched", "Motions", "march_motions"]
+__all__ = ["Motions", "Outcome", "compute", "compute_apart", "make_integrator"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Motions:
-    """Models that share a matrix, and how to march them."""
+    """Models that share a matrix, and how to compute them."""
 
     models: tuple[Model, ...]  # the models
     systems: tuple[System, ...]  # their systems on the mesh
@@ -38,75 +42,71 @@ class Motions:
     progress: Callable[[float], None] | None  # called after every step with the fraction that is done
     threads: int  # threads that solve contacts side by side
 
-    @property
-    def first(self) -> Motions:
-        """The first motion alone."""
-        return replace(self, models=self.models[:1], systems=self.systems[:1], times=self.times[:1])
-
-
-def march_compact(
-    motions: Motions, steppers: Sequence[Stepper], recorders: Sequence[Recorder], inspect: Inspect | None
-) -> None:
-    """Take and record the steps of motions by compiled code, one motion after the other."""
-    done, every = 0, sum(times.size - 1 for times in motions.times)
-    for number, (stepper, recorder, times) in enumerate(zip(steppers, recorders, motions.times, strict=True)):
-        steps, state = CompactSteps(stepper), first_state(stepper)
-        checks = OutsideCheck(stepper.system), RotationCheck(stepper.system)
-        block = state
-        taken = 0
-        while True:
-            with motions.watch.part("recording"):
-                for check in checks if taken else ():
-                    check.look(block)
-                recorder.record(block)
-            if inspect is not None:
-                inspect(number, block)
-            if motions.progress is not None and taken:
-                motions.progress((done + taken) / every)
-            if taken == times.size - 1:
-                break
-            count = min(recorder.room, times.size - 1 - taken)
-            state, block = steps.advance(state, times[taken + 1 : taken + 1 + count])
-            taken += count
-        done += taken
-        for check in checks:
-            check.finish()
+    def part(self, numbers: slice) -> Motions:
+        """Return some of the motions."""
+        return replace(self, models=self.models[numbers], systems=self.systems[numbers], times=self.times[numbers])
 
 
 @dataclass(frozen=True)
-class Marched:
-    """Motions that are computed."""
+class Outcome:
+    """What came of motions."""
 
     steppers: tuple[Stepper, ...]  # what stayed the same in each
     recorders: tuple[Recorder, ...]  # what was recorded of each
-    basis: Mapping[str, object]  # what histories say of the basis
+    attributes: Mapping[str, object]  # what histories say of how they were computed
 
 
-def march_motions(
-    motions: Motions, systems: Sequence[System], basis: Mapping[str, object], inspect: Inspect | None = None
-) -> Marched:
-    """Compute motions."""
-    watch, first = motions.watch, motions.models[0]
+def make_integrator(motions: Motions, systems: Sequence[System], reserved_bytes: int, mapper: Mapper) -> Integrator:
+    """Return what takes the steps of motions in the coordinates of their systems.
+
+    Units: reserved_bytes [bytes].
+    """
+    model, solver, watch = motions.models[0], motions.solver, motions.watch
+    time, damping = model.time, model.damping
+    if model.is_finite:
+        return Large(model, systems[0], solver, watch, reserved_bytes)
+    if isinstance(time, Adaptive):
+
+        def make(length: float) -> list[Stepper]:
+            scheme = make_scheme(time.fixed(length))
+            with watch.part("factorisation"):
+                return [build_stepper(systems[0], scheme, damping, solver=solver, reserved_bytes=reserved_bytes)]
+
+        return Mesh(make, time.shortest, watch)
+    with watch.part("factorisation"):
+        steppers = build_steppers(systems, time, damping, solver=solver, reserved_bytes=reserved_bytes)
+    if all(map(is_compact, steppers)):
+        return Compact(steppers)
+    return Mesh(lambda _: steppers, time.step, watch, mapper)
+
+
+def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check] = ()) -> Outcome:
+    """Compute motions in the coordinates of their systems, each with a further check, if any."""
+    watch, model = motions.watch, motions.models[0]
     with watch.part("assembly"):
         recoveries = Recoveries(systems[0])
         recorders = tuple(
             Recorder(model, system, times, recoveries)
             for model, system, times in zip(motions.models, systems, motions.times, strict=True)
         )
-    with watch.part("factorisation"):
-        reserved = sum(times.nbytes for times in recorders)
-        steppers = build_steppers(systems, first.time, first.damping, solver=motions.solver, reserved_bytes=reserved)
-    with watch.part("stepping"), single_dense_thread():
-        march_compact(motions, steppers, recorders, inspect) if all(map(is_compact, steppers)) else march(
-            steppers,
-            recorders,
-            motions.times,
-            watch=watch,
-            progress=motions.progress,
-            threads=motions.threads,
-            inspect=inspect,
-        )
-        with watch.part("recording"):
-            for recorder in recorders:
-                recorder.complete()
-    return Marched(tuple(steppers), recorders, basis)
+    further = [[check] for check in checks] or [[] for _ in recorders]
+    observers = list(map(Observer, recorders, systems, further))
+    reserved = sum(recorder.nbytes for recorder in recorders)
+    attributes: dict[str, object] = {}
+    with contextlib.ExitStack() as stack:
+        mapper = stack.enter_context(side_by_side(min(motions.threads, len(systems))))
+        integrator = make_integrator(motions, systems, reserved, mapper)
+        stack.enter_context(watch.part("stepping"))
+        stack.enter_context(single_dense_thread())
+        if isinstance(model.time, Adaptive):
+            mass, progress = systems[0].mass, motions.progress
+            attributes |= run_adaptive(model, mass, integrator, observers[0], watch=watch, progress=progress)
+        else:
+            Loop(integrator, observers, motions.times, watch).run(motions.progress)
+    return Outcome(tuple(integrator.steppers), recorders, {**attributes, **integrator.attributes})
+
+
+def compute_apart(motions: Motions) -> list[Outcome]:
+    """Compute motions one after the other: those whose matrices are their own."""
+    each = [motions.part(slice(number, number + 1)) for number in range(len(motions.models))]
+    return [compute(motion, motion.systems) for motion in each]

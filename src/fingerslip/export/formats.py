@@ -5,9 +5,8 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,30 +16,12 @@ from scipy.io import savemat
 from fingerslip.errors import InputError
 from fingerslip.export.paraview import write_paraview
 from fingerslip.history import COORDINATES, VARIABLES
-from fingerslip.storage.files import (
-    check_replaceable,
-    frame_csv,
-    json_text,
-    new_folder,
-    write_bytes,
-    write_json,
-    write_text,
-    writing,
-)
+from fingerslip.storage import files
 from fingerslip.units import unit_suffix
 from fingerslip.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "FORMATS",
-    "export_history",
-    "export_tables",
-    "history_tables",
-    "write_history_mat",
-    "write_tables_mat",
-]
 
 
 def write_history_mat(history: xr.Dataset, folder: Path) -> None:
@@ -63,7 +44,7 @@ def write_history_mat(history: xr.Dataset, folder: Path) -> None:
     _write(folder / "history.mat", {"history": fields})
 
 
-def write_tables_mat(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
+def write_tables_mat(tables: _Tables, folder: Path) -> None:
     """Write each table as a structure with a field for each column, and ``units``, into a file of its name.
 
     In MATLAB ``struct2table(rmfield(runs, 'units'))`` makes a table of it.
@@ -74,10 +55,10 @@ def write_tables_mat(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
         _write(folder / f"{name}.mat", {name: {**columns, "units": units}})
 
 
-def _write(path: Path, values: Mapping[str, Any]) -> None:
+def _write(path: Path, values: dict[str, Any]) -> None:
     stream = io.BytesIO()
-    savemat(stream, dict(values), long_field_names=True, do_compression=True, oned_as="column")
-    write_bytes(path, stream.getvalue())
+    savemat(stream, values, long_field_names=True, do_compression=True, oned_as="column")
+    files.write_bytes(path, stream.getvalue())
 
 
 def _field(name: str) -> str:
@@ -96,20 +77,17 @@ def _texts(values: Any) -> np.ndarray[Any, Any]:
     return cells
 
 
+_Tables = Mapping[str, pd.DataFrame]
 # What a row is for, by the leading dimensions of its variables: the table's name, and the coordinates that label it.
 _TABLES: Mapping[tuple[str, ...], tuple[str, tuple[str, ...]]] = {
     ("time",): ("series", ()),
     ("time", "site"): ("sites", ("site", "site_kind", "site_region", "site_position")),
-    ("time", "contact_node"): (
-        "contact",
-        ("contact_node", "contact_counterface", "contact_position", "contact_area"),
-    ),
+    ("time", "contact_node"): ("contact", ("contact_node", "contact_counterface", "contact_position", "contact_area")),
     ("time", "counterface"): ("counterfaces", ("counterface",)),
     ("time", "rigid_body"): ("rigid_bodies", ("rigid_body",)),
     ("time", "support"): ("supports", ("support",)),
 }
-_COMPONENTS = ("component", "stress_component", "rotation_axis")
-_UNITLESS = ("", "1")
+_COMPONENTS, _UNITLESS = ("component", "stress_component", "rotation_axis"), ("", "1")
 _KNOWN = {**COORDINATES, **VARIABLES}
 # By this file a folder is known as an export, which another one may replace.
 _MARK = "fingerslip-export.json"
@@ -138,7 +116,7 @@ def history_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
     """
     tables = {}
     for dims, (name, labels) in _TABLES.items():
-        variables = [variable for variable in VARIABLES if variable in history and VARIABLES[variable].dims[:2] == dims]
+        variables = [name for name, variable in VARIABLES.items() if name in history and variable.dims[:2] == dims]
         n_rows = 1 if len(dims) == 1 else history.sizes.get(dims[1], 1)
         if n_rows and variables:
             tables[name] = _table(history, n_rows, [label for label in labels if label in history.coords], variables)
@@ -166,17 +144,13 @@ def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
     component = next((dim for dim in variable.dims if dim in _COMPONENTS), None)
     if component is None:
         return {f"{name}{suffix}": values.ravel()}
-    return {
-        f"{name}_{value}{suffix}": values[..., number].ravel() for number, value in enumerate(history[component].values)
-    }
-
-
-_Tables = Mapping[str, pd.DataFrame]
+    axes = enumerate(history[component].values)
+    return {f"{name}_{axis}{suffix}": values[..., number].ravel() for number, axis in axes}
 
 
 def _write_csv(tables: _Tables, folder: Path) -> None:
     for name, frame in tables.items():
-        write_text(folder / f"{name}.csv", frame_csv(frame))
+        files.write_text(folder / f"{name}.csv", files.frame_csv(frame))
 
 
 def _write_parquet(tables: _Tables, folder: Path) -> None:
@@ -192,16 +166,12 @@ def _write_json(tables: _Tables, folder: Path) -> None:
         # What JSON has no number for is null.
         values = frame.astype(object).where(frame.notna(), None)
         columns = {str(column): values[column].tolist() for column in values.columns}
-        write_text(folder / f"{name}.json", json_text({"units": frame.attrs["units"], "columns": columns}))
+        files.write_text(folder / f"{name}.json", files.json_text({"units": frame.attrs["units"], "columns": columns}))
 
 
-_OF_TABLES: Mapping[str, Callable[[_Tables, Path], None]] = MappingProxyType(
-    {"csv": _write_csv, "json": _write_json, "mat": write_tables_mat, "parquet": _write_parquet}
-)
+_OF_TABLES = {"csv": _write_csv, "json": _write_json, "mat": write_tables_mat, "parquet": _write_parquet}
 # What is more than tables: all arrays with their dimensions, and the whole mesh.
-_OF_HISTORIES: Mapping[str, Callable[[xr.Dataset, Path], None]] = MappingProxyType(
-    {"mat": write_history_mat, "vtu": write_paraview}
-)
+_OF_HISTORIES = {"mat": write_history_mat, "vtu": write_paraview}
 #: The names of all formats.
 FORMATS: tuple[str, ...] = tuple(sorted({*_OF_TABLES, *_OF_HISTORIES}))
 
@@ -237,7 +207,7 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     return Path(folder)
 
 
-def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: str) -> Path:
+def export_tables(tables: _Tables, folder: str | Path, kind: str) -> Path:
     """Write tables for other programs, whole or not at all."""
     if kind not in _OF_TABLES:
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(_OF_TABLES)}")
@@ -249,7 +219,7 @@ def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: 
 @contextlib.contextmanager
 def _export(folder: Path, kind: str) -> Iterator[Path]:
     """Give a temporary folder that takes the place of an export, never of something else."""
-    check_replaceable(folder, _MARK)
-    with new_folder(folder) as partial, writing(folder):
-        write_json(partial / _MARK, {"format": kind, "fingerslip": __version__})
+    files.check_replaceable(folder, _MARK)
+    with files.new_folder(folder) as partial, files.writing(folder):
+        files.write_json(partial / _MARK, {"format": kind, "fingerslip": __version__})
         yield partial

@@ -19,8 +19,6 @@ from fingerslip.storage.files import csv_text, write_text
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["cell_tensors", "snapshot_mesh", "write_paraview", "write_series"]
-
 Floats = NDArray[np.float64]
 
 _HEADER = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
@@ -33,8 +31,7 @@ _CONTACT = {
     "slip_distance": "slip_distance",
     "contact_state": "contact_state",
 }
-# Of the largest extent of the body: half the side of a plane that is drawn.
-_HALF_SIDE = 0.6
+_HALF_SIDE = 0.6  # of a plane that is drawn, over the largest extent of the body
 
 
 def cell_tensors(history: xr.Dataset, number: int) -> dict[str, Floats]:
@@ -54,26 +51,20 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
     number of their kind. ``show.py``, loaded by File > Load State, shows all of them. Lengths are in metres, points are
     reference positions, and the script warps them by `displacement`.
     """
-    numbers = range(history.sizes.get("snapshot_time", 0))
-    if not numbers:
-        raise ResultError(
-            "the result has no snapshots of the whole mesh; write record: {snapshots_every: 50 ms} and run again"
-        )
+    if not history.sizes.get("snapshot_time", 0):
+        repair = "write record: {snapshots_every: 50 ms} and run again"
+        raise ResultError(f"the result has no snapshots of the whole mesh; {repair}")
+    series = {"body": _body, "counterfaces": _faces} | ({"sites": _sites} if history.sizes.get("site", 0) else {})
     times = history["snapshot_time"].values.tolist()
-    write_series(folder, "body", zip(times, (_body(history, number) for number in numbers), strict=True))
-    write_series(folder, "counterfaces", zip(times, (_faces(history, number) for number in numbers), strict=True))
-    if history.sizes.get("site", 0):
-        write_series(folder, "sites", zip(times, (_sites(history, number) for number in numbers), strict=True))
-    names = str(history.attrs.get("regions", "")).split(", ")
-    write_text(folder / "regions.csv", csv_text([("number", "region"), *enumerate(names)]))
+    for name, mesh_of in series.items():
+        write_series(folder, name, ((time, mesh_of(history, number)) for number, time in enumerate(times)))
+    regions = enumerate(str(history.attrs.get("regions", "")).split(", "))
+    write_text(folder / "regions.csv", csv_text([("number", "region"), *regions]))
     write_text(folder / "show.py", _SCRIPT)
 
 
 def write_series(folder: Path, name: str, meshes: Iterable[tuple[float, meshio.Mesh]]) -> None:
-    """Write meshes over time as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each.
-
-    Units: meshes [s].
-    """
+    """Write meshes over time [s] as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each."""
     entries, kind = [], name.removesuffix("s")
     for number, (time, mesh) in enumerate(meshes):
         file = f"{kind}_{number:04d}.vtu"
@@ -131,10 +122,9 @@ def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
             along = np.array([face.normal[1], -face.normal[0], 0.0])
             ends = [-along, along]
         corners += [face.centre + half_side * end for end in ends]
-    points = np.reshape(corners, (-1, 3))
+    points, (kind, n_corners) = np.reshape(corners, (-1, 3)), ("quad", 4) if solid else ("line", 2)
     numbers = np.array([face.number for face in faces], dtype=np.int64)
-    cells = np.arange(len(points)).reshape(-1, 4 if solid else 2)
-    kind = "quad" if solid else "line"
+    cells = np.arange(len(points)).reshape(-1, n_corners)
     return meshio.Mesh(points, [(kind, cells)], cell_data={"counterface": [numbers]})
 
 

@@ -110,16 +110,14 @@ def _integrate(space: Space, cells: Cells, tangent: Array) -> Array:
     stress = (tangent @ strain) * space.full.dx[cells][:, :, None, None]
     # All quadrature points of a cell in one product.
     strain, stress = (part.reshape(len(cells), -1, part.shape[-1]) for part in (strain, stress))
-    product: Array = strain.transpose(0, 2, 1) @ stress
-    return product
+    return np.asarray(strain.transpose(0, 2, 1) @ stress)
 
 
 def _mean_dilatation(space: Space, cells: Cells, modulus: float) -> Array:
     """Return the dilatational stiffness of the mean dilatation of each cell, shape (k, n_local, n_local)."""
     divergence = divergence_operator(space.full, cells)
     weights = modulus * space.full.dx[cells].sum(axis=1)
-    stiffness: Array = weights[:, None, None] * divergence[:, :, None] * divergence[:, None, :]
-    return stiffness
+    return np.asarray(weights[:, None, None] * divergence[:, :, None] * divergence[:, None, :])
 
 
 def _nodal_dilatation(space: Space, moduli: Array) -> sparse.csr_matrix:
@@ -197,11 +195,9 @@ def relaxing_layers(
     in_plane = materials.formulation == "plane_stress"
     groups: dict[tuple[Prony, float | None], Array] = {}
     for material, cells in materials:
-        if not isinstance(material, Elastic) or not material.prony:
-            continue
-        key = (material.prony, material.poisson_ratio if in_plane else None)
-        moduli = groups.setdefault(key, np.zeros(space.mesh.nelements))
-        moduli[cells] = 2.0 * material.shear_modulus
+        if isinstance(material, Elastic) and material.prony:
+            key = (material.prony, material.poisson_ratio if in_plane else None)
+            groups.setdefault(key, np.zeros(space.mesh.nelements))[cells] = 2.0 * material.shear_modulus
     layers = []
     for (prony, ratio), moduli in groups.items():
         shear, dilatation = shear_matrices(space, moduli, depth, integration)

@@ -40,22 +40,9 @@ def divergence_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
     """Return the mean divergence of cells [1/m], shape (k, n_local), for unit displacements of their nodes."""
     weights = basis.dx[cells] / basis.dx[cells].sum(axis=1, keepdims=True)
     gradients = shape_gradients(basis, cells)
-    mean: Array = np.einsum("kqad,kq->kad", gradients, weights)
-    return mean.reshape(len(cells), gradients.shape[2] * gradients.shape[3])
-
-
-def gradient_map(basis: skfem.CellBasis, cells: Cells, n_dofs: int) -> sparse.csr_matrix:
-    """Return the displacement gradients of cells at their first point as a map of the displacement [1/m].
-
-    Its shape is (dim^2 * k, n_dofs); components of a cell are xx, xy, (xz,) yx, and so on.
-    """
-    gradients = shape_gradients(basis, cells)[:, 0]
-    count, nodes, dim = gradients.shape
-    operator = np.zeros((count, dim, dim, nodes, dim))
-    for axis in range(dim):
-        operator[:, axis, :, :, axis] = gradients.transpose(0, 2, 1)
-    columns = np.repeat(cell_dofs(basis, cells), dim**2, axis=0)
-    return matrix_of_rows(operator.reshape(count * dim**2, nodes * dim), columns, n_dofs)
+    return np.asarray(np.einsum("kqad,kq->kad", gradients, weights)).reshape(
+        len(cells), gradients.shape[2] * gradients.shape[3]
+    )
 
 
 def matrix_of_rows(values: Array, columns: NDArray[np.int32], width: int) -> sparse.csr_matrix:
@@ -69,8 +56,8 @@ def matrix_of_rows(values: Array, columns: NDArray[np.int32], width: int) -> spa
 def cell_dofs(basis: skfem.CellBasis, cells: Cells) -> NDArray[np.int32]:
     """Return the degrees of freedom of cells, shape (k, n_local): node by node, all components of a node together."""
     nodes, dim = basis.element_dofs[:, cells].T, basis.mesh.dim()
-    dofs: NDArray[np.int32] = (dim * nodes[..., None] + np.arange(dim)).astype(np.int32)
-    return dofs.reshape(len(cells), nodes.shape[1] * dim)
+    dofs = dim * nodes[..., None] + np.arange(dim)
+    return np.asarray(dofs.reshape(len(cells), nodes.shape[1] * dim), dtype=np.int32)
 
 
 def shape_gradients(basis: skfem.CellBasis, cells: Cells) -> Array:
@@ -82,6 +69,8 @@ def shape_gradients(basis: skfem.CellBasis, cells: Cells) -> Array:
 Integers = NDArray[np.int64]
 #: Gives the dashpots of a material that relaxes, from strains (..., k, m) [-] at some points (k,).
 Relax = Callable[[Elastic, Array, Integers], Relaxed]
+_Law = Callable[[Material, Array], Array]
+_RelaxedLaw = Callable[[Elastic, Relaxed], Array]
 
 
 def stress_components(dim: int) -> tuple[str, ...]:
@@ -103,7 +92,7 @@ class Share(Generic[Law]):
         return bool((self.weights == 1.0).all())
 
     @cached_property
-    def taken(self) -> Integers | slice:
+    def rows(self) -> Integers | slice:
         """The points, as a slice where they follow each other: what it takes need not be copied."""
         follow = self.points.size > 0 and bool((np.diff(self.points) == 1).all())
         return slice(self.points[0], self.points[-1] + 1) if follow else self.points
@@ -158,27 +147,19 @@ class Recovery:
 
     def energy_densities(self, strains: Array) -> Array:
         """Return the strain energy densities [J/m^3], shape (..., n_points), of strains (..., n_points, m) [-]."""
-        return self._mean(
-            strains,
-            1,
-            lambda material, strains: material.energy(strains, self.formulation)[:, None],
-            lambda material, relaxed: stored_energy(material, relaxed)[..., None],
-        )[..., 0]
+
+        def energy(material: Material, strains: Array) -> Array:
+            return material.energy(strains, self.formulation)[:, None]
+
+        return self._mean(strains, 1, energy, lambda *relaxed: stored_energy(*relaxed)[..., None])[..., 0]
 
     def _stress(self, material: Material, strains: Array) -> Array:
         stress = material.stress(strains, self.formulation)
         if self.dim == 3:
             return stress
-        across = material.stress_across(strains, self.formulation)
-        return np.stack([*stress[:, :2].T, across, *stress[:, 2:].T]).T
+        return np.stack([*stress[:, :2].T, material.stress_across(strains, self.formulation), *stress[:, 2:].T]).T
 
-    def _mean(
-        self,
-        strains: Array,
-        components: int,
-        law: Callable[[Material, Array], Array],
-        relaxed_law: Callable[[Elastic, Relaxed], Array],
-    ) -> Array:
+    def _mean(self, strains: Array, components: int, law: _Law, relaxed_law: _RelaxedLaw) -> Array:
         """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point."""
         relax = self.relax
         at_once = [share for share in self.shares if relax is None or not getattr(share.material, "prony", ())]
@@ -203,14 +184,13 @@ def mean_of_shares(
     # Laws work on components: where each is a row in memory, they take a fraction of the time.
     mean = np.zeros((components, *strains.shape[:-1]))
     for share in shares:
-        strains_of_share = np.ascontiguousarray(np.moveaxis(strains[..., share.taken, :], -1, 0))
-        values = law(share.material, strains_of_share.reshape(len(strains_of_share), -1).T).T.reshape(
-            components, *strains_of_share.shape[1:]
-        )
+        strains_of_share = np.ascontiguousarray(np.moveaxis(strains[..., share.rows, :], -1, 0))
+        values = law(share.material, strains_of_share.reshape(len(strains_of_share), -1).T).T
+        values = values.reshape(components, *strains_of_share.shape[1:])
         if share.is_alone:
-            mean[..., share.taken] = values
+            mean[..., share.rows] = values
         else:
-            mean[..., share.taken] += share.weights * values
+            mean[..., share.rows] += share.weights * values
     return np.moveaxis(mean, 0, -1)
 
 
@@ -276,5 +256,4 @@ def von_mises(stresses: Array) -> Array:
     """Return the von Mises stress [Pa], shape (...), of stresses (..., 4 or 6) as :class:`Recovery` gives them."""
     xx, yy, zz, *shears = np.moveaxis(stresses, -1, 0)
     squares = sum(shear**2 for shear in shears)
-    deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * squares)
-    return deviation
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * squares))

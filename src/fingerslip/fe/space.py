@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import skfem
@@ -29,8 +29,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class _Technology:
+class _Technology(NamedTuple):
     """Scalar element and quadrature orders of one kind of cell."""
 
     name: str
@@ -113,8 +112,7 @@ def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> NDArray[np.int64]:
 def carrying_nodes(space: Space, boundary: str) -> NDArray[np.int64]:
     """Return the nodes (k,) of a boundary that have an area: corners of quadratic tetrahedra have none."""
     nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
-    carrying: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
-    return carrying
+    return np.asarray(nodes[areas[nodes] > 1e-9 * areas[nodes].max()])
 
 
 def cell_nodes(space: Space) -> NDArray[np.int32]:
@@ -160,11 +158,7 @@ class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
 
 
 def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
-    """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,).
-
-    The areas are the integrals of the shape functions over the boundary times `depth` [m], so that a
-    uniform traction times the areas are its consistent nodal forces.
-    """
+    """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,): integrals of shape functions."""
     if name not in space.areas_by_boundary:
         facets = np.asarray(_group_facets(space.mesh.boundaries, name, "boundary"))
         mesh = space.mesh
@@ -177,8 +171,7 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
 def _group_facets(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
     sets = table or {}
     if name not in sets:
-        has = ", ".join(sorted(sets)) or "none"
-        raise MeshError("mesh", f"{kind} '{name}' not in mesh", f"it has: {has}")
+        raise MeshError("mesh", f"{kind} '{name}' not in mesh", f"it has: {', '.join(sorted(sets)) or 'none'}")
     if not len(sets[name]):
         raise MeshError("mesh", f"{kind} '{name}' is empty", "needs at least one facet or cell")
     return np.asarray(sets[name])

@@ -40,8 +40,8 @@ _NOTHING_NEW = 1e-6
 class StaticResponses:
     """A body and what it does when its interface is moved, statically."""
 
-    stiffness: sparse.csr_matrix  # K [N/m] and M [kg]
-    mass: sparse.csr_matrix  # K [N/m] and M [kg]
+    stiffness: sparse.csr_matrix  # K [N/m]
+    mass: sparse.csr_matrix  # M [kg]
     interface: Indices  # (p,), the unknowns of the interface, ascending
     solver: LinearSolver  # what factorises
 
@@ -58,8 +58,7 @@ class StaticResponses:
     @property
     def _without_stiffness(self) -> NDArray[np.bool_]:
         """Which unknowns nothing resists, such as driven counterfaces; they have to be of the interface."""
-        rows: NDArray[np.bool_] = self.stiffness.diagonal() == 0.0
-        return rows
+        return np.asarray(self.stiffness.diagonal() == 0.0)
 
     @property
     def schur(self) -> Array:
@@ -74,8 +73,7 @@ class StaticResponses:
 
     def gather(self, forces: Array) -> Array:
         """Return the forces T^T f on the interface, (p,) or (p, k) [N], with the work of f, (n,) or (n, k) [N]."""
-        gathered: Array = self._factors[0].forward(np.asfortranarray(forces))[self.interface]
-        return gathered
+        return np.asarray(self._factors[0].forward(np.asfortranarray(forces))[self.interface])
 
     def give_way(self, forces: Array) -> Array:
         """Return the displacement, (n,) or (n, k) [m], under forces of that shape [N] while the interface is held."""
@@ -168,8 +166,8 @@ class CraigBampton:
     frequencies: Array  # (s',), angular frequencies of the vibrations among the shapes [rad/s]
     following: Array  # (n, k) [kg^-1/2]
     following_squares: Array  # (k,), their stiffness W^T K W, which is diagonal [1/s^2]
-    following_mass: Array  # (k, m), their mass [-] and stiffness [1/s^2] with each coordinate
-    following_stiffness: Array  # (k, m), their mass [-] and stiffness [1/s^2] with each coordinate
+    following_mass: Array  # (k, m), their mass with each coordinate [-]
+    following_stiffness: Array  # (k, m), their stiffness with each coordinate [1/s^2]
 
     def field(self, body: StaticResponses, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
@@ -180,8 +178,7 @@ class CraigBampton:
 
     def project(self, body: StaticResponses, forces: Array) -> Array:
         """Return the forces on the coordinates, (m,) or (m, k), of forces on all unknowns, (n,) or (n, k) [N]."""
-        projected: Array = self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces)
-        return projected
+        return np.asarray(self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces))
 
 
 def craig_bampton(

@@ -39,8 +39,7 @@ def symmetric_product(matrix: NDArray[Any], vector: NDArray[Any]) -> NDArray[Any
 def symmetric_products(matrix: NDArray[Any], columns: NDArray[Any]) -> NDArray[Any]:
     """Return a symmetric matrix (n, n), all of which is there, times columns (n, k), in their precision."""
     if matrix.dtype == columns.dtype:
-        products: NDArray[Any] = matrix @ columns
-        return products
+        return np.asarray(matrix @ columns)
     starts = range(0, len(matrix), _ROWS_AT_ONCE)
     blocks = [matrix[start : start + _ROWS_AT_ONCE].astype(columns.dtype) @ columns for start in starts]
     return np.concatenate(blocks) if blocks else columns.copy()
@@ -202,9 +201,9 @@ def _add_rows(matrix, weights, total):  # type: ignore[no-untyped-def]
 class SymmetricMatrix(NamedTuple):
     """A sparse symmetric matrix (n, n) for compiled code."""
 
-    whole: CompiledMatrix  # all of it, as :func:`fingerslip.linear.symmetric.compiled_parts` gives it
+    whole: CompiledMatrix
     above: CompiledMatrix  # what is above the diagonal
-    diagonal: Array  # (n,), the diagonal
+    diagonal: Array  # (n,)
 
 
 def symmetric_parts(matrix: sparse.csr_matrix) -> SymmetricMatrix:
@@ -213,23 +212,18 @@ def symmetric_parts(matrix: sparse.csr_matrix) -> SymmetricMatrix:
     return SymmetricMatrix(compiled_parts(matrix), compiled_parts(above), matrix.diagonal())
 
 
-@numba.njit(cache=True, nogil=True)
-def write_symmetric_products(matrix, rows, out):  # type: ignore[no-untyped-def]
-    """Write a symmetric matrix (n, n) times the rows of an array (k, n) into `out` (k, n), in compiled code.
-
-    The matrix is one that :func:`symmetric_parts` gives.
-    """
-    starts, columns, values = matrix.above
+def row_products(matrix: SymmetricMatrix, rows: Array) -> Array:
+    """Return a symmetric matrix (n, n) times the rows of an array (k, n), shape (k, n)."""
+    rows, products = np.ascontiguousarray(rows), np.empty_like(rows, order="C")
     if len(rows) > 2:
-        write_products(matrix.whole, rows, out)
-        return
-    for number in range(len(rows)):
-        for row in range(matrix.diagonal.size):
-            out[number, row] = matrix.diagonal[row] * rows[number, row]
+        write_products(matrix.whole, rows, products)
+        return products
+    np.multiply(matrix.diagonal, rows, out=products)
     if len(rows) == 1:
-        _add_product(starts, columns, values, rows[0], out[0])
-    else:
-        _add_two_products(starts, columns, values, rows[0], rows[1], out[0], out[1])
+        _add_product(*matrix.above, rows[0], products[0])
+    elif len(rows):
+        _add_two_products(*matrix.above, *rows, *products)
+    return products
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
@@ -244,14 +238,14 @@ def _add_product(starts, columns, values, vector, out):  # type: ignore[no-untyp
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _add_two_products(starts, columns, values, first, second, first_out, other):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _add_two_products(starts, columns, values, first, second, first_out, second_out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     for row in range(first_out.size):
-        total, other_total, first_entry, other_own = 0.0, 0.0, first[row], second[row]
+        first_total, second_total, first_element, second_element = 0.0, 0.0, first[row], second[row]
         for entry in range(starts[row], starts[row + 1]):
             column, value = columns[entry], values[entry]
-            total += value * first[column]
-            other_total += value * second[column]
-            first_out[column] += value * first_entry
-            other[column] += value * other_own
-        first_out[row] += total
-        other[row] += other_total
+            first_total += value * first[column]
+            second_total += value * second[column]
+            first_out[column] += value * first_element
+            second_out[column] += value * second_element
+        first_out[row] += first_total
+        second_out[row] += second_total

@@ -8,7 +8,7 @@ E nu / ((1 + nu)(1 - 2 nu)); in plane stress, with the in-plane dilatation, it i
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import pydantic
@@ -41,8 +41,30 @@ Array = NDArray[np.float64]
 _DIMENSIONS = {components: dim for dim, components in STRAIN_COMPONENTS.items()}
 
 
+class ByYoungsModulus:
+    """A law whose constants at rest are Young's modulus and Poisson's ratio: a parameter set with the fields below."""
+
+    if TYPE_CHECKING:
+        youngs_modulus: float
+        poisson_ratio: float
+        prony: Prony
+
+    def __post_init__(self) -> None:
+        check_prony(self.prony)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus at rest [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def stiffness(self) -> float:
+        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
+        return self.youngs_modulus
+
+
 @parameters
-class Elastic:
+class Elastic(ByYoungsModulus):
     """Isotropic linear elasticity at small strain.
 
     Parameters
@@ -65,19 +87,6 @@ class Elastic:
     prony: Prony = field(default=(), kw_only=True)
     law: Literal["elastic"] = field(default="elastic", kw_only=True, repr=False)
 
-    def __post_init__(self) -> None:
-        check_prony(self.prony)
-
-    @property
-    def shear_modulus(self) -> float:
-        """Shear modulus [Pa]."""
-        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
-
-    @property
-    def stiffness(self) -> float:
-        """Young's modulus [Pa], from which contact penalties are estimated."""
-        return self.youngs_modulus
-
     def energy(self, strain: Array, formulation: Formulation) -> Array:
         """Return the strain energy density [J/m^3], shape (n,), of strains (n, m) [-]."""
         return hooke_energy(strain, self.dilatational_modulus(formulation), self.shear_modulus)
@@ -90,8 +99,7 @@ class Elastic:
         """Return the stress zz out of the plane [Pa], shape (n,), of strains (n, 3) [-]."""
         if formulation == "plane_stress":
             return np.zeros(len(strain))
-        in_plane: Array = self.stress(strain, formulation)[:, :2].sum(axis=1)
-        return self.poisson_ratio * in_plane
+        return np.asarray(self.poisson_ratio * self.stress(strain, formulation)[:, :2].sum(axis=1))
 
     def tangent(self, strain: Array, formulation: Formulation) -> Array:
         """Return the derivative of the stress by the strain [Pa], shape (n, m, m), at strains (n, m) [-]."""
@@ -99,13 +107,7 @@ class Elastic:
         return np.broadcast_to(constant, (len(strain), *constant.shape))
 
     def dilatational_modulus(self, formulation: Formulation) -> float:
-        """Return the factor lambda of the dilatation in the stress [Pa].
-
-        Raises
-        ------
-        InputError
-            For Poisson's ratio 0.5 in solids and plane strain, where it is infinite.
-        """
+        """Return the factor lambda of the dilatation in the stress [Pa]; refuse an infinite one."""
         modulus, ratio = self.youngs_modulus, self.poisson_ratio
         if formulation == "plane_stress":
             return modulus * ratio / (1.0 - ratio**2)
@@ -121,8 +123,7 @@ def hooke_energy(strain: Array, first_lame: float, shear_modulus: float) -> Arra
     normal, shear = strain[:, :dim], strain[:, dim:]
     # Sums along short rows take numpy's ``sum`` several times as long.
     distortion = np.einsum("ij,ij->i", normal, normal) + 0.5 * np.einsum("ij,ij->i", shear, shear)
-    density: Array = 0.5 * first_lame * np.einsum("ij->i", normal) ** 2 + shear_modulus * distortion
-    return density
+    return np.asarray(0.5 * first_lame * np.einsum("ij->i", normal) ** 2 + shear_modulus * distortion)
 
 
 def hooke_stress(strain: Array, first_lame: float, shear_modulus: float) -> Array:

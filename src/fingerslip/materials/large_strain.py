@@ -36,10 +36,8 @@ Array = NDArray[np.float64]
 
 def log_volume_of(log_strain: Array) -> Array:
     """Return ln J, shape (n,), of principal logarithmic strains (n, m): their sum, several times as fast as NumPy's."""
-    total: Array = log_strain[:, 0] + log_strain[:, 1]
-    if log_strain.shape[1] == 3:
-        total += log_strain[:, 2]
-    return total
+    total = log_strain[:, 0] + log_strain[:, 1]
+    return np.asarray(total if log_strain.shape[1] == 2 else total + log_strain[:, 2])
 
 
 @runtime_checkable
@@ -52,28 +50,22 @@ class FiniteMaterial(Protocol):
     @property
     def density(self) -> float:
         """Mass density in the reference state [kg/m^3]."""
-        ...
 
     @property
     def stiffness(self) -> float:
         """Young's modulus at rest [Pa], from which contact penalties are estimated."""
-        ...
 
     def at_rest(self) -> Elastic:
         """Return the law at small strain, with which `kinematics: small` computes."""
-        ...
 
     def stored_energy(self, log_strain: Array) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,)."""
-        ...
 
     def kirchhoff_stress(self, log_strain: Array) -> Array:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3): the derivative of the energy."""
-        ...
 
     def kirchhoff_tangent(self, log_strain: Array) -> Array:
         """Return the derivative of the stresses by the logarithmic strains [Pa], shape (n, 3, 3), symmetric."""
-        ...
 
     def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
         """Return the part of the energy that grows with the bulk modulus, and its two derivatives, each (n,) [Pa].
@@ -81,7 +73,6 @@ class FiniteMaterial(Protocol):
         It is a function of ln J (n,) alone, zero with its slope at rest. Elements integrate it from mean volumes, so
         that they do not lock near incompressibility. What it leaves of the energy must stay bounded there.
         """
-        ...
 
 
 #: Principal logarithmic strains of the tests of an incompressible material, over that of the stretch of the test.
@@ -89,34 +80,21 @@ TESTS = MappingProxyType({"uniaxial": (1.0, -0.5, -0.5), "equibiaxial": (1.0, 1.
 #: Two directions of shape that are orthogonal to each other and to the change of volume.
 SHAPES = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
 _STRETCHES = 400
-# Stiffness against a change of shape, over the largest, that is taken for none [-].
-_NOTHING = 1e-12
-
-
-def sum_columns(values: Array) -> Array:
-    """Return the sums (n,) of the columns of (n, 3) values; of logarithmic strains this is ln J."""
-    total: Array = values[:, 0] + values[:, 1] + values[:, 2]
-    return total
+_NOTHING = 1e-12  # stiffness against a change of shape, over the largest, that is taken for none [-]
 
 
 def deviator(values: Array) -> Array:
     """Return (n, 3) values less the mean of their rows."""
-    return values - (sum_columns(values) / 3.0)[:, None]
+    return values - (log_volume_of(values) / 3.0)[:, None]
 
 
 def isochoric_tangent(rates: Array) -> Array:
     """Return the derivative (n, 3, 3) [Pa] of the deviator of stresses of rates (n, 3) [Pa] by the log strains."""
     tangent = (rates[:, :, None] + rates[:, None, :]) / -3.0
-    tangent += (sum_columns(rates) / 9.0)[:, None, None]
+    tangent += (log_volume_of(rates) / 9.0)[:, None, None]
     diagonal = np.einsum("nii->ni", tangent)
     diagonal += rates
     return tangent
-
-
-def volumetric_energy(bulk_modulus: float, log_volume: Array) -> tuple[Array, Array, Array]:
-    """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
-    pressure = bulk_modulus * log_volume
-    return 0.5 * pressure * log_volume, pressure, np.full_like(log_volume, bulk_modulus)
 
 
 def chosen_bulk_modulus(shear_modulus: float, bulk_modulus: float | None, poisson_ratio: float | None) -> float:
@@ -169,8 +147,7 @@ def _limits(tangent: Callable[[Array], Array], direction: Array, stretches: tupl
     limits = []
     for side, end in zip(("below", "above"), stretches, strict=True):
         path = np.linspace(0.0, np.log(end), _STRETCHES)
-        of_shape = SHAPES @ tangent(path[:, None] * direction) @ SHAPES.T
-        stiffness = np.linalg.eigvalsh(of_shape)
+        stiffness = np.linalg.eigvalsh(SHAPES @ tangent(path[:, None] * direction) @ SHAPES.T)
         # What rounding leaves of zero is none, so that a law is refused with the same words on every processor.
         lost = np.flatnonzero(stiffness[:, 0] <= _NOTHING * np.abs(stiffness).max())
         if lost.size:
@@ -222,25 +199,24 @@ class PowersOfStretches:
 
     def stored_energy(self, log_strain: Array) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
-        shape, energy = deviator(log_strain), self.volumetric(sum_columns(log_strain))[0]
+        shape, energy = deviator(log_strain), self.volumetric(log_volume_of(log_strain))[0]
         for modulus, exponent in self.powers:
-            energy += modulus / exponent * sum_columns(np.expm1(exponent * shape))
+            energy += modulus / exponent * log_volume_of(np.expm1(exponent * shape))
         return energy
 
     def kirchhoff_stress(self, log_strain: Array) -> Array:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
         shape = deviator(log_strain)
         powers = sum(modulus * np.exp(exponent * shape) for modulus, exponent in self.powers)
-        return deviator(np.asarray(powers)) + (self.bulk * sum_columns(log_strain))[:, None]
+        return deviator(np.asarray(powers)) + (self.bulk * log_volume_of(log_strain))[:, None]
 
     def kirchhoff_tangent(self, log_strain: Array) -> Array:
         """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
         shape = deviator(log_strain)
         rates = sum(modulus * exponent * np.exp(exponent * shape) for modulus, exponent in self.powers)
-        tangent = isochoric_tangent(np.asarray(rates))
-        tangent += self.bulk
-        return tangent
+        return isochoric_tangent(np.asarray(rates)) + self.bulk
 
     def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
         """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
-        return volumetric_energy(self.bulk, log_volume)
+        pressure = self.bulk * log_volume
+        return 0.5 * pressure * log_volume, pressure, np.full_like(log_volume, self.bulk)

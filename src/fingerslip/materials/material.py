@@ -31,28 +31,22 @@ class Material(Protocol):
     @property
     def density(self) -> float:
         """Mass density [kg/m^3]."""
-        ...
 
     @property
     def stiffness(self) -> float:
         """Modulus from which contact penalties are estimated [Pa], such as Young's modulus at rest."""
-        ...
 
     def energy(self, strain: Array, formulation: Formulation) -> Array:
         """Return the strain energy density [J/m^3], shape (n,), of strains (n, m) [-]."""
-        ...
 
     def stress(self, strain: Array, formulation: Formulation) -> Array:
         """Return the stress [Pa], shape (n, m): the derivative of the energy by the strain (n, m) [-]."""
-        ...
 
     def stress_across(self, strain: Array, formulation: Formulation) -> Array:
         """Return the stress zz out of the plane [Pa], shape (n,), of strains (n, 3) [-] in plane strain or stress."""
-        ...
 
     def tangent(self, strain: Array, formulation: Formulation) -> Array:
         """Return the derivative of the stress by the strain [Pa], shape (n, m, m), at strains (n, m) [-]."""
-        ...
 
     def dilatational_modulus(self, formulation: Formulation) -> float:
         """Return the modulus [Pa] of the part of the tangent that is integrated selectively.
@@ -60,4 +54,3 @@ class Material(Protocol):
         The part is this modulus times the square of the dilatation, the sum of the normal strains in the array. What
         it leaves of the tangent must stay positive, and bounded where the material is nearly incompressible.
         """
-        ...

@@ -17,16 +17,16 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.elastic import ByYoungsModulus, Elastic
 from fingerslip.materials.large_strain import log_volume_of
-from fingerslip.materials.prony import Prony, check_prony
+from fingerslip.materials.prony import Prony
 from fingerslip.parameters import Density, Number, Pressure, parameters
 
 Array = NDArray[np.float64]
 
 
 @parameters
-class NeoHookean:
+class NeoHookean(ByYoungsModulus):
     """Compressible neo-Hookean elasticity.
 
     Parameters
@@ -49,23 +49,10 @@ class NeoHookean:
     prony: Prony = field(default=(), kw_only=True)
     law: Literal["neo_hookean"] = field(default="neo_hookean", kw_only=True, repr=False)
 
-    def __post_init__(self) -> None:
-        check_prony(self.prony)
-
-    @property
-    def shear_modulus(self) -> float:
-        """Shear modulus G at rest [Pa]."""
-        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
-
     @property
     def first_lame(self) -> float:
         """Lame's first constant at rest [Pa]."""
         return self.at_rest().dilatational_modulus("solid")
-
-    @property
-    def stiffness(self) -> float:
-        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
-        return self.youngs_modulus
 
     def at_rest(self) -> Elastic:
         """Return the law at small strain."""
@@ -75,8 +62,7 @@ class NeoHookean:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
         log_volume = log_volume_of(log_strain)
         stretched = 0.5 * (np.exp(2.0 * log_strain).sum(axis=1) - 3.0) - log_volume
-        energy: Array = self.shear_modulus * stretched + 0.5 * self.first_lame * log_volume**2
-        return energy
+        return np.asarray(self.shear_modulus * stretched + 0.5 * self.first_lame * log_volume**2)
 
     def kirchhoff_stress(self, log_strain: Array) -> Array:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""

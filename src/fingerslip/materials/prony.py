@@ -29,8 +29,7 @@ from fingerslip.parameters import Number, PositiveDuration, parameters
 
 Array = NDArray[np.float64]
 
-# Relaxation times in steps, at least.
-_SHORTEST = 0.5
+_SHORTEST = 0.5  # relaxation time in steps, at least
 
 
 @parameters

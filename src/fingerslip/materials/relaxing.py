@@ -57,15 +57,13 @@ def volume_part(material: FiniteMaterial, log_volume: Array) -> tuple[Array, Arr
 
 def shape_energy(material: FiniteMaterial, log_strain: Array) -> Array:
     """Return the energy of the shape [J/m^3], shape (n,), at logarithmic strains (n, 3)."""
-    energy: Array = material.stored_energy(log_strain) - volume_part(material, log_volume_of(log_strain))[0]
-    return energy
+    return np.asarray(material.stored_energy(log_strain) - volume_part(material, log_volume_of(log_strain))[0])
 
 
 def shape_stress(material: FiniteMaterial, log_strain: Array) -> Array:
     """Return the principal Kirchhoff stresses of the shape [Pa], shape (n, 3), at logarithmic strains (n, 3)."""
     pressure = volume_part(material, log_volume_of(log_strain))[1]
-    stress: Array = material.kirchhoff_stress(log_strain) - pressure[:, None]
-    return stress
+    return np.asarray(material.kirchhoff_stress(log_strain) - pressure[:, None])
 
 
 @dataclass(frozen=True)

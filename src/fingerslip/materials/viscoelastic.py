@@ -77,9 +77,8 @@ def follow_strains(material: Elastic, strains: Array, formulation: Formulation, 
     dashpots = follow.follow(strains)
     if formulation != "plane_stress":
         return Relaxed(with_across(strains), with_across(dashpots))
-    thinned, thinning = _thickness_strain(
-        material, strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1), follow
-    )
+    along, of_dashpots = strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1)
+    thinned, thinning = _thickness_strain(material, along, of_dashpots, follow)
     return Relaxed(with_across(strains, -thinned), with_across(dashpots, -thinning))
 
 
@@ -89,9 +88,8 @@ def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: 
     share = float(follow.shares @ follow.end)
     whole = 1.0 - 2.0 * across.relaxed * share
     thinned, thinning = np.zeros_like(along), np.zeros_like(dashpots)
-    decay, end, start = (
-        weights.reshape(count, *[1] * (along.ndim - 1)) for weights in (follow.decay, follow.end, follow.start)
-    )
+    shape, weights = (count, *[1] * (along.ndim - 1)), (follow.decay, follow.end, follow.start)
+    decay, end, start = (weight.reshape(shape) for weight in weights)
     for now in range(1, len(along)):
         # The dashpots of w but for w at the end of the step itself.
         explicit = start * thinned[now - 1] + decay * thinning[:, now - 1]
@@ -104,9 +102,8 @@ def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: 
 def stress(material: Elastic, relaxed: Relaxed) -> Array:
     """Return the stresses [Pa], shape (..., 4 or 6)."""
     shares = np.array([term.share for term in material.prony])
-    stress_of_shape = (
-        2.0 * material.shear_modulus * _deviator(relaxed.strains - np.tensordot(shares, relaxed.dashpots, axes=1))
-    )
+    springs = relaxed.strains - np.tensordot(shares, relaxed.dashpots, axes=1)
+    stress_of_shape = 2.0 * material.shear_modulus * _deviator(springs)
     stress_of_shape[..., :3] += _pressure(material, relaxed.strains, stress_of_shape)[..., None]
     # Shears are twice those of the tensor.
     stress_of_shape[..., 3:] *= 0.5
@@ -118,16 +115,14 @@ def _pressure(material: Elastic, strains: Array, deviator: Array) -> Array:
     if material.poisson_ratio == 0.5:
         return -deviator[..., 2]
     bulk = material.youngs_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
-    pressure: Array = bulk * strains[..., :3].sum(axis=-1)
-    return pressure
+    return np.asarray(bulk * strains[..., :3].sum(axis=-1))
 
 
 def stored_energy(material: Elastic, relaxed: Relaxed) -> Array:
     """Return the energy densities that springs store [J/m^3], shape (...)."""
     deviator = _deviator(relaxed.strains)
-    stored: Array = (
-        0.5 * _pressure(material, relaxed.strains, np.zeros_like(deviator)) * relaxed.strains[..., :3].sum(axis=-1)
-    )
+    pressure = _pressure(material, relaxed.strains, np.zeros_like(deviator))
+    stored: Array = 0.5 * pressure * relaxed.strains[..., :3].sum(axis=-1)
     stored += material.shear_modulus * _product(deviator, deviator)
     for term, dashpot in zip(material.prony, map(_deviator, relaxed.dashpots), strict=True):
         stored -= term.share * material.shear_modulus * _product(2.0 * deviator - dashpot, dashpot)
@@ -142,7 +137,5 @@ def _deviator(strains: Array) -> Array:
 
 def _product(first: Array, other: Array) -> Array:
     """Return the products (...) of strain tensors, whose shears are twice those of the tensor."""
-    product: Array = (first[..., :3] * other[..., :3]).sum(axis=-1) + 0.5 * (first[..., 3:] * other[..., 3:]).sum(
-        axis=-1
-    )
-    return product
+    products = first * other
+    return np.asarray(products[..., :3].sum(axis=-1) + 0.5 * products[..., 3:].sum(axis=-1))

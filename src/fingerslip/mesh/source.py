@@ -19,17 +19,7 @@ from fingerslip.units import LengthUnit
 if TYPE_CHECKING:
     import skfem
 
-Cell = str | float | int
-
-
-@dataclass(frozen=True)
-class MeshTable:
-    """What is worth knowing of a mesh, as a table."""
-
-    columns: tuple[tuple[str, str, int | None], ...]  # name, unit and digits after the point of each column
-    rows: tuple[tuple[Cell, ...], ...]  # the cells, in the units of their columns
-    title: str = ""  # its title
-    note: str = ""  # what stands below it
+    from fingerslip.tables.table import Table
 
 
 @dataclass(frozen=True)
@@ -37,25 +27,26 @@ class InspectedMesh:
     """A mesh with what is worth knowing of it."""
 
     mesh: skfem.Mesh  # the mesh [m]
-    tables: tuple[MeshTable, ...]  # first the quality of its cells
+    tables: tuple[Table, ...]  # first the quality of its cells
     suffix: str = ".msh"  # suffix of the file that it is best written to, where nothing else is said
 
 
 def inspect_mesh(mesh: skfem.Mesh) -> InspectedMesh:
     """Return a mesh with the quality of its cells, region by region."""
+    # What writes tables is slow to load, and most meshes are built only.
+    from fingerslip.tables.table import Column, Table
+
     columns = (
-        ("region", "", None),
-        ("cells", "", None),
-        ("least scaled Jacobian", "", 2),
-        ("smallest angle", "deg", 0),
-        ("largest angle", "deg", 0),
-        ("largest aspect ratio", "", 1),
+        *map(Column, ("region", "cells")),
+        Column("least scaled Jacobian", digits=2),
+        *(Column(f"{which} angle", "deg", 0) for which in ("smallest", "largest")),
+        Column("largest aspect ratio", digits=1),
     )
     rows = []
     for row in quality_table(mesh):
         angles = math.degrees(row.smallest_angle), math.degrees(row.largest_angle)
         rows.append((row.region, row.cells, row.scaled_jacobian, *angles, row.aspect_ratio))
-    return InspectedMesh(mesh, (MeshTable(columns, tuple(rows), note=mesh_size_note(mesh)),))
+    return InspectedMesh(mesh, (Table("", columns, tuple(rows), mesh_size_note(mesh)),))
 
 
 def mesh_size_note(mesh: skfem.Mesh) -> str:

@@ -20,7 +20,7 @@ from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.model.programme import CONSTANT, Phase, ProgrammeEntry, Ramp, phase_duration
 from fingerslip.model.rigid_bodies import RigidBody
-from fingerslip.model.timing import Adaptive, NumericalDamping, QuasiStatic, TimeStepping, Timing, Tolerance
+from fingerslip.model.timing import Adaptive, Timing, Tolerance
 from fingerslip.parameters import (
     Duration,
     Force,
@@ -35,27 +35,6 @@ from fingerslip.parameters import (
 )
 from fingerslip.parameters.schema import conforms, describe
 from fingerslip.sites import Site
-
-__all__ = [
-    "Adaptive",
-    "AnyTraction",
-    "Contact",
-    "CounterfaceChoice",
-    "Drive",
-    "FrictionChoice",
-    "Kinematics",
-    "Model",
-    "NumericalDamping",
-    "QuasiStatic",
-    "Recording",
-    "ReducedBasis",
-    "SupportMotion",
-    "TimeStepping",
-    "Timing",
-    "Tolerance",
-    "Traction",
-]
-
 
 Component = Literal["x", "y", "z"]
 #: Strains and rotations as small, or as large as they are.

@@ -10,19 +10,6 @@ import numpy as np
 from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, PositiveDuration, PositiveLength, SignedLength, Speed, one_of, parameters
 
-__all__ = [
-    "CONSTANT",
-    "Hold",
-    "Lift",
-    "Phase",
-    "Press",
-    "ProgrammeEntry",
-    "Ramp",
-    "Slide",
-    "phase_duration",
-    "phase_travel",
-]
-
 
 @parameters
 class Ramp:

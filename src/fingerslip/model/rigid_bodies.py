@@ -17,18 +17,6 @@ from fingerslip.model.programme import CONSTANT, ProgrammeEntry, Ramp
 from fingerslip.parameters import Force, Mass, SignedLength, SignedSpeed, parameters
 from fingerslip.units import Unit
 
-__all__ = [
-    "DIRECTIONS",
-    "BodyLoad",
-    "BodyVelocity",
-    "Dampers",
-    "Direction",
-    "RigidBody",
-    "Springs",
-    "directions_in",
-]
-
-
 Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
 #: All directions: translations along the axes, then rotations about them.
 DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z", "rx", "ry", "rz")

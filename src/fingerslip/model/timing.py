@@ -10,21 +10,6 @@ import pydantic
 from fingerslip.errors import InputError
 from fingerslip.parameters import Number, PositiveDuration, parameters
 
-__all__ = [
-    "LARGEST_SHARE",
-    "LEAST_ACROSS",
-    "LEAST_STEPS",
-    "Adaptive",
-    "NumericalDamping",
-    "QuasiStatic",
-    "RecordsPerDecade",
-    "TimeStepping",
-    "Timing",
-    "Tolerance",
-    "shortest_step",
-]
-
-
 NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
 Tolerance = Annotated[Number, pydantic.Field(gt=0.0, lt=1.0)]
 #: How many records there are at least while time grows tenfold in a hold.

@@ -22,8 +22,7 @@ from pydantic.dataclasses import dataclass as pydantic_dataclass
 
 from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters.dotted import walk
-from fingerslip.parameters.fields import Choice, choice_of, type_hints, unit_of
-from fingerslip.parameters.mistakes import in_order, mistakes_in
+from fingerslip.parameters.fields import Choice, choice_of, in_order, mistakes_in, type_hints, unit_of
 from fingerslip.units import Unit
 
 __all__ = [

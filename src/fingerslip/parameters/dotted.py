@@ -6,8 +6,6 @@ import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-__all__ = ["assign", "flatten", "is_below", "join_path", "known_part", "nearest", "walk"]
-
 
 def join_path(*parts: str) -> str:
     """Return a dotted path from its parts; empty ones are left out.

@@ -18,15 +18,9 @@ from fingerslip.parameters import from_mapping
 from fingerslip.parameters.dotted import assign, join_path
 from fingerslip.parameters.yaml_text import parse_document
 
-__all__ = ["PresetValue", "Presets"]
-
 T = TypeVar("T")
 
 _Group = Mapping[str, Any]
-
-
-def _everything(group: _Group, _: _Group) -> _Group:
-    return group
 
 
 @dataclass(frozen=True)
@@ -44,20 +38,12 @@ class Presets(Generic[T]):
     """The presets of one kind of parameter set: the YAML files of a folder ``presets``.
 
     The methods that take a name raise :class:`~fingerslip.errors.InputError` where no preset has that name.
-
-    Parameters
-    ----------
-    kind : type
-        Class of the parameter set, made with :func:`~fingerslip.parameters.parameters`.
-    package : str
-        The package whose folder ``presets`` holds the files.
-    kept : callable, optional
-        Given a group of a preset's values and what changes in it, returns those that the change leaves; without it all.
     """
 
-    kind: type[T]
-    package: str
-    kept: Callable[[_Group, _Group], _Group] = _everything
+    kind: type[T]  # class of the parameter set, made with :func:`~fingerslip.parameters.parameters`
+    package: str  # the package whose folder ``presets`` holds the files
+    # given a group of a preset's values and what changes in it, returns those that the change leaves
+    kept: Callable[[_Group, _Group], _Group] = lambda group, _: group
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -80,19 +66,9 @@ class Presets(Generic[T]):
         return {key: str(text).strip() for key, text in self._document(name, "preset").items() if key != "values"}
 
     def changed(self, mapping: Mapping[str, Any], where: str = "") -> T:
-        """Return a parameter set that starts from a preset.
+        """Return a parameter set from nested plain data with the key ``preset``, whose other keys override its values.
 
-        Parameters
-        ----------
-        mapping : mapping
-            Nested plain data as YAML gives it, with the key ``preset``; the other keys override the preset's values.
-        where : str, optional
-            What errors put first, such as ``studies/x.yaml: fingertip``.
-
-        Raises
-        ------
-        InputError
-            For an unknown preset, or for all unknown keys and values that do not fit.
+        Errors begin with `where`, such as ``studies/x.yaml: fingertip``.
         """
         if "preset" not in mapping:
             raise InputError(join_path(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")

@@ -15,16 +15,6 @@ from pydantic_core import core_schema
 from fingerslip.errors import InputError
 from fingerslip.parameters import plain_fields
 
-__all__ = [
-    "conforms",
-    "describe",
-    "field_words",
-    "json_schema",
-    "require",
-    "require_kind",
-]
-
-
 _ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : .*\n(?P<words>(?:(?:    .*)?(?:\n|$))*)", re.MULTILINE)
 _ROLE = re.compile(r":\w+:`~?(?:[\w.]*\.)?(\w+)`")
 

@@ -26,8 +26,6 @@ from ruamel.yaml.resolver import BaseResolver
 
 from fingerslip.errors import InputError, shorten
 
-__all__ = ["Document", "parse_document", "to_text"]
-
 _NEEDED = "needs 'key: value' lines, each key once"
 _DEEPEST = 100
 _LARGEST = 100_000

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fingerslip.results import RunResult
-from fingerslip.units import without_rounding
-
-__all__ = ["path_label", "path_labels", "run_title", "short_labels", "swept_text"]
+from fingerslip.units import split_quantity, without_rounding
 
 _NAMES = {"youngs modulus": "Young's modulus", "poisson ratio": "Poisson's ratio"}
 # What these groups hold is named with them: a speed is that of the slide.
@@ -98,3 +96,10 @@ def _title_text(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"({swept_text(value)})" if isinstance(value, list | tuple) else str(swept_text(value))
+
+
+def number_and_unit(value: object) -> tuple[float, str] | None:
+    """Return the number of a swept value and its unit as written, empty for a plain number; None for anything else."""
+    if isinstance(value, str):
+        return split_quantity(value)
+    return (float(value), "") if isinstance(value, int | float) and not isinstance(value, bool) else None

@@ -24,24 +24,6 @@ from fingerslip.slip import measures
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.units import quantity_of
 
-__all__ = [
-    "LEVELS",
-    "METHODS",
-    "Input",
-    "Method",
-    "block_size",
-    "design_size",
-    "draw_shares",
-    "encode",
-    "inputs_of",
-    "needs_power_of_two",
-    "output_names",
-    "output_of",
-    "required_output",
-    "varied_values",
-]
-
-
 Array = NDArray[np.float64]
 Method = Literal["latin_hypercube", "sobol", "random", "saltelli", "morris"]
 
@@ -52,15 +34,7 @@ _WITH_POWERS = ("sobol", "saltelli")
 
 
 def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
-    """Draw the points of a design.
-
-    Arrays: returns (n, dim).
-
-    Examples
-    --------
-    >>> draw_shares("morris", 1, 2, seed=1).round(2).tolist()
-    [[0.33, 0.67], [0.33, 0.0], [1.0, 0.0]]
-    """
+    """Return the points of a design, (n, dim)."""
     return METHODS[method](count, dim, seed)
 
 
@@ -135,13 +109,7 @@ class Input:
     choices: tuple[Any, ...] = ()  # the values without order
 
     def columns(self, value: Any) -> tuple[float, ...]:
-        """Return a value in columns from 0 to 1.
-
-        Raises
-        ------
-        InputError
-            For a value that no run is near: outside the range, another unit, or another choice.
-        """
+        """Return a value in columns from 0 to 1; refuse one that no run is near."""
         if self.choices:
             if value not in self.choices:
                 raise InputError(self.path, f"got {shorten(repr(value))}", f"needs one of {self._show()}")

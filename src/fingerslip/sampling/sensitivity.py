@@ -24,21 +24,6 @@ from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
 from fingerslip.slip.windows import READINGS, TIMES, defines_time
 from fingerslip.units import split_quantity
 
-__all__ = [
-    "Effect",
-    "Fit",
-    "Interval",
-    "PublishedInterval",
-    "fit_samples",
-    "fits_of",
-    "groups_of",
-    "interval_of",
-    "number_and_unit",
-    "position",
-    "published_intervals",
-]
-
-
 # How a paper that names no reading may have read: from slip, or from acceleration peaks.
 _LIKELY_READINGS = ("slip", "acceleration")
 

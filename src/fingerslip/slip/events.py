@@ -17,45 +17,21 @@ then says that it is not recorded.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from fingerslip.contact.states import OPEN
 from fingerslip.parameters.schema import require_kind
+from fingerslip.slip import windows
 from fingerslip.slip.peaks import PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
-from fingerslip.slip.windows import (
-    EVENTS,
-    READINGS,
-    TIMES,
-    relative_displacement,
-    slide_window,
-    slipped_steps,
-    sustained_crossing,
-    sustained_crossings,
-)
+from fingerslip.slip.windows import EVENTS, READINGS, TIMES, slide_window
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "Events",
-    "Found",
-    "SlipEvents",
-    "acceleration_events",
-    "displacement_events",
-    "events_from_mapping",
-    "events_mapping",
-    "events_of_leaving",
-    "events_of_peaks",
-    "find_events",
-    "find_slip",
-    "slip_events",
-]
-
 
 # Of sums of areas, as a share of them.
 _ROUNDING = 1e-9
@@ -94,8 +70,7 @@ class SlipEvents:
 
     def time(self, name: str) -> float | None:
         """Return an event's time, or the latency, by its name in :data:`~fingerslip.slip.windows.TIMES` [s]."""
-        time: float | None = getattr(self, name)
-        return time
+        return cast("float | None", getattr(self, name))
 
 
 @dataclass(frozen=True)
@@ -143,8 +118,7 @@ class Events:
 
     def reading(self, name: str) -> SlipEvents:
         """Return a reading by its name in :data:`~fingerslip.slip.windows.READINGS`."""
-        events: SlipEvents = getattr(self, name)
-        return events
+        return cast("SlipEvents", getattr(self, name))
 
 
 def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
@@ -158,9 +132,12 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    times, fractions = slipped_steps(history, window, settings.slip_tolerance)
+    times, fractions = windows.slipped_steps(history, window, settings.slip_tolerance)
     levels = (getattr(settings, f"{name}_fraction") - _ROUNDING for name in EVENTS)
-    return _events(sustained_crossing(times, fractions, level, settings.sustained) for level in levels)
+    incipient, noticed, three_quarter, overall = (
+        windows.sustained_crossing(times, fractions, level, settings.sustained) for level in levels
+    )
+    return SlipEvents(incipient, noticed, three_quarter, overall)
 
 
 def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
@@ -175,8 +152,8 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
     times = history["time"].values[window.records]
     touching = history["contact_state"].values[window.records] != OPEN
     nodes = np.flatnonzero(touching[0])
-    distance, lifts = relative_displacement(history, window)[:, nodes], ~touching[:, nodes]
-    leaving = sustained_crossings(times, distance, settings.displacement_tolerance, settings.sustained)
+    distance, lifts = windows.relative_displacement(history, window)[:, nodes], ~touching[:, nodes]
+    leaving = windows.sustained_crossings(times, distance, settings.displacement_tolerance, settings.sustained)
     lifted = np.where(lifts.any(axis=0), times[lifts.argmax(axis=0)], np.inf).tolist()
     pairs = zip(leaving, lifted, strict=True)
     counted = [left for left, until in pairs if until == np.inf or (left is not None and left <= until)]
@@ -184,18 +161,11 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
 
 
 def events_of_leaving(leaving: Sequence[float | None], settings: EventSettings) -> SlipEvents:
-    """Rank the times at which points left the plate's line: the first, 48 %, three quarters and the last of them.
-
-    Units: leaving [s].
-    """
+    """Rank the times [s] at which points left the plate's line: the first, 48 %, three quarters and the last one."""
     finite = sorted(time for time in leaving if time is not None)
     shares = (0.0, settings.noticed_fraction, settings.three_quarter_fraction, 1.0)
     ranks = (max(math.ceil(share * len(leaving)), 1) for share in shares)
-    return _events(finite[rank - 1] if rank <= len(finite) else None for rank in ranks)
-
-
-def _events(times: Iterable[float | None]) -> SlipEvents:
-    incipient, noticed, three_quarter, overall = times
+    incipient, noticed, three_quarter, overall = (finite[r - 1] if r <= len(finite) else None for r in ranks)
     return SlipEvents(incipient, noticed, three_quarter, overall)
 
 
@@ -229,10 +199,7 @@ def events_of_peaks(history: xr.Dataset, table: PeakTable, settings: PeakSetting
 
 
 def events_mapping(events: Events) -> dict[str, dict[str, float | bool | None]]:
-    """Turn events into plain data for JSON.
-
-    Units: returns [s].
-    """
+    """Turn events into plain data for JSON [s]."""
     return {
         name: {"recorded": reading.recorded, **{time: reading.time(time) for time in TIMES}}
         for name in READINGS

@@ -15,34 +15,13 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.history import is_solid, site_rows, sites_of_kinds
 from fingerslip.sites import Site
+from fingerslip.slip import windows
 from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import (
-    accumulated_slip,
-    contact_forces,
-    counterface_normal,
-    slide_tangent,
-    slide_window,
-    split_along,
-    sustained_crossing,
-    sustained_crossings,
-)
+from fingerslip.slip.windows import Floats, slide_window, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "EdgeContact",
-    "edge_contact",
-    "edge_distance",
-    "edge_warning",
-    "force_ratio_times",
-    "front_arrivals",
-    "reference_events",
-]
-
-
-Floats = NDArray[np.float64]
 
 
 def front_arrivals(
@@ -87,9 +66,9 @@ def front_arrivals(
     if window is not None and not is_solid(history) and names.size:
         # Position along the contact, and arrival, of the nodes in contact at the start of the slide.
         touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
-        slip, records = accumulated_slip(history, window)[:, touching], history["time"].values[window.records]
+        slip, records = windows.accumulated_slip(history, window)[:, touching], history["time"].values[window.records]
         crossings = sustained_crossings(records, slip, settings.slip_tolerance, settings.sustained)
-        tangent = slide_tangent(history)
+        tangent = windows.slide_tangent(history)
         along, at = history["contact_position"].values[touching] @ tangent, positions @ tangent
         inside = np.flatnonzero((at >= along.min(initial=np.inf)) & (at <= along.max(initial=-np.inf)))
         order, nodes = inside[np.argsort(at[inside], kind="stable")], np.argsort(along)
@@ -136,8 +115,8 @@ def force_ratio_times(
     if not coefficient > 0.0:
         return (None,) * len(fractions)
     times, sustained = history["time"].values[window.records], (settings or EventSettings()).sustained
-    share = contact_forces(history, counterface).ratio()[window.records] / coefficient
-    return tuple(sustained_crossing(times, share, fraction, sustained) for fraction in fractions)
+    share = windows.contact_forces(history, counterface).ratio()[window.records] / coefficient
+    return tuple(windows.sustained_crossing(times, share, fraction, sustained) for fraction in fractions)
 
 
 def _receptors(
@@ -191,8 +170,11 @@ def reference_events(
     # How far sites have moved along the plate, relative to it, (n_times, n_sites) [m].
     skin = history["displacement"].values[window.records][:, site_rows(history, sites)]
     plate = history["counterface_displacement"].values[window.records][:, [counterface]]
-    _, along = split_along((skin - skin[0]) - (plate - plate[0]), counterface_normal(history, counterface))
-    times, lags = history["time"].values[window.records], np.linalg.norm(along, axis=-1)
+    relative, normal = (skin - skin[0]) - (plate - plate[0]), windows.counterface_normal(history, counterface)
+    lags, times = (
+        np.linalg.norm(windows.split_along(relative, normal)[1], axis=-1),
+        history["time"].values[window.records],
+    )
     level, sustained = settings.displacement_tolerance, settings.sustained
     return events_of_leaving(sustained_crossings(times, lags, level, sustained), settings)
 
@@ -213,19 +195,10 @@ class EdgeContact:
 
 
 def edge_contact(history: xr.Dataset) -> EdgeContact | None:
-    """Find out whether the contact comes within two facets of a free edge of its boundary.
+    """Return the first counterface whose contact comes within two facets of a free edge of its boundary.
 
-    A free edge is where the boundary meets another free part of the surface, such as the cut end of a fingertip.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with ``contact_edge_distance``; one that lacks it has no known edges.
-
-    Returns
-    -------
-    EdgeContact or None
-        The first counterface, in their order, that comes that close; None where all contact keeps away.
+    A free edge is where the boundary meets another free part of the surface, such as the cut end of a fingertip. None
+    where all contact keeps away, or the history has no ``contact_edge_distance``.
     """
     if "contact_edge_distance" not in history.variables:
         return None
@@ -244,9 +217,8 @@ def edge_distance(history: xr.Dataset) -> float | None:
     """Return the smallest distance between contact and a free edge of its boundary [m]; None where there is none."""
     if "contact_edge_distance" not in history.variables:
         return None
-    distances = _distances(history, np.arange(history.sizes["contact_node"]))
-    smallest = float(distances.min(initial=np.inf))
-    return smallest if np.isfinite(smallest) else None
+    distances = _distances(history, slice(None))
+    return float(distances.min()) if np.isfinite(distances).any() else None
 
 
 def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
@@ -256,18 +228,14 @@ def edge_warning(edges: Mapping[str, EdgeContact | None]) -> str:
         for title, edge in edges.items()
         if edge is not None
     ]
-    if not cases:
-        return ""
-    return (
-        f"Contact within two facets of a free edge of its boundary: {'; '.join(cases)}. The model ends there, so "
-        f"forces and slip times are those of a body that is cut off."
-    )
+    consequence = "The model ends there, so forces and slip times are those of a body that is cut off."
+    return f"Contact within two facets of a free edge of its boundary: {'; '.join(cases)}. {consequence}" * bool(cases)
 
 
-def _distances(history: xr.Dataset, nodes: NDArray[np.intp]) -> NDArray[np.float64]:
+def _distances(history: xr.Dataset, nodes: NDArray[np.intp] | slice) -> Floats:
     """Return the distances from an edge of those of `nodes` that touch at any time [m]."""
     touched = (history["contact_state"].values[:, nodes] != OPEN).any(axis=0)
-    return np.asarray(history["contact_edge_distance"].values[nodes[touched]], dtype=float)
+    return np.asarray(history["contact_edge_distance"].values[nodes][touched], dtype=float)
 
 
 def _facet_size(history: xr.Dataset, nodes: NDArray[np.intp]) -> float:

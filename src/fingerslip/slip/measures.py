@@ -6,24 +6,25 @@ log, in the tables of a run and of a study's report and, if it is a number of me
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerslip.contact.states import OPEN
 from fingerslip.history import phase_times
+from fingerslip.model.timing import LARGEST_SHARE, LEAST_ACROSS, LEAST_STEPS
+from fingerslip.slip import windows
 from fingerslip.slip.events import Found, find_slip
 from fingerslip.slip.front import edge_distance, force_ratio_times, front_arrivals
-from fingerslip.slip.resolution import largest_step_share, nodes_across, record_interval, slide_records
+from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
-from fingerslip.slip.windows import contact_area, contact_forces, counterface_normal, slide_window, split_along
+from fingerslip.slip.windows import ContactForces, SlideWindow, contact_area, contact_forces, slide_window
 from fingerslip.units import Unit
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["MEASURES", "Measure", "Number", "measure_of", "read_measures"]
 
 Number = float | int | None
 
@@ -49,6 +50,8 @@ class Measure:
         Whether it is a number of mechanics, whose convergence is studied; the others say how the run was computed.
     reading : str, optional
         The reading of the slip events that it is a number of, as in :data:`~fingerslip.slip.windows.READINGS`.
+    needs : tuple of str, optional
+        Dimensions of a history without which the number does not exist, such as ``contact_node``.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Measure:
     unit: Unit | None = None
     mechanical: bool = True
     reading: str = ""
+    needs: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -78,7 +82,7 @@ class Measure:
 
 
 def read_measures(
-    history: xr.Dataset, measures: Sequence[Measure] | None = None, found: Found | None = None
+    history: xr.Dataset, measures: Sequence[Measure] | None = None, slip: Found | None = None
 ) -> dict[str, Number]:
     """Read measures off a history.
 
@@ -88,7 +92,7 @@ def read_measures(
         What ``simulate`` returned.
     measures : sequence of Measure, optional
         Which; :data:`MEASURES` without it.
-    found : Found, optional
+    slip : Found, optional
         The slip events of the history and its acceleration peaks; found here without it.
 
     Returns
@@ -97,9 +101,17 @@ def read_measures(
         The values [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
     """
     chosen = MEASURES if measures is None else measures
-    if found is None and any(measure.reading for measure in chosen):
-        found = find_slip(history) if _has(history, "contact_node", "counterface") else Found()
-    return {measure.key: measure.read(history, *([found] if measure.reading else [])) for measure in chosen}
+    if slip is None and any(measure.reading for measure in chosen):
+        slip = find_slip(history) if _has(history, _CONTACT) else Found()
+
+    def value(measure: Measure) -> Number:
+        if not _has(history, measure.needs):
+            return None
+        number = measure.read(history, *([slip] if measure.reading else []))
+        plain: Number = None if number is None else np.asarray(number).item()
+        return plain
+
+    return {measure.key: value(measure) for measure in chosen}
 
 
 def measure_of(key: str) -> Measure | None:
@@ -107,35 +119,19 @@ def measure_of(key: str) -> Measure | None:
     return next((measure for measure in MEASURES if measure.key == key), None)
 
 
-def _where(*dimensions: str) -> Callable[[Callable[..., Number]], Callable[..., Number]]:
-    """Return a decorator of a reading that does not exist in a history without some dimensions."""
-
-    def decorate(read: Callable[..., Number]) -> Callable[..., Number]:
-        return lambda history, *others: read(history, *others) if _has(history, *dimensions) else None
-
-    return decorate
-
-
-def _has(history: xr.Dataset, *dimensions: str) -> bool:
+def _has(history: xr.Dataset, dimensions: Sequence[str]) -> bool:
     return all(history.sizes.get(name, 0) > 0 for name in dimensions)
 
 
-_with_counterface = _where("counterface")
-_with_candidates = _where("contact_node")
-_with_contact = _where("contact_node", "counterface")
-
-
-@_with_counterface
 def _friction_ratio_end_of_slide(history: xr.Dataset) -> Number:
     slides, forces = phase_times(history, "slide"), contact_forces(history)
     if not slides:
         return None
     last = int(np.searchsorted(history["time"].values, slides[-1][1] * (1 + 1e-9), side="right")) - 1
-    return float(forces.friction[last] / forces.normal[last]) if forces.normal[last] > 0.0 else None
+    return forces.friction[last] / forces.normal[last] if forces.normal[last] > 0.0 else None
 
 
-@_with_contact
-def _slip_margin_incipient(history: xr.Dataset, slip: Found) -> Number:
+def _slip_margin(history: xr.Dataset, slip: Found) -> Number:
     """Return 1 - q(incipient) / max q over the slide, with q the friction over the normal force.
 
     The largest q of the slide stands for the limit of the contact: with friction that falls or that differs between
@@ -157,20 +153,15 @@ def _overall_travel(history: xr.Dataset, slip: Found) -> Number:
     return None if window is None else _travel(history, window.start, slip.events.overall)
 
 
-@_with_counterface
 def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Number:
     """Return how far the first counterface travels along its surface between two times [m]."""
     if start is None or end is None:
         return None
-    moved = history["counterface_displacement"].values[:, 0]
-    before, after = (
-        np.array([np.interp(moment, history["time"].values, component) for component in moved.T])
-        for moment in (start, end)
-    )
-    return float(np.linalg.norm(split_along(after - before, counterface_normal(history))[1]))
+    travel, times = history["counterface_displacement"].values[:, 0], history["time"].values
+    before, after = (np.array([np.interp(at, times, component) for component in travel.T]) for at in (start, end))
+    return float(np.linalg.norm(windows.split_along(after - before, windows.counterface_normal(history))[1]))
 
 
-@_with_candidates
 def _front_arrival_median(history: xr.Dataset) -> Number:
     """Return the median arrival of the slip front at FA-I; None where it does not arrive at half of them."""
     ordered = np.sort(np.nan_to_num(front_arrivals(history).values, nan=np.inf))
@@ -178,7 +169,6 @@ def _front_arrival_median(history: xr.Dataset) -> Number:
     return median if np.isfinite(median) else None
 
 
-@_with_candidates
 def _elastic_slip_max(history: xr.Dataset) -> Number:
     traction = history["tangential_traction"].values
     # Sums along short rows take numpy's ``norm`` several times as long.
@@ -186,26 +176,26 @@ def _elastic_slip_max(history: xr.Dataset) -> Number:
     return float(largest / history.attrs.get("tangential_penalty", np.inf))
 
 
-@_with_candidates
 def _overall_peak_height(_history: xr.Dataset, slip: Found) -> Number:
     overall = slip.events.acceleration.overall
     return next((peak.height for peak in slip.peaks.peaks if peak.time == overall), None)
 
 
-@_with_candidates
 def _peaks_before_overall(_history: xr.Dataset, slip: Found) -> Number:
     overall = slip.events.acceleration.overall
     return None if overall is None else sum(peak.time < overall for peak in slip.peaks.peaks)
 
 
-def _outer_markers_first(history: xr.Dataset) -> Number:
-    slips = skin_marker_slips(history)
-    return None if slips is None else share_before_centre(slips)
+def _nodes_across(history: xr.Dataset, window: SlideWindow) -> Number:
+    """Return how many nodes lie across the contact when the slide begins: in 3D across a disk of as many."""
+    nodes = float((history["contact_state"].values[window.first] != OPEN).sum())
+    return nodes if history.sizes["component"] == 2 else float(2.0 * np.sqrt(nodes / np.pi))
 
 
-def _contact_iterations(combine: Callable[[Any], Number]) -> Callable[[xr.Dataset], Number]:
-    name = "contact_iterations"
-    return lambda history: combine(history[name].values) if name in history else None
+def _largest_step_share(history: xr.Dataset, window: SlideWindow) -> Number:
+    """Return the largest share of the contact area that slips for the first time from one record to the next [-]."""
+    fractions = windows.slipped_fraction(history, window, EventSettings().slip_tolerance).values
+    return float(np.nanmax(np.diff(fractions), initial=0.0))
 
 
 def _energy_imbalance_over_work(history: xr.Dataset) -> Number:
@@ -216,68 +206,98 @@ def _energy_imbalance_over_work(history: xr.Dataset) -> Number:
     return imbalance / work if work > 0.0 else None
 
 
-def _largest(name: str) -> Callable[..., Number]:
-    """Return the largest value of a variable of the contact nodes."""
-    return _with_candidates(lambda history: float(history[name].values.max()))
+_COUNTERFACE, _NODES, _CONTACT = ("counterface",), ("contact_node",), ("contact_node", "counterface")
+_LENGTH, _TRAVEL = Unit("m", "um"), Unit("m", "mm")
 
 
-_NEWTON, _SECOND, _LENGTH, _TRAVEL = Unit("N"), Unit("s"), Unit("m", "um"), Unit("m", "mm")
+def _of_force(name: str, label: str, read: Callable[[ContactForces], Number]) -> Measure:
+    """Return a measure [N] of the forces of the first counterface."""
+    return Measure(name, label, lambda history: read(contact_forces(history)), Unit("N"), needs=_COUNTERFACE)
+
+
+def _of_nodes(name: str, label: str, read: Callable[[xr.Dataset], Number], unit: Unit) -> Measure:
+    """Return a measure of the contact nodes."""
+    return Measure(name, label, read, unit, needs=_NODES)
+
+
+def _of_run(
+    name: str, label: str, read: Callable[..., Number], unit: Unit | None = None, needs: Sequence[str] = ()
+) -> Measure:
+    """Return a measure that says how a run was computed."""
+    return Measure(name, label, read, unit, mechanical=False, needs=tuple(needs))
+
+
+def _of_slide(
+    name: str, label: str, read: Callable[[xr.Dataset, SlideWindow], Number], unit: Unit | None = None
+) -> Measure:
+    """Return a measure that says how the first slide was computed, where there is one."""
+
+    def of_history(history: xr.Dataset) -> Number:
+        window = slide_window(history)
+        return None if window is None else read(history, window)
+
+    return _of_run(name, label, of_history, unit, _CONTACT)
+
+
+def _force_ratio(name: str, label: str, share: float) -> Measure:
+    """Return the measure [s] of when the friction force reaches a share of its limit."""
+    return Measure(name, label, lambda history: force_ratio_times(history, (share,))[0], Unit("s"))
+
+
+def _of_iterations(name: str, label: str, combine: Callable[[Any], Number]) -> Measure:
+    """Return a measure of the contact iterations of the steps, where they are recorded."""
+    counts = "contact_iterations"
+    return _of_run(name, label, lambda history: combine(history[counts].values) if counts in history else None)
+
 
 #: All measures, in the order of files and tables. Forces are those of the first counterface.
 MEASURES: tuple[Measure, ...] = (
-    Measure(
-        "normal_force_max",
-        "largest normal force",
-        _with_counterface(lambda history: float(contact_forces(history).normal.max())),
-        _NEWTON,
-    ),
-    Measure(
-        "normal_force_end",
-        "normal force at the end",
-        _with_counterface(lambda history: float(contact_forces(history).normal[-1])),
-        _NEWTON,
-    ),
-    Measure(
-        "friction_force_max",
-        "largest friction force",
-        _with_counterface(lambda history: float(contact_forces(history).friction.max())),
-        _NEWTON,
-    ),
+    _of_force("normal_force_max", "largest normal force", lambda forces: forces.normal.max()),
+    _of_force("normal_force_end", "normal force at the end", lambda forces: forces.normal[-1]),
+    _of_force("friction_force_max", "largest friction force", lambda forces: forces.friction.max()),
     Measure(
         "friction_force_ratio_end_of_slide",
         "friction over normal force at the end of the slide",
         _friction_ratio_end_of_slide,
+        needs=_COUNTERFACE,
     ),
-    Measure("slip_margin_incipient", "slip margin left at incipient slip", _slip_margin_incipient, reading="slip"),
-    Measure("overall_travel", "travel of the plate to overall slip", _overall_travel, _TRAVEL, reading="slip"),
+    Measure(
+        "slip_margin_incipient", "slip margin left at incipient slip", _slip_margin, reading="slip", needs=_CONTACT
+    ),
+    Measure(
+        "overall_travel",
+        "travel of the plate to overall slip",
+        _overall_travel,
+        _TRAVEL,
+        reading="slip",
+        needs=_COUNTERFACE,
+    ),
     Measure(
         "latency_travel",
         "travel of the plate from incipient to overall slip",
         lambda history, slip: _travel(history, slip.events.incipient, slip.events.overall),
         _TRAVEL,
         reading="slip",
+        needs=_COUNTERFACE,
     ),
-    Measure("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, _SECOND),
-    Measure(
-        "force_ratio_half",
-        "friction force reaches half of its limit",
-        lambda history: force_ratio_times(history, (0.5,))[0],
-        _SECOND,
-    ),
-    Measure(
-        "force_ratio_nine_tenths",
-        "friction force reaches 0.9 of its limit",
-        lambda history: force_ratio_times(history, (0.9,))[0],
-        _SECOND,
-    ),
-    Measure(
+    _of_nodes("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
+    _force_ratio("force_ratio_half", "friction force reaches half of its limit", 0.5),
+    _force_ratio("force_ratio_nine_tenths", "friction force reaches 0.9 of its limit", 0.9),
+    _of_nodes(
         "contact_area_max",
         "largest contact area",
-        _with_candidates(lambda history: float(contact_area(history).max())),
+        lambda history: float(contact_area(history).max()),
         Unit("m^2", "mm^2"),
     ),
-    Measure("normal_traction_max", "largest contact pressure", _largest("normal_traction"), Unit("Pa", "kPa")),
-    Measure("slip_distance_max", "largest slip distance", _largest("slip_distance"), _TRAVEL),
+    _of_nodes(
+        "normal_traction_max",
+        "largest contact pressure",
+        lambda history: history["normal_traction"].values.max(),
+        Unit("Pa", "kPa"),
+    ),
+    _of_nodes(
+        "slip_distance_max", "largest slip distance", lambda history: history["slip_distance"].values.max(), _TRAVEL
+    ),
     Measure(
         "overall_peak_height",
         "height of the acceleration peak of overall slip",
@@ -292,51 +312,56 @@ MEASURES: tuple[Measure, ...] = (
     Measure(
         "outer_markers_before_centre",
         "share of touching skin markers that slip before the central one",
-        _outer_markers_first,
+        lambda history: share_before_centre(skin_marker_slips(history)),
     ),
-    Measure(
-        "edge_distance_min",
-        "smallest distance from the contact to a free edge",
-        edge_distance,
-        _TRAVEL,
-        mechanical=False,
+    _of_run("edge_distance_min", "smallest distance from the contact to a free edge", edge_distance, _TRAVEL),
+    _of_run("penetration_max", "largest penetration", lambda at: max(-at["gap"].values.min(), 0.0), _LENGTH, _NODES),
+    _of_run("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, _NODES),
+    _of_run("records", "records", lambda history: history.sizes["time"]),
+    _of_slide("slide_records", "records in the slide", lambda _, slide: slide.last - slide.first),
+    _of_slide(
+        "slide_step",
+        "longest step in the slide",
+        lambda history, slide: np.diff(history["time"].values[slide.records]).max(),
+        Unit("s", "ms"),
     ),
-    Measure(
-        "penetration_max",
-        "largest penetration",
-        _with_candidates(lambda history: float(max(-history["gap"].values.min(), 0.0))),
-        _LENGTH,
-        mechanical=False,
-    ),
-    Measure("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, mechanical=False),
-    Measure("records", "records", lambda history: int(history.sizes["time"]), mechanical=False),
-    Measure("slide_records", "records in the slide", _with_contact(slide_records), mechanical=False),
-    Measure(
-        "slide_step", "longest step in the slide", _with_contact(record_interval), Unit("s", "ms"), mechanical=False
-    ),
-    Measure("nodes_across_contact", "nodes across the contact", _with_contact(nodes_across), mechanical=False),
-    Measure(
+    _of_slide("nodes_across_contact", "nodes across the contact", _nodes_across),
+    _of_slide("slipped_share_of_one_step", "largest share of the contact that slips in one step", _largest_step_share),
+    _of_iterations("contact_iterations_max", "most contact iterations in a step", lambda counts: counts.max()),
+    _of_iterations("contact_iterations_mean", "mean contact iterations", lambda counts: round(float(counts.mean()), 2)),
+    _of_run("energy_imbalance_over_work", "energy imbalance over external work", _energy_imbalance_over_work),
+)
+
+# Keys of measures with the least and the most that is fine, what they are in words, and what mends it.
+_LIMITS: tuple[tuple[str, float, float, str, str], ...] = (
+    ("slide_records", LEAST_STEPS, np.inf, "{:.0f} steps in the slide", "take a smaller step"),
+    (
         "slipped_share_of_one_step",
-        "largest share of the contact that slips in one step",
-        _with_contact(largest_step_share),
-        mechanical=False,
+        0.0,
+        LARGEST_SHARE,
+        "{:.0%} of the contact slips in one step",
+        "take a smaller step, unless all of it slips at once",
     ),
-    Measure(
-        "contact_iterations_max",
-        "most contact iterations in a step",
-        _contact_iterations(lambda counts: int(counts.max())),
-        mechanical=False,
-    ),
-    Measure(
-        "contact_iterations_mean",
-        "mean contact iterations",
-        _contact_iterations(lambda counts: round(float(counts.mean()), 2)),
-        mechanical=False,
-    ),
-    Measure(
-        "energy_imbalance_over_work",
-        "energy imbalance over external work",
-        _energy_imbalance_over_work,
-        mechanical=False,
+    (
+        "nodes_across_contact",
+        LEAST_ACROSS,
+        np.inf,
+        "{:.0f} nodes across the contact",
+        "take smaller elements at the contact",
     ),
 )
+
+
+def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[str, ...]:
+    """Return what is too coarse for the times of slip, from the measures of runs by their titles."""
+    warnings = []
+    for key, least, most, words, repair in _LIMITS:
+        coarse = [
+            f"{title} ({words.format(value).replace('%', ' %')})"
+            for title, values in numbers.items()
+            if (value := values.get(key)) and not least <= value <= most
+        ]
+        if coarse:
+            listed = "; ".join(coarse[:3]) + f" and {len(coarse) - 3} more" * (len(coarse) > 3)
+            warnings.append(f"Too coarse for the times of slip: {listed}: {repair}.")
+    return tuple(warnings)

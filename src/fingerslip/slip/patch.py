@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid
-from fingerslip.slip.windows import contact_area, contact_forces, counterface_normal, slide_tangent, stick_ratio
+from fingerslip.slip import windows
+from fingerslip.slip.windows import Floats
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["Patch", "contact_patch", "patch_series", "surface_strain_rates", "surface_strains", "triangle_states"]
-
-Floats = NDArray[np.float64]
 
 # Triangles that bridge a hole or a hollow of the contact have longer sides than its own, which are alike.
 _LONGEST_SIDE = 3.0
@@ -56,11 +53,10 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
         raise InputError("history", "is two-dimensional", "needs a history in 3D")
     nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
     if nodes.size < 3:
-        raise InputError(
-            "history", f"has {nodes.size} contact candidates on counterface {counterface}", "needs three and more"
-        )
-    tangent = slide_tangent(history, counterface)
-    axes = np.array([tangent, np.cross(tangent, counterface_normal(history, counterface))])
+        fault = f"has {nodes.size} contact candidates on counterface {counterface}"
+        raise InputError("history", fault, "needs three and more")
+    tangent = windows.slide_tangent(history, counterface)
+    axes = np.array([tangent, np.cross(tangent, windows.counterface_normal(history, counterface))])
     points = history["contact_position"].values[nodes] @ axes.T
     triangles = Delaunay(points).simplices
     sides = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
@@ -87,18 +83,15 @@ def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
     """
     import xarray as xr
 
-    area, ratio = contact_area(history), stick_ratio(history)
+    area, ratio = windows.contact_area(history), windows.stick_ratio(history)
     stuck = (area * ratio.fillna(0.0)).rename("stick_area")
-    forces = contact_forces(history, counterface)
+    forces = windows.contact_forces(history, counterface)
+    width = np.sqrt(area.values / np.pi) - np.sqrt(stuck.values / np.pi)
     series = {
         "contact_area": (area.values, "m^2", "area in contact"),
         "stick_area": (stuck.values, "m^2", "area that sticks"),
         "stick_ratio": (ratio.values, "1", "stick ratio"),
-        "annulus_width": (
-            np.sqrt(area.values / np.pi) - np.sqrt(stuck.values / np.pi),
-            "m",
-            "width of the slipping annulus of a round patch",
-        ),
+        "annulus_width": (width, "m", "width of the slipping annulus of a round patch"),
         "normal_force": (forces.normal, "N", "normal force on the plate"),
         "tangential_force": (forces.friction, "N", "tangential force on the plate"),
         "force_ratio": (forces.ratio(), "1", "tangential over normal force"),
@@ -142,19 +135,15 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
     values = np.stack([strains[..., 0, 0], strains[..., 1, 1], strains[..., 0, 1]], axis=-1)
     state = history["contact_state"].values[:, patch.nodes][:, patch.triangles]
     centres = patch.points[patch.triangles].mean(axis=1)
-    return xr.DataArray(
-        values,
-        dims=("time", "triangle", "strain_component"),
-        coords={
-            "time": history["time"].values,
-            "strain_component": list(_STRAINS),
-            "along": ("triangle", centres[:, 0]),
-            "across": ("triangle", centres[:, 1]),
-            "touching": (("time", "triangle"), (state != OPEN).all(axis=-1)),
-        },
-        name="surface_strain",
-        attrs={"units": "1", "long_name": "Green-Lagrange strain of the skin surface"},
-    )
+    coordinates = {
+        "time": history["time"].values,
+        "strain_component": list(_STRAINS),
+        "along": ("triangle", centres[:, 0]),
+        "across": ("triangle", centres[:, 1]),
+        "touching": (("time", "triangle"), (state != OPEN).all(axis=-1)),
+    }
+    attributes = {"units": "1", "long_name": "Green-Lagrange strain of the skin surface"}
+    return xr.DataArray(values, coordinates, ("time", "triangle", "strain_component"), "surface_strain", attributes)
 
 
 def surface_strain_rates(strains: xr.DataArray) -> xr.DataArray:
@@ -170,8 +159,7 @@ def _local_edges(reference: Floats, along: Floats) -> Floats:
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     first = along - (normal @ along)[:, None] * normal
     first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(normal, first)
-    return np.stack([np.einsum("mek,mk->me", edges, first), np.einsum("mek,mk->me", edges, second)], axis=-1)
+    return np.stack([np.einsum("mek,mk->me", edges, axis) for axis in (first, np.cross(normal, first))], axis=-1)
 
 
 def triangle_states(history: xr.Dataset, patch: Patch, step: int) -> NDArray[np.int8]:

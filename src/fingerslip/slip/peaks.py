@@ -6,27 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerslip.history import site_rows, sites_of_kinds
-from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
+from fingerslip.slip.receptors import Rows, receptor_rows, tangential_acceleration
 from fingerslip.slip.settings import PeakSettings
-from fingerslip.slip.windows import SlideWindow, slide_tangent, slide_window
+from fingerslip.slip.windows import Floats, SlideWindow, slide_tangent, slide_window
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "Peak",
-    "PeakTable",
-    "acceleration_peaks",
-    "followed_share",
-    "has_receptors",
-    "noise_of",
-    "peak_signal",
-    "slide_receptors",
-    "transition_end",
-]
 
 # Turns the median absolute deviation of normally distributed noise into its standard deviation.
 _MAD_TO_DEVIATION = 1.4826
@@ -87,14 +74,11 @@ def acceleration_peaks(history: xr.Dataset, settings: PeakSettings | None = None
     """
     settings = settings or PeakSettings()
     signal = peak_signal(history, settings, slide)
-    return PeakTable() if signal is None else _tabulate(signal["time"].values, signal.values, settings)
+    return PeakTable() if signal is None else _tabulate(*_even(signal["time"].values, signal.values), settings)
 
 
 def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> xr.DataArray | None:
-    """Return the signal that peaks are looked for in.
-
-    Units: returns [m/s^2].
-    """
+    """Return the signal that peaks are looked for in [m/s^2]; None without a slide or such a receptor."""
     import xarray as xr
 
     window = slide_window(history, slide)
@@ -116,7 +100,7 @@ def has_receptors(history: xr.Dataset, settings: PeakSettings) -> bool:
     return sites_of_kinds(history, settings.kinds).size > 0
 
 
-def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSettings) -> NDArray[np.intp]:
+def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSettings) -> Rows:
     """Return the rows of the sites whose acceleration is read in a slide, shape (n_sites,)."""
     if not has_receptors(history, settings):
         return np.empty(0, dtype=np.intp)
@@ -125,36 +109,27 @@ def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSett
     return receptor_rows(history, settings.kinds, settings.per_area, float(history["time"].values[window.first]))
 
 
-def followed_share(history: xr.Dataset, window: SlideWindow, rows: NDArray[np.intp], time: float) -> float:
-    """Return the mean displacement of sites over that of the plate, from a time to the end of the slide [-].
-
-    Arrays: rows (n_sites,); time [s].
-    """
-    tangent = slide_tangent(history)
-    start = int(np.searchsorted(history["time"].values, time))
-    ends = np.array([start, window.last])
+def followed_share(history: xr.Dataset, window: SlideWindow, rows: Rows, time: float) -> float:
+    """Return the mean displacement of sites over that of the plate, from a time [s] to the end of the slide [-]."""
+    tangent, ends = slide_tangent(history), np.array([np.searchsorted(history["time"].values, time), window.last])
     plate = history["counterface_displacement"].values[ends, 0] @ tangent
     skin = history["displacement"].values[ends][:, rows] @ tangent
     travel = float(plate[1] - plate[0])
     return float((skin[1] - skin[0]).mean()) / travel if travel else 1.0
 
 
-def noise_of(signal: NDArray[np.float64]) -> tuple[float, float]:
+def noise_of(signal: Floats) -> tuple[float, float]:
     """Return the noise floor (median) and spread (scaled median absolute deviation) of a signal (n,), in its unit."""
     floor = float(np.median(signal))
     return floor, _MAD_TO_DEVIATION * float(np.median(np.abs(signal - floor)))
 
 
-def transition_end(
-    times: NDArray[np.float64], signal: NDArray[np.float64], settings: PeakSettings
-) -> tuple[int, int] | None:
-    """Find where the press-to-slide transient ends.
+def transition_end(times: Floats, signal: Floats, settings: PeakSettings) -> tuple[int, int] | None:
+    """Find the records at which the press-to-slide transient of a signal (n_times,) [m/s^2] ends, roughly and exactly.
 
     Roughly, it is over where the signal stays below `transient` of its first peak for the time `quiet`. The noise is
     taken between there and the largest value after it. Exactly, the transient is over where the signal stays within
     that noise (floor and `over_noise` spreads), or below `over_largest` of that value, for the time `quiet`.
-
-    Arrays: times (n_times,) [s]; signal (n_times,) [m/s^2].
     """
     width = _records(times, settings.quiet)
     top = int(np.argmax(signal[: _records(times, _FIRST_PEAK_WITHIN) + 1]))
@@ -168,16 +143,13 @@ def transition_end(
     return rough, largest if exact is None else exact
 
 
-def _first_quiet(signal: NDArray[np.float64], start: int, level: float, width: int) -> int | None:
+def _first_quiet(signal: Floats, start: int, level: float, width: int) -> int | None:
     """Find the first record from `start` on from which `signal` stays at or below `level` for `width` records."""
-    for first in range(start, signal.size - width + 1):
-        if signal[first : first + width].max() <= level:
-            return first
-    return None
+    starts = range(start, signal.size - width + 1)
+    return next((first for first in starts if signal[first : first + width].max() <= level), None)
 
 
-def _tabulate(times: NDArray[np.float64], signal: NDArray[np.float64], settings: PeakSettings) -> PeakTable:
-    times, signal = _even(times, signal)
+def _tabulate(times: Floats, signal: Floats, settings: PeakSettings) -> PeakTable:
     ends = transition_end(times, signal, settings)
     if ends is None:
         return PeakTable()
@@ -199,9 +171,7 @@ def _tabulate(times: NDArray[np.float64], signal: NDArray[np.float64], settings:
     return PeakTable(peaks, floor, spread, threshold, transition, float(times[quiet]))
 
 
-def _rising_peaks(
-    signal: NDArray[np.float64], start: int, distance: int
-) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def _rising_peaks(signal: Floats, start: int, distance: int) -> tuple[Rows, Floats]:
     """Return the peaks from `start` on and their prominences, without the ringing after a release.
 
     Ringing only falls; a release exceeds what was just before it. Two distances back there was at least one swing.
@@ -215,7 +185,7 @@ def _rising_peaks(
     return rows[rising], properties["prominences"][rising]
 
 
-def _even(times: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _even(times: Floats, signal: Floats) -> tuple[Floats, Floats]:
     """Return a signal at even times: interpolated where a knot within the slide has changed the time between records.
 
     Examples
@@ -230,6 +200,6 @@ def _even(times: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[NDAr
     return even, np.interp(even, times, signal)
 
 
-def _records(times: NDArray[np.float64], duration: float) -> int:
+def _records(times: Floats, duration: float) -> int:
     """Return how many steps a duration takes, at least one."""
     return max(round(duration / float(np.median(np.diff(times)))), 1)

@@ -17,28 +17,17 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.history import site_kinds, site_rows
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip.windows import slide_tangent, slide_window
+from fingerslip.slip.windows import Floats, record_at, slide_tangent, slide_window
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "AREAS",
-    "contact_edges",
-    "receptor_rows",
-    "receptor_signals",
-    "receptors_in_areas",
-    "tangential_acceleration",
-]
-
 AREAS = ("A", "B")
+Rows = NDArray[np.intp]
 
 
 def contact_edges(history: xr.Dataset, time: float | None = None, counterface: int = 0) -> tuple[float, float] | None:
-    """Return where the contact ends on both sides.
-
-    Units: time [s]; returns [m].
-    """
+    """Return where the contact ends on both sides [m], at a time [s] or at the start of the slide."""
     row = history["contact_state"].values[_record(history, time)]
     touching = (row != OPEN) & (history["contact_counterface"].values == counterface)
     if not touching.any():
@@ -50,11 +39,9 @@ def contact_edges(history: xr.Dataset, time: float | None = None, counterface: i
 def receptors_in_areas(
     history: xr.Dataset, per_area: int = 5, kinds: Sequence[str] = RECEPTOR_KINDS, time: float | None = None
 ) -> Mapping[tuple[str, str], tuple[str, ...]]:
-    """Choose the receptors around the two edges of the contact.
+    """Choose the receptors around the two edges of the contact at a time [s]: the nearest `per_area` of each kind.
 
-    Every receptor belongs to the nearer edge; of those the nearest `per_area` are taken.
-
-    Units: time [s].
+    Every receptor belongs to the nearer edge.
     """
     available = site_kinds(history)
     edges = contact_edges(history, time) if available.size else None
@@ -74,10 +61,7 @@ def receptors_in_areas(
 
 
 def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
-    """Average the signals of the receptors around each edge of the contact.
-
-    Units: returns [m/s^2].
-    """
+    """Average the signals of the receptors around each edge of the contact [m/s^2, J/m^3]."""
     import xarray as xr
 
     dims, times = ("kind", "area", "time"), history["time"].values
@@ -98,31 +82,26 @@ def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
     )
 
 
-def receptor_rows(
-    history: xr.Dataset, kinds: Sequence[str], per_area: int, time: float | None = None
-) -> NDArray[np.intp]:
+def receptor_rows(history: xr.Dataset, kinds: Sequence[str], per_area: int, time: float | None = None) -> Rows:
     """Return the rows of the chosen receptors of some types, both areas together, at a time [s]; shape (n,)."""
     chosen = receptors_in_areas(history, per_area, kinds, time)
     return site_rows(history, [name for names in chosen.values() for name in names])
 
 
-def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return the acceleration along the plate of some sites, each value the mean over the step that it ends.
+def tangential_acceleration(history: xr.Dataset, rows: Rows) -> Floats:
+    """Return the acceleration (n_times, n_sites) of sites along the plate [m/s^2]: means over the step that ends there.
 
     After a jump of the plate's velocity the accelerations of an implicit scheme alternate from step to step, ten and
     more times as large as the change of velocity over a step; the mean of both ends of a step leaves that out. Of steps
     that control their own error it is the mean since the record before.
-
-    Arrays: rows (n_sites,); returns (n_times, n_sites) [m/s^2].
     """
     at_records = np.asarray(history["acceleration"].values[:, rows] @ slide_tangent(history), dtype=float)
     over_steps = at_records.copy()
+    over_steps[1:] = 0.5 * (at_records[1:] + at_records[:-1])
     if history.attrs.get("time_step") == "auto":
         # There are steps between records; the change of velocity is the mean acceleration over all of them.
         velocity = np.asarray(history["velocity"].values[:, rows] @ slide_tangent(history), dtype=float)
         over_steps[1:] = np.diff(velocity, axis=0) / np.diff(history["time"].values)[:, None]
-        return over_steps
-    over_steps[1:] = 0.5 * (at_records[1:] + at_records[:-1])
     return over_steps
 
 
@@ -130,6 +109,4 @@ def _record(history: xr.Dataset, time: float | None) -> int:
     if time is None:
         window = slide_window(history)
         return window.first if window else history.sizes["time"] - 1
-    times = history["time"].values
-    slack = 1e-6 * float(np.diff(times).min()) if times.size > 1 else 0.0
-    return max(int(np.searchsorted(times, time + slack, side="right")) - 1, 0)
+    return max(record_at(history, time), 0)

@@ -13,8 +13,6 @@ import pydantic
 from fingerslip.parameters import Duration, Fraction, NonNegativeNumber, parameters
 from fingerslip.units import Unit
 
-__all__ = ["EventSettings", "PeakSettings"]
-
 Micrometres = Annotated[float, Unit("m", "um"), pydantic.Field(gt=0)]
 
 

@@ -11,19 +11,10 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.history import sites_of_kinds
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import contact_forces, slide_window, split_along, sustained_crossings
+from fingerslip.slip.windows import Floats, contact_forces, slide_window, split_along, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "EXTERNAL",
-    "MarkerSlips",
-    "share_before_centre",
-    "skin_marker_slips",
-    "stick_slip_cycles",
-    "touching_markers",
-]
 
 #: Kind of the recorded sites that mark the skin.
 EXTERNAL = "external marker"
@@ -31,8 +22,6 @@ EXTERNAL = "external marker"
 _LEAST_FALL = 0.1
 # A marker belongs to the nearest contact node up to this many distances between those nodes.
 _BESIDE = 1.5
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -53,13 +42,15 @@ def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None
     rest = history["site_position"].values[rows]
     touching = _touching(history, rest, window.first)
     rows, rest = rows[touching], rest[touching]
-    lag = _lag(history, rows)[window.records]
+    # Displacement relative to the counterface, along its surface [m].
+    relative = history["displacement"].values[:, rows] - history["counterface_displacement"].values[:, :1]
+    _, lag = split_along(relative[window.records], history["counterface_normal"].values[0])
     lag = np.linalg.norm(lag - lag[0], axis=2)
     times = history["time"].values[window.records]
     crossings = sustained_crossings(times, lag, settings.displacement_tolerance, settings.sustained)
     names = tuple(map(str, history["site"].values[rows]))
     distance = np.linalg.norm(np.delete(rest, 1, axis=1), axis=1)
-    return MarkerSlips(names, distance, np.array([np.nan if time is None else time for time in crossings]))
+    return MarkerSlips(names, distance, np.array(crossings, dtype=float))
 
 
 def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
@@ -70,8 +61,10 @@ def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
     return _touching(history, history["site_position"].values[rows], window.first)
 
 
-def share_before_centre(slips: MarkerSlips) -> float | None:
+def share_before_centre(slips: MarkerSlips | None) -> float | None:
     """Return the share of the outer markers that slip before the central one; None without it or without others."""
+    if slips is None:
+        return None
     outer = slips.distance > 1e-9
     if outer.all() or not outer.any():
         return None
@@ -120,12 +113,4 @@ def _touching(history: xr.Dataset, rest: Floats, record: int) -> NDArray[np.bool
     away, nearest = tree.query(rest)
     # The corners of quadratic facets bear no contact force, the nodes between them do.
     beside: float = _BESIDE * float(np.median(tree.query(nodes, k=2)[0][:, 1]))
-    touching: NDArray[np.bool_] = (away < beside) & (state[nearest] != OPEN)
-    return touching
-
-
-def _lag(history: xr.Dataset, rows: NDArray[np.intp]) -> Floats:
-    """Return the displacement of sites relative to the counterface, along its surface [m]."""
-    moved = history["displacement"].values[:, rows] - history["counterface_displacement"].values[:, :1]
-    _, along = split_along(moved, history["counterface_normal"].values[0])
-    return along
+    return np.asarray((away < beside) & (state[nearest] != OPEN))

@@ -17,43 +17,17 @@ from fingerslip.history import phase_times
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "EVENTS",
-    "LATENCY",
-    "MAIN_EVENTS",
-    "NOTICED_NOTE",
-    "READINGS",
-    "READING_HEADINGS",
-    "TIMES",
-    "ContactForces",
-    "SlideWindow",
-    "accumulated_slip",
-    "area_fraction",
-    "contact_area",
-    "contact_forces",
-    "counterface_normal",
-    "defines_time",
-    "event_label",
-    "relative_displacement",
-    "slide_tangent",
-    "slide_window",
-    "slipped_fraction",
-    "slipping_fraction",
-    "split_along",
-    "stick_ratio",
-    "sustained_crossing",
-    "sustained_crossings",
-]
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class SlideWindow:
     """The records of one slide phase."""
 
-    start: float  # time of the phase [s]
-    end: float  # time of the phase [s]
-    first: int  # first and last record of the slide, both included
-    last: int  # first and last record of the slide, both included
+    start: float  # of the phase [s]
+    end: float  # of the phase [s]
+    first: int  # record
+    last: int  # record, included
 
     @property
     def records(self) -> slice:
@@ -70,11 +44,11 @@ def slide_window(history: xr.Dataset, slide: int = 0) -> SlideWindow | None:
         allowed = f"the programme has {len(slides)} slide{'s' * (len(slides) != 1)}, counted from 0"
         raise InputError("slide", f"got {slide}", allowed)
     start, end = slides[slide]
-    window = SlideWindow(start, end, max(_record_at(history, start), 0), _record_at(history, end))
+    window = SlideWindow(start, end, max(record_at(history, start), 0), record_at(history, end))
     return window if window.last > window.first else None
 
 
-def _record_at(history: xr.Dataset, moment: float) -> int:
+def record_at(history: xr.Dataset, moment: float) -> int:
     """Return the last record at or before a time, -1 where there is none."""
     times = history.variables["time"].values
     # Sums of phase lengths and multiples of the step differ in the last digits.
@@ -87,7 +61,7 @@ def _slides(history: xr.Dataset) -> list[tuple[float, float]]:
     slides: list[tuple[float, float]] = []
     before = np.zeros(0)
     for start, end in phase_times(history, "slide"):
-        first, last = (_record_at(history, moment) for moment in (start, end))
+        first, last = (record_at(history, moment) for moment in (start, end))
         plates = history.variables.get("counterface_displacement")
         travel = np.zeros(0) if plates is None else np.ravel(plates.values[last] - plates.values[first])
         if slides and start == slides[-1][1] and travel @ before >= 0.0:
@@ -98,12 +72,8 @@ def _slides(history: xr.Dataset) -> list[tuple[float, float]]:
     return slides
 
 
-def sustained_crossing(
-    times: NDArray[np.float64], values: NDArray[np.float64], level: float, sustained: float
-) -> float | None:
-    """Return when `values` first reach `level` and stay there.
-
-    Arrays: times (n_times,) [s]; values (n_times,); sustained [s]; returns [s].
+def sustained_crossing(times: Floats, values: Floats, level: float, sustained: float) -> float | None:
+    """Return when `values` (n_times,) first reach `level` and stay there for the time `sustained` [s].
 
     Examples
     --------
@@ -114,13 +84,8 @@ def sustained_crossing(
     return sustained_crossings(times, values[:, None], level, sustained)[0]
 
 
-def sustained_crossings(
-    times: NDArray[np.float64], values: NDArray[np.float64], level: float, sustained: float
-) -> list[float | None]:
-    """Return when each of several signals first reaches `level` and stays there; see :func:`sustained_crossing`.
-
-    Arrays: times (n_times,) [s]; values (n_times, n); sustained [s]; returns [s].
-    """
+def sustained_crossings(times: Floats, values: Floats, level: float, sustained: float) -> list[float | None]:
+    """Return when each of several signals (n_times, n) does what :func:`sustained_crossing` says [s]."""
     above = np.zeros((values.shape[1], times.size + 2), dtype=np.int8)
     above[:, 1:-1] = (values >= level).T
     edges = np.diff(above, axis=1)
@@ -130,15 +95,11 @@ def sustained_crossings(
     crossed, first = np.unique(signals[lasts], return_index=True)
     crossings: list[float | None] = [None] * values.shape[1]
     for signal, start in zip(crossed.tolist(), starts[lasts][first].tolist(), strict=True):
-        crossings[signal] = _crossing(times, values[:, signal], level, start)
+        crossings[signal] = float(times[start])
+        if start and not np.isnan(before := values[start - 1, signal]):
+            share = (level - before) / (values[start, signal] - before)
+            crossings[signal] = float(times[start - 1] + share * (times[start] - times[start - 1]))
     return crossings
-
-
-def _crossing(times: NDArray[np.float64], values: NDArray[np.float64], level: float, index: int) -> float:
-    if index == 0 or np.isnan(values[index - 1]):
-        return float(times[index])
-    share = (level - values[index - 1]) / (values[index] - values[index - 1])
-    return float(times[index - 1] + share * (times[index] - times[index - 1]))
 
 
 #: The slip events in order of time: name in files, and in words.
@@ -180,9 +141,6 @@ def defines_time(reading: str, time: str) -> bool:
     return (reading, time) != ("acceleration", "noticed")
 
 
-Floats = NDArray[np.float64]
-
-
 @dataclass(frozen=True)
 class ContactForces:
     """The force of a counterface on the body over time, split along the counterface's normal."""
@@ -196,13 +154,7 @@ class ContactForces:
         return np.asarray(np.linalg.norm(self.tangential, axis=1), dtype=float)
 
     def ratio(self, least: float = 1e-9) -> Floats:
-        """Return tangential over normal force [-], shape (n_times,).
-
-        Parameters
-        ----------
-        least : float, optional
-            The ratio is missing (NaN) where the normal force is at or below this share of its largest value [-].
-        """
+        """Return tangential over normal force (n_times,) [-]: NaN where that is a `least` share of its largest."""
         ratio = np.full(self.normal.shape, np.nan)
         np.divide(self.friction, self.normal, out=ratio, where=self.normal > least * self.normal.max(initial=0.0))
         return ratio
@@ -236,9 +188,7 @@ def slide_tangent(history: xr.Dataset, counterface: int = 0) -> Floats:
 
 
 def split_along(vectors: Floats, normals: Floats) -> tuple[Floats, Floats]:
-    """Split vectors into their components along unit normals and what is left of them.
-
-    Arrays: vectors (..., dim); normals (..., dim); returns (...,).
+    """Split vectors (..., dim) into their components (...) along unit normals (..., dim), and what is left of them.
 
     Examples
     --------
@@ -258,10 +208,7 @@ def contact_area(history: xr.Dataset) -> xr.DataArray:
 
 
 def slipping_fraction(history: xr.Dataset) -> xr.DataArray:
-    """Return the area fraction of the contact that slips at each time.
-
-    Units: returns [-].
-    """
+    """Return the area fraction of the contact that slips at each time [-]."""
     state = history["contact_state"].values
     fraction = area_fraction(state == SLIP, state != OPEN, history["contact_area"].values)
     return _series(history["time"], fraction, "slipping_fraction", "slipping area fraction")
@@ -273,12 +220,10 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
 
 
 def slipped_fraction(history: xr.Dataset, window: SlideWindow, tolerance: float) -> xr.DataArray:
-    """Return the area fraction that has slipped by more than a tolerance since the slide began.
+    """Return the area fraction that has slipped by more than a tolerance [m] since the slide began [-].
 
     Only nodes that were in contact when the slide began, and still are, are weighed: skin that rolls
     onto the plate during the slide is new there and could not slip yet.
-
-    Units: tolerance [m]; returns [-].
     """
     touching = history["contact_state"].values[window.records] != OPEN
     counted = touching & touching[0]
@@ -288,9 +233,7 @@ def slipped_fraction(history: xr.Dataset, window: SlideWindow, tolerance: float)
     return _series(times, fraction, "slipped_fraction", "slipped area fraction")
 
 
-def slipped_steps(
-    history: xr.Dataset, window: SlideWindow, tolerance: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def slipped_steps(history: xr.Dataset, window: SlideWindow, tolerance: float) -> tuple[Floats, Floats]:
     """Return the slipped fraction as it steps when nodes slip, land or lift off, also between two records.
 
     Times [s] and fractions [-], both (2 n,): each of n fractions at the times at which it begins and ends.
@@ -307,29 +250,25 @@ def slipped_steps(
     share = np.divide(before, before - after, out=np.ones_like(before), where=(before <= 0.0) != (after <= 0.0))
     moments, order = np.unique(times[rows] + share * (times[rows + 1] - times[rows]), return_inverse=True)
 
-    def course(signal: NDArray[np.bool_], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    def totals(signal: NDArray[np.bool_], weights: Floats) -> Floats:
         changes = np.diff(signal.astype(float), axis=0)[rows, nodes] * weights[nodes]
         first = np.atleast_1d(signal[0] @ weights)
         return np.cumsum(np.append(first, np.bincount(order, changes, moments.size)))
 
     fractions = np.full(moments.size + 1, np.nan)
-    some = course(counted, np.ones_like(areas)) > 0.5
-    np.divide(course(slipped, areas), course(counted, areas), out=fractions, where=some)
+    some = totals(counted, np.ones_like(areas)) > 0.5
+    np.divide(totals(slipped, areas), totals(counted, areas), out=fractions, where=some)
     return np.concatenate((times[:1], np.repeat(moments, 2), times[-1:])), np.repeat(fractions, 2)
 
 
-def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> NDArray[np.float64]:
+def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> Floats:
     """Return the slip of every contact node since the slide began, shape (n_times, n_nodes) [m]."""
-    slip: NDArray[np.float64] = history["slip_distance"].values[window.records].astype(float)
-    since: NDArray[np.float64] = slip - slip[0]
-    return since
+    slip: Floats = history["slip_distance"].values[window.records].astype(float)
+    return np.asarray(slip - slip[0])
 
 
-def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[np.float64]:
-    """Return how far every contact node has moved relative to the plate since the slide began.
-
-    Arrays: returns (n_times, n_nodes) [m].
-    """
+def relative_displacement(history: xr.Dataset, window: SlideWindow) -> Floats:
+    """Return how far contact nodes have moved relative to the plate since the slide began, (n_times, n_nodes) [m]."""
     counterface = history["contact_counterface"].values
     node = history["contact_displacement"].values[window.records]
     plate = history["counterface_displacement"].values[window.records][:, counterface]
@@ -338,18 +277,15 @@ def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[n
     return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)
 
 
-def area_fraction(part: NDArray[np.bool_], whole: NDArray[np.bool_], areas: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the area of `part` over that of `whole` at each time, NaN where `whole` is empty.
-
-    Arrays: part, whole (n_times, n_nodes); areas (n_nodes,) [m^2].
-    """
+def area_fraction(part: NDArray[np.bool_], whole: NDArray[np.bool_], areas: Floats) -> Floats:
+    """Return the area of `part` (n_times, n_nodes) over that of `whole` at each time, NaN where `whole` is empty."""
     total = whole @ areas
     fraction = np.full(total.shape, np.nan)
     np.divide(part @ areas, total, out=fraction, where=total > 0.0)
     return fraction
 
 
-def _series(times: xr.DataArray, values: NDArray[np.float64], name: str, meaning: str) -> xr.DataArray:
+def _series(times: xr.DataArray, values: Floats, name: str, meaning: str) -> xr.DataArray:
     import xarray as xr
 
     coordinates = {"time": times.values}

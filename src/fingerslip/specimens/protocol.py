@@ -28,41 +28,33 @@ class Specimen(Protocol):
     @property
     def mesh_sources(self) -> tuple[type[MeshSource], ...]:
         """Classes of the sources that mesh it; of the class, so that study files know them too."""
-        ...
 
     @property
     def default_mesh(self) -> MeshSource:
         """The source of its mesh where nothing else is said."""
-        ...
 
     @property
     def shape(self) -> Mapping[str, Any]:
         """Plain data that decides its meshes, so that runs of the same shape share one."""
-        ...
 
     @property
     def largest_extent(self) -> float:
         """What it measures at most [m]; a mesh file that is larger is not in metres."""
-        ...
 
     @property
     def materials(self) -> Mapping[str, AnyMaterial]:
         """Material of every region of its meshes."""
-        ...
 
     @property
     def formulation(self) -> Formulation:
         """Formulation of its models in 2D; those in 3D are `solid`."""
-        ...
 
     @property
     def depth(self) -> float:
         """Out-of-plane depth of its models in 2D [m]."""
-        ...
 
     def supports(self, dim: int, /) -> Mapping[str, tuple[str, ...]]:
         """Return the boundaries or regions that are held, and in which of the components x, y, z, by dimension."""
-        ...
 
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
         """Return the sites of the given groups, such as a kind of receptors.
@@ -72,8 +64,6 @@ class Specimen(Protocol):
         InputError
             For a group that it does not have in this dimension of space.
         """
-        ...
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why the value of a dotted path makes no difference to a model; empty for one that it uses."""
-        ...

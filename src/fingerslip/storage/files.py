@@ -37,29 +37,6 @@ from fingerslip.errors import DamagedError, InputError, ResultError
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = [
-    "alone",
-    "check_empty",
-    "check_folder",
-    "check_replaceable",
-    "clean_stale",
-    "csv_text",
-    "digest",
-    "file_digest",
-    "frame_csv",
-    "json_text",
-    "new_file",
-    "new_files",
-    "new_folder",
-    "plain_cell",
-    "read_json",
-    "remove_empty",
-    "write_bytes",
-    "write_json",
-    "write_text",
-    "writing",
-]
-
 
 def digest(*parts: Any) -> str:
     """Return the SHA-256 hash of arrays, bytes, text and plain data, in this order.
@@ -305,8 +282,8 @@ def read_json(path: Path, repair: str, kind: pydantic.TypeAdapter[Any] | None = 
     try:
         mapping: dict[str, Any] = kind.validate_json(text, strict=True) if kind else values
     except pydantic.ValidationError as error:
-        place = ".".join(map(str, error.errors()[0]["loc"]))
-        raise DamagedError(str(path), f"is of another version, or damaged at {place}", repair) from None
+        where = ".".join(map(str, error.errors()[0]["loc"]))
+        raise DamagedError(str(path), f"is of another version, or damaged at {where}", repair) from None
     return mapping
 
 

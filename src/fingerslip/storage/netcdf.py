@@ -21,11 +21,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "netcdf_bytes",
-    "read_netcdf",
-]
-
 
 # Bytes of equal weight stand side by side ("shuffle"): histories are a seventh smaller and take less time.
 _COMPRESSION: Mapping[str, Any] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True})

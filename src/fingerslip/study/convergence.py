@@ -16,21 +16,12 @@ from fingerslip.storage.files import new_folder, write_text
 from fingerslip.study.definition.runs import Run
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.plan import Plan, plan_study
-from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import StudyFailedError, compute_jobs, run_studies, write_up
 from fingerslip.study.storage.store import identity
 from fingerslip.study.storage.summary import CONVERGENCE, RunConvergence, read_convergences, write_convergences
 from fingerslip.tables.table import Table, to_csv, to_markdown
 from fingerslip.uncertainty import SETTINGS, Convergence, Series
-
-__all__ = [
-    "Level",
-    "StudyConvergence",
-    "converge",
-    "level_folders",
-    "levels_of",
-    "run_at",
-]
 
 
 @dataclass(frozen=True)
@@ -86,7 +77,7 @@ def _change(study: Study, level: Level, model: Model) -> dict[str, Any]:
             return {"time": study.time.refined(level.value)}
         case "alpha":
             return {"time": dataclasses.replace(study.time, alpha=level.value)}
-    from fingerslip.dynamics.system.penalties import contact_penalties
+    from fingerslip.dynamics.system.checks import contact_penalties
 
     stiffer = []
     for settings, contact in zip(study.all_contacts, model.contacts, strict=True):
@@ -159,7 +150,7 @@ def converge(
     ResultError
         Where results cannot be written or read.
     """
-    reporter = progress or SilentProgress()
+    reporter = progress or StudyProgress()
     plan = plan_study(path, results_dir)
     names = [run.name for run in plan.runs]
     for name in only:

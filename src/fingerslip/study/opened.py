@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = ["OpenedStudy", "open_study"]
-
 
 @dataclass(frozen=True, repr=False)
 class OpenedStudy:

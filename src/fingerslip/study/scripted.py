@@ -13,23 +13,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.errors import InputError
+from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import assign
 from fingerslip.parameters.schema import require_kind
 from fingerslip.report.tables.runs import table_frame
 from fingerslip.study.definition.file import read_with_base, write_mapping
 from fingerslip.study.definition.spec import Study as Definition
-from fingerslip.study.definition.spec import study_mapping
 from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.opened import OpenedStudy, open_study
 from fingerslip.study.running.plan import Plan, plan_mapping
-from fingerslip.study.running.progress import SilentProgress, StudyProgress, progress_on_screen
+from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_plans
 from fingerslip.study.shipped import example_path
 
 if TYPE_CHECKING:
     import pandas as pd
-
-__all__ = ["Study"]
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -170,7 +168,7 @@ class Study:
             Where results cannot be written.
         """
         reporter = (
-            {True: progress_on_screen, False: SilentProgress}[progress]() if isinstance(progress, bool) else progress
+            {True: progress_on_screen, False: StudyProgress}[progress]() if isinstance(progress, bool) else progress
         )
         plan = self._plan(results)
         run_plans([plan], workers=workers, force=force, progress=reporter, scheduler=scheduler)
@@ -207,7 +205,8 @@ def _mapping_of(base: Any) -> dict[str, Any]:
     if isinstance(base, Study):
         return base.mapping
     if isinstance(base, Definition):
-        return study_mapping(base)
+        written: dict[str, Any] = as_mapping(base)
+        return written
     if isinstance(base, Mapping):
         plain: dict[str, Any] = _plain(base)
         return plain

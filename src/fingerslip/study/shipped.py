@@ -14,8 +14,6 @@ from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Column, Table
 
-__all__ = ["TEMPLATES", "copy_example", "example_path", "examples", "examples_table", "new_study", "studies_folder"]
-
 _SCHEMA = "study.schema.json"
 _BASE = re.compile(r"^base: (\w+)\.yaml", re.MULTILINE)
 

@@ -18,21 +18,6 @@ from rich.markup import escape
 
 from fingerslip.storage.files import csv_text
 
-__all__ = [
-    "Cell",
-    "Column",
-    "Measured",
-    "Missing",
-    "Table",
-    "is_numeric",
-    "texts",
-    "to_csv",
-    "to_mapping",
-    "to_markdown",
-    "to_rich",
-    "typeset",
-]
-
 
 @dataclass(frozen=True)
 class Measured:

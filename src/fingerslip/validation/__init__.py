@@ -11,7 +11,7 @@ from fingerslip.validation.comparison import (
     validate,
 )
 from fingerslip.validation.detection import detection_rows
-from fingerslip.validation.evidence import STUDIES
+from fingerslip.validation.evidence import STUDIES, Work
 from fingerslip.validation.rows import (
     Row,
     Stored,
@@ -29,6 +29,7 @@ __all__ = [
     "Comparison",
     "Row",
     "Stored",
+    "Work",
     "allowed_geometry",
     "compare",
     "comparison_mapping",

@@ -15,8 +15,6 @@ from fingerslip.validation.evidence import FINGERPRINT, FRICTION, TABLE2, VARIAN
 from fingerslip.validation.measures import Densities, Measures
 from fingerslip.validation.rows import Outcome
 
-__all__ = ["CHECKS", "PHALANX_CHECKS", "determination", "outcome_of"]
-
 Numbers = NDArray[np.float64]
 Check = Callable[[Evidence], Numbers | float | tuple[int, int]]
 

@@ -18,7 +18,7 @@ from fingerslip.study.shipped import studies_folder
 from fingerslip.tables.table import Table, to_markdown
 from fingerslip.validation.checks import PHALANX_CHECKS, outcome_of
 from fingerslip.validation.detection import detection_rows
-from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
+from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, Work, gather
 from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import (
     TIME_RESOLUTION,
@@ -35,18 +35,6 @@ from fingerslip.validation.rows import (
     statement_row,
 )
 from fingerslip.validation.sensor import pouring_rows, sensor_rows
-
-__all__ = [
-    "PAPERS",
-    "PARTS",
-    "Comparison",
-    "compare",
-    "comparison_mapping",
-    "comparison_markdown",
-    "rows_of",
-    "validate",
-]
-
 
 #: Papers whose values are compared: on fingers, and on a tactile sensor.
 PAPERS = ("wang2014", "bulens2023")
@@ -70,28 +58,15 @@ _OTHER_MODELS = (
 )
 
 
-def validate(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-    *,
-    papers: Sequence[str] = PAPERS,
-) -> tuple[Row, ...]:
+def validate(work: Work, *, papers: Sequence[str] = PAPERS) -> tuple[Row, ...]:
     """Compare the shipped studies with the published values.
 
     The studies are run like any other; runs that are finished with the same inputs are read back.
 
     Parameters
     ----------
-    studies : path, optional
-        Folder of the study files.
-    results : path, optional
-        Folder of the results.
-    workers : int, optional
-        How many runs are computed at once.
-    progress : StudyProgress, optional
-        Receives the progress.
+    work : Work
+        Where studies are read and results are kept, and how they are computed.
     papers : sequence of str, optional
         Those of :data:`PAPERS` whose values are compared.
 
@@ -111,8 +86,8 @@ def validate(
     """
     fingers, sensors = (paper in papers for paper in PAPERS)
     return (
-        *(rows_of(gather(studies, results, workers=workers, progress=progress)) if fingers else ()),
-        *(sensor_rows(studies, results, workers, progress) if sensors else ()),
+        *(rows_of(gather(work)) if fingers else ()),
+        *(sensor_rows(work) if sensors else ()),
     )
 
 
@@ -296,11 +271,11 @@ def compare(
         Where runs or trials fail, or results cannot be written or read back.
     """
     papers = _papers(only, computed)
-    arguments = studies_folder() if studies is None else studies, results, workers, progress
+    work = Work(studies_folder() if studies is None else Path(studies), Path(results), workers, progress)
     # Stored rows first: a damaged file is told before anything is computed.
-    geometry = allowed_geometry(*arguments, compute="geometry" in computed) if "wang2014" in papers else None
-    row_groups = [rows(*arguments, compute=part in computed) for part, rows in _ROWS.items() if PARTS[part] in papers]
-    rows = (*validate(*arguments, papers=papers), *(row for part in row_groups for row in part.rows))
+    geometry = allowed_geometry(work, compute="geometry" in computed) if "wang2014" in papers else None
+    row_groups = [rows(work, compute=part in computed) for part, rows in _ROWS.items() if PARTS[part] in papers]
+    rows = (*validate(work, papers=papers), *(row for part in row_groups for row in part.rows))
     return Comparison(rows, tuple(part.origin for part in row_groups if part.origin), geometry)
 
 

@@ -13,25 +13,15 @@ from typing import TYPE_CHECKING
 
 from fingerslip.detect.labels import NO_SLIP
 from fingerslip.published import PublishedValue, published_set
-from fingerslip.study.running.progress import StudyProgress
+from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import Row, RowFile, Stored, number_row, statement_row, stored_rows
-from fingerslip.validation.sensor import half_width
+from fingerslip.validation.sensor import half_width, trials_of
 
 # What simulates, samples and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
     from fingerslip.detect.evaluation.crossval import Evaluation
     from fingerslip.detect.evaluation.scores import Estimate, FrameScores
     from fingerslip.detect.trial_set import TrialSet
-
-__all__ = [
-    "DATA_SET",
-    "DETECTION_FILE",
-    "Detection",
-    "begun_detection",
-    "detection_of",
-    "detection_rows",
-    "rows_of_detection",
-]
 
 #: The study of the data set.
 DATA_SET = "bulens2023_dataset"
@@ -81,25 +71,14 @@ class Detection:
     left_out: Mapping[str, Mapping[str, FrameScores]] = field(default_factory=dict)
 
 
-def detection_rows(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-    *,
-    compute: bool = False,
-) -> Stored[Row]:
+def detection_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
     """Return the rows of the detectors: computed and stored, or those that were stored last."""
-    output = Path(results) / "detection"
+    output = work.results / "detection"
 
-    def computed() -> tuple[Row, ...]:
-        from fingerslip.study.trials.simulate import simulate_trials
+    def make_rows() -> tuple[Row, ...]:
+        return rows_of_detection(detection_of(begun_detection(trials_of(DATA_SET, work), work.workers, output)))
 
-        study, folder = Path(studies) / f"{DATA_SET}.yaml", Path(results) / f"{DATA_SET}_trials"
-        trials = simulate_trials(study, folder, workers=workers, progress=progress)
-        return rows_of_detection(detection_of(begun_detection(trials, workers, output)))
-
-    stored = stored_rows(DETECTION_FILE, studies, results, computed if compute else None)
+    stored = stored_rows(DETECTION_FILE, work, make_rows if compute else None)
     if stored.computed:
         from fingerslip.detect.evaluation.crossval import parts_beside
 
@@ -126,14 +105,14 @@ def detection_of(begun: Evaluation) -> Detection:
     from fingerslip.detect.evaluation.scores import frame_scores_of
     from fingerslip.detect.samples import grouped_folds, left_out
 
-    def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
+    def scores_of(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
         return {name: begun.scores(begun.by_group(CLASSIFIERS[name], tests)) for name in _COMPARED}
 
     trials = begun.trials
     by_sample = {name: frame_scores_of(begun.by_sample(CLASSIFIERS[name])) for name in _COMPARED}
-    by_trial = scored(grouped_folds(trials.names, _FOLDS, 0))
+    by_trial = scores_of(grouped_folds(trials.names, _FOLDS, 0))
     groups = {words: left_out(trials.conditions, condition) for condition, words in _LEFT_OUT.items()}
-    left = {words: scored(tuple(group.values())) for words, group in groups.items()}
+    left = {words: scores_of(tuple(group.values())) for words, group in groups.items()}
     return Detection(by_sample, by_trial, left)
 
 

@@ -3,37 +3,20 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
-from fingerslip.results import HISTORY, RunResult
+from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.study.convergence import converge, level_folders
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import read_run
 from fingerslip.validation.measures import Measures, measure, measure_3d
-
-__all__ = [
-    "FINGERPRINT",
-    "FORMULATION",
-    "FRICTION",
-    "LARGE_STRAIN",
-    "REFINED",
-    "SECTION",
-    "SOLID",
-    "STUDIES",
-    "TABLE2",
-    "VARIANT",
-    "VARIANTS",
-    "Evidence",
-    "gather",
-    "solid_measures",
-]
 
 TABLE2 = "wang2014_table2"
 FORMULATION = "wang2014_formulation"
@@ -109,19 +92,36 @@ class Evidence:
         return max(finite) - min(finite) if finite and len(finite) == len(numbers) else None
 
 
-def gather(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    *,
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-) -> Evidence:
+@dataclass(frozen=True)
+class Work:
+    """Where shipped studies are read and their results are kept, and how they are computed."""
+
+    studies: Path = Path("studies")
+    results: Path = Path("results")
+    workers: int = 2
+    progress: StudyProgress | None = None
+
+    def file(self, name: str) -> Path:
+        """Return the file of a study."""
+        path = self.studies / f"{name}.yaml"
+        if not path.is_file():
+            repair = "name the folder of the shipped studies, or run in the folder of the project"
+            raise InputError(str(path), "is not there", f"validate needs the study {name}", repair)
+        return path
+
+    def run(self, names: Iterable[str]) -> tuple[StudyResult, ...]:
+        """Run studies, as far as they are not finished."""
+        paths = [self.file(name) for name in names]
+        return run_studies(paths, results_dir=self.results, workers=self.workers, progress=self.progress)
+
+
+def gather(work: Work) -> Evidence:
     """Run and refine the shipped studies, as far as they are not finished, and measure all runs."""
-    paths = {name: _study_file(Path(studies), name) for name in STUDIES}
+    paths = {name: work.file(name) for name in STUDIES}
     for name, conditions in REFINED.items():
-        chosen = [run.name for run in plan_study(paths[name], results).runs if _meets(run.swept, conditions)]
-        converge(paths[name], results_dir=results, only=chosen, workers=workers, progress=progress)
-    outcomes = run_studies(tuple(paths.values()), results_dir=results, workers=workers, progress=progress)
+        chosen = [run.name for run in plan_study(paths[name], work.results).runs if _meets(run.swept, conditions)]
+        converge(paths[name], results_dir=work.results, only=chosen, workers=work.workers, progress=work.progress)
+    outcomes = work.run(STUDIES)
     measured = {
         name: tuple(_measure(outcome.folder / run.name, run) for run in outcome.runs)
         for name, outcome in zip(STUDIES, outcomes, strict=True)
@@ -131,15 +131,15 @@ def gather(
     measured[SOLID] = tuple(solid_measures(solid.folder / run.name, run) for run in solid.runs)
     return Evidence(
         measured,
-        _measure_levels(paths[TABLE2], results, _measure),
-        tuple(entry for (entry,) in _measure_levels(paths[SOLID], results, solid_measures)),
-        _measure_levels(paths[LARGE_STRAIN], results, _measure, _FINITE),
+        _measure_levels(paths[TABLE2], work.results, _measure),
+        tuple(entry for (entry,) in _measure_levels(paths[SOLID], work.results, solid_measures)),
+        _measure_levels(paths[LARGE_STRAIN], work.results, _measure, _FINITE),
     )
 
 
 def _measure_levels(
     study: Path,
-    results: str | Path,
+    results: Path,
     measured: Callable[[Path, RunResult], Measures],
     conditions: Mapping[str, object] = MappingProxyType({}),
 ) -> tuple[tuple[Measures, ...], ...]:
@@ -158,14 +158,6 @@ def _measure(folder: Path, run: RunResult) -> Measures:
 def solid_measures(folder: Path, run: RunResult) -> Measures:
     """Measure a run of a fingertip in 3D as `validate` does, from the history in its folder."""
     return measure_3d(run, read_history(folder / HISTORY))
-
-
-def _study_file(folder: Path, name: str) -> Path:
-    path = folder / f"{name}.yaml"
-    if not path.is_file():
-        repair = "name the folder of the shipped studies, or run in the folder of the project"
-        raise InputError(str(path), "is not there", f"validate needs the studies {', '.join(STUDIES)}", repair)
-    return path
 
 
 def _meets(values: Mapping[str, object], conditions: Mapping[str, object]) -> bool:

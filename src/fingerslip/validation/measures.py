@@ -36,21 +36,6 @@ from fingerslip.slip.windows import counterface_normal, slide_tangent
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "NODE_TOLERANCES",
-    "REFERENCE_NODES",
-    "SOLID_READINGS",
-    "Densities",
-    "Measures",
-    "centre_after_edge",
-    "densities",
-    "largest_accelerations",
-    "measure",
-    "measure_3d",
-    "rms_after",
-    "travel_over_friction_depth",
-]
-
 #: The reference nodes that the paper says are in contact, on the skin.
 REFERENCE_NODES = tuple(f"skin-{line}{number}" for line in "hv" for number in (2, 3, 4, 5))
 #: Distances from which a node may be said to have left the plate's line [m]; the middle one is in use.
@@ -127,15 +112,7 @@ class Measures:
 
 
 def measure(run: RunResult, history: xr.Dataset) -> Measures:
-    """Read the numbers of a run.
-
-    Parameters
-    ----------
-    run : RunResult
-        The run.
-    history : xarray.Dataset
-        Its history, two-dimensional, with receptors and a slide.
-    """
+    """Read the numbers of a run in 2D with receptors and a slide."""
     settings, overall = EventSettings(), run.events.slip.overall
     window = slide_window(history)
     if window is None:

@@ -20,41 +20,15 @@ from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.published import PublishedValue, published_set
 from fingerslip.report.tables.samples import INTERVAL_COLUMNS
 from fingerslip.results import StudyResult
-from fingerslip.sampling import PublishedInterval, published_intervals
+from fingerslip.sampling.sensitivity import PublishedInterval, published_intervals
 from fingerslip.slip import EventSettings, PeakSettings
 from fingerslip.slip.windows import READINGS, event_label
 from fingerslip.storage.files import digest, read_json, write_json
 from fingerslip.study.definition.file import read_with_base
-from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import versions
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_markdown
-from fingerslip.validation.evidence import VARIANT, solid_measures
+from fingerslip.validation.evidence import VARIANT, Work, solid_measures
 from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS
-
-__all__ = [
-    "GEOMETRY",
-    "GEOMETRY_FILE",
-    "TIME_RESOLUTION",
-    "Basis",
-    "GeometryRow",
-    "Outcome",
-    "Row",
-    "RowFile",
-    "Stored",
-    "Verdict",
-    "allowed_geometry",
-    "difference_from",
-    "geometry_rows",
-    "geometry_table",
-    "number_row",
-    "rows_mapping",
-    "rows_markdown",
-    "rows_table",
-    "statement_row",
-    "stored_rows",
-]
-
 
 Basis = Literal["calibrated", "predicted", "large strain"]
 Verdict = Literal["agrees", "misses", "not found", "not judged", "not comparable", "holds", "fails"]
@@ -234,21 +208,16 @@ class RowFile(Generic[R]):
     reading: Mapping[str, Any] = field(default_factory=dict)
 
 
-def stored_rows(
-    file: RowFile[R],
-    studies: str | Path,
-    results: str | Path,
-    compute: Callable[[], Sequence[R]] | None = None,
-) -> Stored[R]:
+def stored_rows(file: RowFile[R], work: Work, compute: Callable[[], Sequence[R]] | None = None) -> Stored[R]:
     """Return rows that are computed and stored, or else those that were stored last, or else those that ship."""
     if compute is not None:
         rows = tuple(compute())
-        record = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, Path(studies))}
-        write_json(Path(results) / file.name, {"made": record, "rows": rows_mapping(rows)})
+        record = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, work.studies)}
+        write_json(work.results / file.name, {"made": record, "rows": rows_mapping(rows)})
         return Stored(rows, computed=True)
-    for path in (Path(results) / file.name, Path(results) / "reference" / file.name):
+    for path in (work.results / file.name, work.results / "reference" / file.name):
         try:
-            return _read_rows(file, path, Path(studies))
+            return _read_rows(file, path, work.studies)
         except FileNotFoundError:
             continue
     return Stored((), f"No {file.kind} are stored; {file.command} computes them, which takes {file.effort}.")
@@ -320,22 +289,13 @@ GEOMETRY_FILE = RowFile(
 )
 
 
-def allowed_geometry(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-    *,
-    compute: bool = False,
-) -> Stored[GeometryRow]:
+def allowed_geometry(work: Work, *, compute: bool = False) -> Stored[GeometryRow]:
     """Return what the unknown geometry allows: computed and stored, or as it was stored last."""
 
-    def computed() -> list[GeometryRow]:
-        paths = [Path(studies) / f"{name}.yaml" for name in GEOMETRY]
-        outcomes = run_studies(paths, results_dir=results, workers=workers, progress=progress)
-        return [row for outcome in outcomes for row in geometry_rows(outcome)]
+    def make_rows() -> list[GeometryRow]:
+        return [row for study in work.run(GEOMETRY) for row in geometry_rows(study)]
 
-    return stored_rows(GEOMETRY_FILE, studies, results, computed if compute else None)
+    return stored_rows(GEOMETRY_FILE, work, make_rows if compute else None)
 
 
 def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:

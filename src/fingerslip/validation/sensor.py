@@ -23,33 +23,16 @@ from fingerslip.published import published_set
 from fingerslip.results import HISTORY, RunResult
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
-from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import run_studies
+from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import Basis, Row, RowFile, Stored, number_row, statement_row, stored_rows
 
 # What simulates, films and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fingerslip.detect.evaluation.crossval import Unseen
     from fingerslip.detect.evaluation.scores import EventScores
     from fingerslip.detect.trial_set import TrialSet
-    from fingerslip.detect.unseen import Unseen
-
-__all__ = [
-    "POURING",
-    "POURING_3D",
-    "POURING_FILE",
-    "SENSOR",
-    "SensorMeasures",
-    "half_width",
-    "measure_sensor",
-    "pouring_3d",
-    "pouring_of",
-    "pouring_rows",
-    "rows_of_pouring",
-    "rows_of_sensor",
-    "sensor_rows",
-]
 
 #: The study whose runs are compared, and the value that tells its skins apart.
 SENSOR = "ridged_vs_smooth"
@@ -102,18 +85,9 @@ def measure_sensor(run: RunResult, history: xr.Dataset) -> SensorMeasures:
     )
 
 
-def sensor_rows(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-) -> tuple[Row, ...]:
+def sensor_rows(work: Work) -> tuple[Row, ...]:
     """Run the study of the sensor, as far as it is not finished, and return its rows; see :func:`rows_of_sensor`."""
-    path = Path(studies) / f"{SENSOR}.yaml"
-    if not path.is_file():
-        repair = "name the folder of the shipped studies, or run in the folder of the project"
-        raise InputError(str(path), "is not there", f"validate needs the study {SENSOR}", repair)
-    (study,) = run_studies([path], results_dir=results, workers=workers, progress=progress)
+    (study,) = work.run([SENSOR])
     return rows_of_sensor([measure_sensor(run, read_history(study.folder / run.name / HISTORY)) for run in study.runs])
 
 
@@ -184,24 +158,15 @@ _SCORES: Mapping[str, tuple[str, float | None]] = MappingProxyType(
 )
 
 
-def pouring_rows(
-    studies: str | Path = "studies",
-    results: str | Path = "results",
-    workers: int = 2,
-    progress: StudyProgress | None = None,
-    *,
-    compute: bool = False,
-) -> Stored[Row]:
+def pouring_rows(work: Work, *, compute: bool = False) -> Stored[Row]:
     """Return the rows of the pouring task: computed and stored, or those that were stored last."""
 
-    def computed() -> tuple[Row, ...]:
-        paths = [Path(studies) / f"{name}.yaml" for name in POURING]
-        run_studies(paths, results_dir=results, workers=workers, progress=progress)
-        section = pouring_of(Path(results), workers)
-        space = pouring_3d(Path(studies), Path(results), workers, progress)
-        return (*rows_of_pouring(section, "section"), *rows_of_pouring(space, "in 3D"))
+    def make_rows() -> tuple[Row, ...]:
+        work.run(POURING)
+        section = pouring_of(work.results, work.workers)
+        return (*rows_of_pouring(section, "section"), *rows_of_pouring(pouring_3d(work), "in 3D"))
 
-    return stored_rows(POURING_FILE, studies, results, computed if compute else None)
+    return stored_rows(POURING_FILE, work, make_rows if compute else None)
 
 
 def pouring_of(results: Path, workers: int = 2) -> Unseen:
@@ -219,24 +184,27 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
     return _test(slides, pours, workers)
 
 
-def pouring_3d(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
+def pouring_3d(work: Work) -> Unseen:
     """Make both data sets in 3D, train the forest on the slides and return what it finds while rice is poured.
 
     Data sets that are whole are read back; trials are learned from as in :func:`pouring_of`.
     """
+    slides, pours = (trials_of(name, work) for name in POURING_3D)
+    return _test(slides, pours, work.workers)
+
+
+def trials_of(name: str, work: Work) -> TrialSet:
+    """Simulate the data set of a study beside the results, or read it back where it is whole."""
     from fingerslip.study.trials.simulate import simulate_trials
 
-    slides, pours = (
-        simulate_trials(studies / f"{name}.yaml", results / f"{name}_trials", workers=workers, progress=progress)
-        for name in POURING_3D
-    )
-    return _test(slides, pours, workers)
+    folder = work.results / f"{name}_trials"
+    return simulate_trials(work.file(name), folder, workers=work.workers, progress=work.progress)
 
 
 def _test(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
+    from fingerslip.detect.evaluation.crossval import on_unseen
     from fingerslip.detect.samples import Sampling, benchmark_test_trials
     from fingerslip.detect.training import train
-    from fingerslip.detect.unseen import on_unseen
 
     tests = benchmark_test_trials(slides.names)
     learned = [name for name in slides.names if name not in tests]
@@ -250,7 +218,7 @@ def rows_of_pouring(detection: Unseen, where: str) -> tuple[Row, ...]:
 
     `where` says of which sensor: 'section' or 'in 3D'.
     """
-    from fingerslip.detect.unseen import READINGS
+    from fingerslip.detect.evaluation.crossval import READINGS
 
     return tuple(row for name in reversed(READINGS) for row in _rows_of_reading(detection.scores[name], where, name))
 

@@ -23,8 +23,6 @@ from fingerslip.sites import Site
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS", "STICK_SLIP", "Spring", "coulomb_oscillator", "drag_block", "stick_slip"]
-
 Array = NDArray[np.float64]
 
 _ELEMENTS = ("Q4", "H8")

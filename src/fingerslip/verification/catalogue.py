@@ -15,8 +15,6 @@ from fingerslip.errors import InputError
 if TYPE_CHECKING:
     from fingerslip.verification.problem import Problem
 
-__all__ = ["FILES", "choose", "known_names", "problem"]
-
 #: The names of all problems, by the file of this folder that has them, in the order of the table.
 FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -34,6 +32,7 @@ FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "line": ("hertz-line", "hertz-line-3d", "cattaneo", "ciavarella-jaeger"),
         "sphere": ("hertz-sphere", "mindlin", "tangential-cycle"),
+        "holding": ("rigid-pads", "no-creep"),
         "large_bodies": ("rivlin-cube", "large-tube", "cook", "elastica"),
     }
 )
@@ -54,13 +53,7 @@ def choose(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def problem(name: str) -> Problem:
-    """Return a problem; its file is loaded.
-
-    Parameters
-    ----------
-    name : str
-        Its name, one of :func:`known_names`.
-    """
+    """Return a problem by its name, one of :func:`known_names`; its file is loaded."""
     file = next(file for file, names in FILES.items() if name in names)
     problems: Sequence[Problem] = importlib.import_module(f"fingerslip.verification.{file}").PROBLEMS
     return next(candidate for candidate in problems if candidate.name == name)

@@ -17,8 +17,6 @@ from fingerslip.sites import Site
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS"]
-
 Array = NDArray[np.float64]
 
 _LENGTH, _MODULUS, _DENSITY = 1.0, 1e6, 1000.0

@@ -23,8 +23,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, jiggle, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
-__all__ = ["PROBLEMS"]
-
 Array = NDArray[np.float64]
 
 _ELEMENTS: tuple[tuple[str, Integration], ...] = (
@@ -176,8 +174,7 @@ def _body_force(x: Array, first_lame: float, shear_modulus: float) -> Array:
 def _bent(points: Array) -> Array:
     """Bend the inside smoothly, so that no cell is regular."""
     bump = 0.08 * np.prod(np.sin(np.pi * points), axis=0)
-    moved: Array = points + bump * np.array([1.0, -0.7, 0.5])[: len(points), None]
-    return moved
+    return np.asarray(points + bump * np.array([1.0, -0.7, 0.5])[: len(points), None])
 
 
 def _errors(element: str, integration: Integration, count: int) -> tuple[float, float]:

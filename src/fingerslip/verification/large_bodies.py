@@ -23,8 +23,6 @@ from fingerslip.sites import Site
 from fingerslip.verification.meshes import box, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS"]
-
 Array = NDArray[np.float64]
 
 _RAMP = Ramp((0.0, 1.0), (0.0, 1.0))

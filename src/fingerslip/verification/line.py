@@ -31,17 +31,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = [
-    "PROBLEMS",
-    "STEPS",
-    "closed_form",
-    "line_model",
-    "nearest_step",
-    "order_nodes",
-    "pressed_and_slid",
-    "semicircle",
-]
-
 Array = NDArray[np.float64]
 
 MODULUS, RATIO, RADIUS, MU = 1e5, 0.4999, 200e-3, 0.5
@@ -60,8 +49,7 @@ def _flatten(x: Array) -> Array:
     edge = 2 * HALF_WIDTH
     near = np.minimum(np.abs(x), edge)
     scale = 8 * RADIUS * HALF_WIDTH**2
-    height: Array = near**4 / scale + 4 * edge**3 / scale * (np.abs(x) - near)
-    return height
+    return np.asarray(near**4 / scale + 4 * edge**3 / scale * (np.abs(x) - near))
 
 
 def line_model(
@@ -130,8 +118,7 @@ def closed_form(force: float) -> tuple[float, float]:
 
 def semicircle(x: Array, half_width: float) -> Array:
     """Return sqrt(1 - x^2 / a^2) [-] at x (n,) [m], zero outside."""
-    root: Array = np.sqrt(np.maximum(1 - (x / half_width) ** 2, 0.0))
-    return root
+    return np.asarray(np.sqrt(np.maximum(1 - (x / half_width) ** 2, 0.0)))
 
 
 def order_nodes(history: xr.Dataset) -> tuple[Array, Array, Array, Array]:
@@ -147,8 +134,7 @@ def order_nodes(history: xr.Dataset) -> tuple[Array, Array, Array, Array]:
 
 
 def _away_from(x: Array, *edges: float) -> Array:
-    apart: Array = np.all([np.abs(np.abs(x) - edge) > HALF_WIDTH / 8 for edge in edges], axis=0)
-    return apart
+    return np.asarray(np.all([np.abs(np.abs(x) - edge) > HALF_WIDTH / 8 for edge in edges], axis=0))
 
 
 def _hertz(element: str, cells: int, factor: float) -> tuple[Check, ...]:

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.mesh.facets import outward_normals
 
-__all__ = ["box", "grade", "jiggle", "mirror", "split_boundary"]
-
 Array = NDArray[np.float64]
 Shift = Callable[[Array], Array]
 
@@ -88,8 +86,7 @@ def jiggle(amount: float) -> Shift:
         inner = ((points > low + 1e-9) & (points < high - 1e-9)).all(axis=0)
         size = float(np.prod(high - low) / points.shape[1]) ** (1.0 / len(points))
         noise = np.random.default_rng(1).uniform(-amount * size, amount * size, points.shape)
-        moved: Array = points + noise * inner
-        return moved
+        return np.asarray(points + noise * inner)
 
     return shift
 

@@ -16,19 +16,6 @@ if TYPE_CHECKING:
 
     from fingerslip.model.model import Model
 
-__all__ = [
-    "Check",
-    "Outcome",
-    "Problem",
-    "VerificationError",
-    "absolute",
-    "number_table",
-    "relative",
-    "run",
-    "solve_problem",
-    "table",
-]
-
 
 class VerificationError(FingerslipError):
     """A computed history breaks a law that every history has to keep."""
@@ -52,7 +39,7 @@ class Check:
         return difference / abs(self.expected) if self.kind == "relative" else difference
 
     @property
-    def passed(self) -> bool:
+    def holds(self) -> bool:
         """Whether the error is allowed; nothing that is no number passes."""
         return bool(self.error <= self.allowed)
 
@@ -85,9 +72,9 @@ class Outcome:
     trouble: str = ""  # why it could not be computed
 
     @property
-    def passed(self) -> bool:
+    def holds(self) -> bool:
         """Whether all checks passed."""
-        return bool(self.checks) and all(check.passed for check in self.checks)
+        return bool(self.checks) and all(check.holds for check in self.checks)
 
 
 def relative(quantity: str, expected: float, got: float, allowed: float) -> Check:
@@ -102,7 +89,7 @@ def absolute(quantity: str, expected: float, got: float, allowed: float) -> Chec
 
 def run(problem: Problem) -> Outcome:
     """Compute a problem; what stops it makes it fail, and does not stop the others."""
-    from fingerslip.linear.threads import limited_threads
+    from fingerslip.linear.resources import limited_threads
 
     try:
         # The dense problems beside the simulations are tiny: threads that wait for each other make them slower.
@@ -113,10 +100,7 @@ def run(problem: Problem) -> Outcome:
 
 
 def solve_problem(model: Model, penetration: float | None = None) -> xr.Dataset:
-    """Simulate a model and hold its history against what every history has to keep.
-
-    Units: penetration [m].
-    """
+    """Simulate a model and hold its history against what every history has to keep, and a largest penetration [m]."""
     # Slow to import, and some problems solve no motion.
     from fingerslip.dynamics.simulation import simulate
 
@@ -145,7 +129,7 @@ def table(outcomes: tuple[Outcome, ...]) -> Table:
         mark = " abs" if check.kind == "absolute" else ""
         errors = (f"{check.error:.1e}{mark}", f"{check.allowed:.1e}{mark}")
         numbers = (f"{check.expected:.6g}", f"{check.got:.6g}", *errors)
-        rows.append((outcome.problem.name, check.quantity, *numbers, check.passed))
+        rows.append((outcome.problem.name, check.quantity, *numbers, check.holds))
     return Table("Verification", tuple(map(Column, names)), tuple(rows), _note(outcomes))
 
 
@@ -158,7 +142,7 @@ def number_table(outcomes: tuple[Outcome, ...]) -> Table:
             check.quantity,
             *(float(number) for number in (check.expected, check.got, check.error, check.allowed)),
             check.kind,
-            check.passed,
+            check.holds,
         )
         for outcome, check in _checks(outcomes)
     )
@@ -170,6 +154,6 @@ def _checks(outcomes: tuple[Outcome, ...]) -> Iterator[tuple[Outcome, Check]]:
 
 
 def _note(outcomes: tuple[Outcome, ...]) -> str:
-    passed = [check.passed for _, check in _checks(outcomes)]
+    passed = [check.holds for _, check in _checks(outcomes)]
     troubles = [f" {outcome.problem.name}: {outcome.trouble}." for outcome in outcomes if outcome.trouble]
     return f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"

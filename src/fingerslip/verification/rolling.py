@@ -25,8 +25,6 @@ from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 
-__all__ = ["PROBLEMS"]
-
 Array = NDArray[np.float64]
 
 _RADIUS, _WIDTH, _HEIGHT, _MASS, _GRAVITY = 10e-3, 10e-3, 2e-3, 0.05, 9.81
@@ -88,8 +86,7 @@ def _end(history: xr.Dataset, element: str) -> tuple[float, float]:
 
 def _turn(history: xr.Dataset, element: str) -> Array:
     about, sign = _rolling(element)
-    angle: Array = sign * history["rigid_body_rotation"].sel(rotation_axis=about[1]).values[:, 0]
-    return angle
+    return np.asarray(sign * history["rigid_body_rotation"].sel(rotation_axis=about[1]).values[:, 0])
 
 
 _SLOW = QuasiStatic(0.01, end=0.6)

@@ -27,8 +27,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box, grade, mirror
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS", "mindlin_displacement", "press_and_cycle", "radii", "slid"]
-
 Array = NDArray[np.float64]
 
 MODULUS, RATIO, MU = 1e5, 0.48, 0.5
@@ -94,19 +92,16 @@ def press_and_cycle() -> xr.Dataset:
 
 def _normal_force(history: xr.Dataset) -> Array:
     """Return the force on the whole body, two halves [N]."""
-    force: Array = 2 * history["counterface_force"].values[:, 0, 2]
-    return force
+    return np.asarray(2 * history["counterface_force"].values[:, 0, 2])
 
 
 def _tangential_force(history: xr.Dataset) -> Array:
-    force: Array = 2 * history["counterface_force"].values[:, 0, 0]
-    return force
+    return np.asarray(2 * history["counterface_force"].values[:, 0, 0])
 
 
 def radii(history: xr.Dataset) -> Array:
     """Return the distances of the contact nodes from the axis, shape (n_c,) [m]."""
-    distance: Array = np.linalg.norm(history["contact_position"].values[:, :2], axis=1)
-    return distance
+    return np.asarray(np.linalg.norm(history["contact_position"].values[:, :2], axis=1))
 
 
 def _contact_radius(force: float) -> float:

@@ -9,8 +9,6 @@ from fingerslip.tables.table import Table, to_markdown
 from fingerslip.verification.catalogue import choose, problem
 from fingerslip.verification.problem import Outcome, number_table, run, table
 
-__all__ = ["Verification", "verify"]
-
 
 @dataclass(frozen=True)
 class Verification:
@@ -19,9 +17,9 @@ class Verification:
     outcomes: tuple[Outcome, ...]  # one for each problem
 
     @property
-    def passed(self) -> bool:
+    def holds(self) -> bool:
         """Whether every check of every problem passed."""
-        return all(outcome.passed for outcome in self.outcomes)
+        return all(outcome.holds for outcome in self.outcomes)
 
     @property
     def table(self) -> Table:

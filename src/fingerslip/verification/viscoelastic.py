@@ -29,8 +29,6 @@ from fingerslip.verification.line import line_model
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 
-__all__ = ["PROBLEMS", "complex_modulus", "ramp_response"]
-
 Array = NDArray[np.float64]
 
 _SIZE, _SHIFT = 10e-3, 0.1e-3
@@ -49,8 +47,7 @@ def ramp_response(terms: Prony, duration: float, time: Array) -> Array:
             result -= term.share * (t + term.time * np.expm1(-t / term.time))
         return result
 
-    response: Array = (integral(time) - integral(np.maximum(time - duration, 0.0))) / duration
-    return response
+    return np.asarray((integral(time) - integral(np.maximum(time - duration, 0.0))) / duration)
 
 
 def complex_modulus(terms: Prony, frequency: float) -> complex:
@@ -107,8 +104,7 @@ def _at_the_top(dim: int) -> Recording:
 
 def _force(history: xr.Dataset, support: str) -> Array:
     """Return the force of a support along x over time [N]."""
-    force: Array = history["support_force"].sel(support=support).values[:, 0]
-    return force
+    return np.asarray(history["support_force"].sel(support=support).values[:, 0])
 
 
 def _relaxation() -> tuple[Check, ...]:
@@ -172,8 +168,7 @@ def _creep() -> tuple[Check, ...]:
         retarded = time / left
 
         def integral(t: Array, retarded: float = retarded) -> Array:
-            strain: Array = t + share / left * (t + retarded * np.expm1(-t / retarded))
-            return strain
+            return np.asarray(t + share / left * (t + retarded * np.expm1(-t / retarded)))
 
         expected = elastic * (integral(t) - integral(np.maximum(t - duration, 0.0))) / duration
         errors.append(float(np.abs(history["displacement"].values[:, 0, 0] - expected).max() / elastic))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.mesh.facets import site_nodes
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.sources import build_section
 from fingerslip.specimens.fingertip.sites import receptor_sites

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.mesh.facets import site_nodes
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import Specimen

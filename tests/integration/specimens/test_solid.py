@@ -213,8 +213,3 @@ def test_phalanx_has_a_rim_where_it_reaches_the_cut(variant):
     assert np.all(np.abs(mesh.points[ring, 0] + 16e-3) < 1e-12)
     distance, _ = cKDTree(phalanx.points.reshape(-1, 3)).query(mesh.points)
     assert distance.max() < 0.2e-3
-
-
-def test_mesh_of_the_source_is_that_of_the_function():
-    mesh = SolidSizes("T4", 0.8e-3, 1.6e-3).build(change_solid())
-    assert mesh.p.tobytes() == coarse_solid().p.tobytes()

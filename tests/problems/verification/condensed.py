@@ -17,7 +17,7 @@ from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.integration import Integration
-from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
+from fingerslip.linear.resources import allowed_threads, limited_threads, suitable_threads
 from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Press, Slide

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.system.penalties import contact_penalties
+from fingerslip.dynamics.system.checks import contact_penalties
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Press, Slide
 from fingerslip.model.timing import TimeStepping

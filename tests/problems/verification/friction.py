@@ -144,10 +144,7 @@ def _weakening(element: str) -> tuple[Check, ...]:
         relative("t / p at 0.4 mm", expected / PRESSURE, _traction_at(slide, fine) / PRESSURE, 0.01),
         relative("order of the error of that", 1.0, float(np.log2(errors[0] / errors[1])), 0.02),
         relative(
-            "work of weakening / (N distance)",
-            (law.static - law.kinetic) / 2,
-            work / (load * law.distance),
-            0.01,
+            "work of weakening / (N distance)", (law.static - law.kinetic) / 2, work / (load * law.distance), 0.01
         ),
     )
 

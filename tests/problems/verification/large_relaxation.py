@@ -30,16 +30,7 @@ from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.sites import Site
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 from fingerslip.verification.viscoelastic import ramp_response
-from problems.verification.large_laws import (
-    BODIES,
-    CASES,
-    LENGTH,
-    Body,
-    Case,
-    components,
-    rotation,
-    uniform,
-)
+from problems.verification.large_laws import BODIES, CASES, LENGTH, Body, Case, components, rotation, uniform
 
 __all__ = ["PROBLEMS", "relaxed_law", "relaxing"]
 

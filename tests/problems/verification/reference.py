@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.step.mesh import advance
 from fingerslip.dynamics.step.state import State, first_state
-from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import ConvergenceError

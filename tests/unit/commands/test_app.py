@@ -22,7 +22,7 @@ from fingerslip import commands
 from fingerslip.commands import shared
 from fingerslip.commands.app import app, command_line
 from fingerslip.storage.files import new_folder
-from places import ROOT
+from places import ROOT, parsed
 
 FOLDER = Path(commands.__file__).parent
 
@@ -44,7 +44,7 @@ def test_the_documentation_lists_every_verb_and_no_other() -> None:
 
 def test_a_verb_is_arguments_and_one_call() -> None:
     for verb in VERBS:
-        tree = ast.parse((FOLDER / f"{verb}.py").read_text(encoding="utf-8"))
+        tree = parsed(FOLDER / f"{verb}.py")
         function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == verb)
         assert len(function.body) <= 7, f"{verb} does more than call into the package"
 

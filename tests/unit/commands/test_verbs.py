@@ -16,14 +16,12 @@ import pytest
 from fingerslip import validation
 from fingerslip.history import write_history
 from fingerslip.published import published_set
-from fingerslip.study.inspection import sensitivity
-from fingerslip.study.running.plan import plan_study
+from fingerslip.study.inspection import show as inspection
 from fingerslip.tables.table import Column, Table
 from fingerslip.validation import Comparison, Stored
 from fingerslip.validation.rows import GeometryRow, number_row
 from fingerslip.vision.tracks import read_tracks
 from fingerslip.vision.video import video_info, write_video
-from places import ROOT
 from problems import clips
 from unit.commands.folders import contents
 from unit.report.scenes import block_history
@@ -79,13 +77,6 @@ def test_examples_are_listed_and_copied(invoke: Callable[..., Any]) -> None:
     assert Path("wang2014_table2.yaml").is_file()
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "studies").glob("*.yaml")))
-def test_every_copy_is_read_in_an_empty_folder(invoke: Callable[..., Any], name: str) -> None:
-    copied = invoke("examples", name).output.split()
-    assert f"{name}.yaml" in copied
-    assert plan_study(Path(f"{name}.yaml")).runs
-
-
 @pytest.mark.usefixtures("no_report")
 def test_export_says_where_it_wrote(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
     invoke("run", "--workers", "1", block())
@@ -126,7 +117,7 @@ def test_a_new_study_can_be_checked(invoke: Callable[..., Any]) -> None:
 def test_values_and_outputs_are_passed_on(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
     table = Table("Predicted", (Column("output"),), (("latency",),))
-    monkeypatch.setattr(sensitivity, "predict_table", lambda *own: asked.append(own) or table)
+    monkeypatch.setattr(inspection, "predict_table", lambda *own: asked.append(own) or table)
     printed = invoke("predict", "results/x", "--at", "a.b=1", "--at", "c=2 mm", "--json").output
     assert json.loads(printed)[0]["rows"] == [["latency"]]
     assert asked[0][1:] == (["a.b=1", "c=2 mm"], ["incipient_slip", "overall_slip", "latency"])
@@ -170,7 +161,7 @@ def test_what_is_asked_for_is_passed_on_and_printed(
 ) -> None:
     asked: list[object] = []
     table = Table("What moves it", (Column("value"),), (("friction",),))
-    monkeypatch.setattr(sensitivity, "write_sensitivities", lambda *own: asked.append(own) or (table,))
+    monkeypatch.setattr(inspection, "write_sensitivities", lambda *own: asked.append(own) or (table,))
     output = invoke("sensitivity", "results/x", "--of", "overall_slip", "--method", "morris").output
     assert "What moves" in output
     assert [str(one) for one in asked[0]] == ["results/x", "overall_slip", "morris"]  # type: ignore[union-attr]
@@ -270,7 +261,7 @@ def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkey
 def test_a_missing_study_is_wrong_input(invoke: Callable[..., Any]) -> None:
     done = invoke("validate", "--studies", "nowhere")
     assert done.exit_code == 2
-    assert "validate needs the studies" in done.stderr
+    assert "validate needs the study wang2014_table2" in done.stderr
 
 
 def test_parts_of_another_paper_are_wrong_input(invoke: Callable[..., Any]) -> None:

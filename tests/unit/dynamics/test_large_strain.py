@@ -9,7 +9,7 @@ import pytest
 from scipy import sparse
 
 import fingerslip as fs
-from fingerslip.dynamics.finite import course
+from fingerslip.dynamics.finite import large
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.solvers.superlu import SuperLU
 from fingerslip.verification.meshes import box
@@ -131,7 +131,7 @@ def test_an_indefinite_tangent_is_no_obstacle(element):
 @pytest.mark.parametrize("changes", [{}, RELAXING], ids=["elastic", "relaxing"])
 def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, monkeypatch):
     """What a body remembers goes back with the step, even where this was computed before it was given up."""
-    advance = course.advance_finite
+    advance = large.advance_finite
 
     def too_long(factors, before, time, *others, **named):
         after = advance(factors, before, time, *others, **named)
@@ -139,7 +139,7 @@ def test_a_step_that_fails_is_halved_and_ends_where_small_steps_do(changes, monk
             raise fs.ConvergenceError(time, 0, 1.0, 1e-6, "take less")
         return after
 
-    monkeypatch.setattr(course, "advance_finite", too_long)
+    monkeypatch.setattr(large, "advance_finite", too_long)
     halved, fine = fs.simulate(block(0.3, steps=1, **changes)), fs.simulate(block(0.3, steps=4, **changes))
     assert halved["time"].values.tolist() == [0.0, 1.0]
     assert (halved.attrs["halved_steps"], fine.attrs["halved_steps"]) == (3, 0)

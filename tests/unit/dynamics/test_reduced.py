@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.reduced import march
+from fingerslip.dynamics.reduced import basis as bases
 from fingerslip.history import VARIABLES
 from problems.pushed import push_and_slide
 from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, random_model
@@ -184,7 +184,7 @@ def test_a_history_says_which_basis_it_has():
 @pytest.fixture
 def few_vibrations(monkeypatch):
     """Have the first basis be small, so that it has to grow."""
-    monkeypatch.setattr(march, "_FEWEST", 4)
+    monkeypatch.setattr(bases, "_FEWEST", 4)
 
 
 @pytest.mark.usefixtures("few_vibrations")
@@ -200,7 +200,7 @@ def test_vibrations_are_added_until_they_suffice_for_displacements_and_accelerat
 def test_the_more_vibrations_the_nearer(monkeypatch):
     full, moved = fs.simulate(deep_push_and_slide()), []
     for count in (5, 40, 160):
-        monkeypatch.setattr(march, "_FEWEST", count)
+        monkeypatch.setattr(bases, "_FEWEST", count)
         reduced = fs.simulate(deep_push_and_slide(basis=LOOSE))
         assert reduced.attrs["basis_vibrations"] == count
         moved.append(difference(reduced, full, "displacement"))
@@ -303,7 +303,7 @@ ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05
 )
 def test_where_a_basis_does_not_do_the_motion_is_that_on_the_mesh(model, patches, reason, caplog, monkeypatch):
     for name, value in patches.items():
-        monkeypatch.setattr(march, name, value)
+        monkeypatch.setattr(bases, name, value)
     caplog.set_level(logging.WARNING, "fingerslip")
     store = Memory()
     found, plain = fs.simulate(model, bases=store), fs.simulate(dataclasses.replace(model, basis=None))

@@ -13,7 +13,7 @@ import skfem
 import fingerslip as fs
 from fingerslip.contact.friction import ISOTROPIC
 from fingerslip.contact.states import OPEN, SLIP
-from fingerslip.dynamics import narrowing, simulation
+from fingerslip.dynamics import simulation
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.verification.meshes import box
 from problems.pushed import pad, push_and_slide
@@ -245,7 +245,7 @@ def test_faces_of_a_body_search_as_far_as_the_body_goes(pressed):
 
 def test_where_a_node_outside_touches_the_simulation_starts_again_with_all(pressed, monkeypatch, caplog):
     caplog.set_level("INFO")
-    monkeypatch.setattr(narrowing, "_NEAR", 0.3)
+    monkeypatch.setattr(simulation, "_NEAR", 0.3)
     again = fs.simulate(pressed_pad())
     assert "reached the counterface" in caplog.text
     assert "starts again with more contact candidates" in caplog.text

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.statics.body import static_body
-from fingerslip.dynamics.statics.march import march_static
-from fingerslip.dynamics.statics.touchable import depth_in_hull
+from fingerslip.dynamics.statics.body import depth_in_hull, static_body
+from fingerslip.dynamics.statics.motion import static_motion
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.slip import contact_area, stick_ratio
 from problems.domes import pressed_dome
@@ -24,7 +23,7 @@ def searched(model, reach):
 
 
 def marched(model, body):
-    return march_static(body, model.contacts[0], model.programme, model.time.step)
+    return static_motion(body, model.contacts[0], model.programme, model.time.step)
 
 
 WIDE = {"reach": 1e-3, "hidden": 1e-3}
@@ -110,7 +109,7 @@ def test_what_is_watched_must_not_touch():
 def test_contacts_that_do_not_fit_are_refused(body, changes, message):
     model = pressed_dome()
     with pytest.raises(InputError, match=message):
-        march_static(body, dataclasses.replace(model.contacts[0], **changes), model.programme, 0.1)
+        static_motion(body, dataclasses.replace(model.contacts[0], **changes), model.programme, 0.1)
 
 
 def hanging_plate(**changes):
@@ -132,7 +131,7 @@ def test_a_plate_that_hangs_on_the_body_falls_as_it_does_on_the_mesh(body):
     history = fs.simulate(
         dataclasses.replace(model, contacts=(contact,), bodies={"plate": plate}, programme=plate.programme)
     )
-    found = march_static(body, model.contacts[0], plate.programme, model.time.step, plate=plate)
+    found = static_motion(body, model.contacts[0], plate.programme, model.time.step, plate=plate)
     fallen = history["counterface_displacement"].values[:, 0]
     assert (fallen[-1, [0, 2]] > 1e-3).all()
     assert found.counterface == pytest.approx(fallen, abs=1e-9 * fallen.max())
@@ -144,7 +143,7 @@ def test_a_plate_that_hangs_on_the_body_falls_as_it_does_on_the_mesh(body):
 def test_the_motion_ends_where_the_plate_has_fallen_far_enough(body):
     plate, model = hanging_plate(), pressed_dome()
     whole, part = (
-        march_static(body, model.contacts[0], plate.programme, model.time.step, plate=plate, farthest=farthest)
+        static_motion(body, model.contacts[0], plate.programme, model.time.step, plate=plate, farthest=farthest)
         for farthest in (np.inf, 1e-3)
     )
     count = part.time.size
@@ -168,4 +167,4 @@ def test_a_plate_that_moves_otherwise_is_refused(body, changes, words):
     none = {"free": ("x",), "loads": (), "dampers": None, "springs": None}
     plate, model = hanging_plate(**{**none, **changes}), pressed_dome()
     with pytest.raises(InputError, match=words):
-        march_static(body, model.contacts[0], plate.programme, 0.1, plate=plate)
+        static_motion(body, model.contacts[0], plate.programme, 0.1, plate=plate)

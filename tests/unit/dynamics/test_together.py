@@ -12,7 +12,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.step import sharing
 from fingerslip.dynamics.step.sharing import groups_to_share
-from fingerslip.linear import threads
+from fingerslip.linear import resources as threads
 from fingerslip.verification.meshes import box
 from problems.matrices import EXACT, needs_mkl
 from problems.pushed import push_and_slide

@@ -53,27 +53,12 @@ CORNER = (LOW, lambda c: (c[1] > 0.5) & (c[0] < 0.5))
 @pytest.mark.parametrize(
     ("space", "materials", "formulation", "message"),
     [
-        (
-            halves(LOW, HIGH),
-            {"nail": elastic()},
-            "plane_strain",
-            r"materials.nail: no such region in the mesh, it has",
-        ),
+        (halves(LOW, HIGH), {"nail": elastic()}, "plane_strain", r"materials.nail: no such region in the mesh, it has"),
         (halves(LOW, HIGH), {"a": elastic()}, "plane_strain", "region 'b' has no material"),
         (halves(*CORNER), BOTH, "plane_strain", "some cells are in no region"),
-        (
-            halves(LOW, lambda c: c[1] > 0.0),
-            BOTH,
-            "plane_strain",
-            "region 'b' shares cells with another",
-        ),
+        (halves(LOW, lambda c: c[1] > 0.0), BOTH, "plane_strain", "region 'b' shares cells with another"),
         ("Q4", elastic(poisson_ratio=0.5), "plane_strain", "poisson_ratio: got 0.5, .*write 0.4999"),
-        (
-            "T3",
-            elastic(poisson_ratio=0.5),
-            "plane_strain",
-            "take Q4, T6 or integration 'nodal' because T3 locks",
-        ),
+        ("T3", elastic(poisson_ratio=0.5), "plane_strain", "take Q4, T6 or integration 'nodal' because T3 locks"),
         ("T4", elastic(), "plane_strain", "got plane_strain for a mesh in 3 dimensions, needs solid"),
         ("Q4", elastic(), "solid", "got solid for a mesh in 2 dimensions, needs plane_strain or plane_stress"),
     ],

@@ -82,8 +82,7 @@ def test_region_nodes_are_those_of_its_cells(element):
 
 
 @pytest.mark.parametrize(
-    ("element", "shares"),
-    [("Q4", [1 / 2, 1 / 2]), ("T3", [1 / 2, 1 / 2]), ("T6", [1 / 6, 4 / 6, 1 / 6])],
+    ("element", "shares"), [("Q4", [1 / 2, 1 / 2]), ("T3", [1 / 2, 1 / 2]), ("T6", [1 / 6, 4 / 6, 1 / 6])]
 )
 def test_nodal_areas_of_one_facet_are_the_integrals_of_its_shape_functions(element, shares):
     space = build_space(box(element, [0.0, 2.0], [0.0, 1.0]))

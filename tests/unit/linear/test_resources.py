@@ -11,13 +11,14 @@ from threadpoolctl import threadpool_info, threadpool_limits
 import fingerslip as fs
 from fingerslip.dynamics import simulation
 from fingerslip.dynamics.step import condensation
-from fingerslip.linear import memory
-from fingerslip.linear import threads as module
-from fingerslip.linear.memory import available_memory, require_memory
-from fingerslip.linear.threads import (
+from fingerslip.linear import resources as memory
+from fingerslip.linear import resources as module
+from fingerslip.linear.resources import (
     allowed_threads,
+    available_memory,
     limited_threads,
     one_by_one,
+    require_memory,
     side_by_side,
     single_dense_thread,
     suitable_threads,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.materials import LAWS
+from fingerslip.materials.choice import LAWS
 from fingerslip.materials.elastic import Elastic, RayleighDamping, hooke_stress
 from fingerslip.materials.material import STRAIN_COMPONENTS, Formulation, Material
 

@@ -161,9 +161,7 @@ def test_tangent_of_a_step_is_the_derivative_of_its_stress(law):
 
 @settings(max_examples=60)
 @given(
-    law=st.sampled_from(LAWS),
-    parts=st.lists(st.floats(-0.6, 0.6), min_size=3, max_size=3),
-    share=st.floats(0.0, 1.0),
+    law=st.sampled_from(LAWS), parts=st.lists(st.floats(-0.6, 0.6), min_size=3, max_size=3), share=st.floats(0.0, 1.0)
 )
 def test_a_spring_has_the_stress_that_was_given(law, parts, share):
     strain = np.array([parts])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.mesh.facets import site_nodes
 from fingerslip.parameters import from_mapping
 from fingerslip.sites import Site
 from fingerslip.verification.meshes import box, jiggle

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -231,13 +228,6 @@ def test_a_position_without_a_unit_is_refused():
 
 def test_the_four_receptor_kinds():
     assert RECEPTOR_KINDS == ("FA-I", "SA-I", "FA-II", "SA-II")
-
-
-@pytest.mark.parametrize("module", ["fingerslip.sites", "fingerslip.model.model"])
-def test_no_mesh_code_is_loaded(module):
-    code = f"import sys, {module}; print([name for name in sys.modules if name.startswith('fingerslip.mesh')])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 JUG = {

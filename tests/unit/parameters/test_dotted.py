@@ -76,8 +76,4 @@ def test_nearest_goes_by_the_last_part_first() -> None:
 
 def test_flatten_keeps_leaves_and_numbers_lists() -> None:
     nested = {"contact": {"friction_coefficient": 0.6}, "programme": [{"press": {"depth": "1 mm"}}], "none": {}}
-    assert flatten(nested) == {
-        "contact.friction_coefficient": 0.6,
-        "programme.0.press.depth": "1 mm",
-        "none": {},
-    }
+    assert flatten(nested) == {"contact.friction_coefficient": 0.6, "programme.0.press.depth": "1 mm", "none": {}}

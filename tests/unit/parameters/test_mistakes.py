@@ -14,8 +14,7 @@ from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model.programme import Press, Slide
 from fingerslip.parameters import PositiveLength, from_mapping, parameters
-from fingerslip.parameters.fields import locate, type_hints, unit_of
-from fingerslip.parameters.mistakes import in_order, mistakes_in
+from fingerslip.parameters.fields import in_order, locate, mistakes_in, type_hints, unit_of
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import Study
 from unit.study.block import block_values

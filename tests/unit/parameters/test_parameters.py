@@ -136,11 +136,7 @@ def test_infinite_values_are_refused(value: str) -> None:
         from_mapping(Inner, {"width": value}, "f")
 
 
-@given(
-    width=st.floats(1e-12, 1.0),
-    places=st.lists(st.floats(-1e6, 1e6), max_size=3),
-    modulus=st.floats(1e-3, 1e12),
-)
+@given(width=st.floats(1e-12, 1.0), places=st.lists(st.floats(-1e6, 1e6), max_size=3), modulus=st.floats(1e-3, 1e12))
 def test_written_parameters_read_back_exactly(width: float, places: list[float], modulus: float) -> None:
     part = Inner(width=width, places=tuple(places))
     whole = Outer(inner=part, parts={"a": part}, count=3, name="n")

@@ -28,10 +28,7 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
         ("a: !!python/object:os.system {}", "f: line 1, column 4: found the tag !!python/object:os.system"),
         ("a: !!set {x, y}", "f: line 1, column 4: found the tag !!set"),
         ("a: !!str [1]", "f: line 1, column 4: found the tag !!str"),
-        (
-            "a: !mine 3",
-            "f: line 1, column 4: found the tag !mine, needs plain keys, lists and values; leave",
-        ),
+        ("a: !mine 3", "f: line 1, column 4: found the tag !mine, needs plain keys, lists and values; leave"),
         (f"a: {'9' * 5000}", "f: line 1, column 4: found a number of 5000 digits, needs at most 300"),
         (f"a: 0x{'f' * 5000}", "f: line 1, column 4: found a number of 5002 digits, needs at most 300"),
         (f"a: {'[' * 1000}{']' * 1000}", "f: line 1, column 103: found values nested more than 100 deep"),

@@ -9,8 +9,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import StudyResult
-from fingerslip.sampling.indices import morris_effects, sobol_indices, surrogate_indices
-from fingerslip.sampling.surrogate import fit_surrogate
+from fingerslip.sampling.indices import fit_surrogate, morris_effects, sobol_indices, surrogate_indices
 from unit.sampling.designed import study_of
 
 pytest.importorskip("SALib")

@@ -290,7 +290,7 @@ def test_only_a_history_has_events() -> None:
 def test_measures_take_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
     found, expected = find_slip(MADE), read_measures(MADE)
     monkeypatch.setattr(measures, "find_slip", None)
-    assert read_measures(MADE, found=found) == expected
+    assert read_measures(MADE, slip=found) == expected
 
 
 def test_names_are_the_fields_of_the_data() -> None:

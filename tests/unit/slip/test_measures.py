@@ -7,8 +7,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.slip import MEASURES, Measure, acceleration_peaks, find_events, read_measures
-from fingerslip.slip.measures import measure_of
-from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.slip.measures import measure_of, resolution_warnings
 from fingerslip.units import Unit
 from unit.synthetic import END, PRESS_END, SPEED, Process, make
 

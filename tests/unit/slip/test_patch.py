@@ -8,13 +8,7 @@ import xarray as xr
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
-from fingerslip.slip.patch import (
-    contact_patch,
-    patch_series,
-    surface_strain_rates,
-    surface_strains,
-    triangle_states,
-)
+from fingerslip.slip.patch import contact_patch, patch_series, surface_strain_rates, surface_strains, triangle_states
 from unit.report.scenes import block_history
 
 ROTATION = np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]])

@@ -90,7 +90,7 @@ def test_step_and_damping_change_alone(block: Run) -> None:
 
 
 def test_automatic_stiffness_is_multiplied_too(block: Run) -> None:
-    from fingerslip.dynamics.system.penalties import contact_penalties
+    from fingerslip.dynamics.system.checks import contact_penalties
 
     model = build_model(block)
     assert model.contacts[0].normal_penalty is None

@@ -18,7 +18,7 @@ from fingerslip.published import published_set
 from fingerslip.validation import STUDIES, rows_markdown, validate
 from fingerslip.validation import comparison as module
 from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown, rows_of
-from fingerslip.validation.evidence import FRICTION, REFINED, Evidence
+from fingerslip.validation.evidence import FRICTION, REFINED, Evidence, Work
 from fingerslip.validation.rows import GeometryRow, Row, Stored, number_row
 from places import ROOT
 
@@ -160,7 +160,7 @@ def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> Non
 
 def test_missing_study_is_an_error_before_anything_runs(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"wang2014_table2.yaml: is not there"):
-        validate(tmp_path, tmp_path / "results")
+        validate(Work(tmp_path, tmp_path / "results"))
     assert not (tmp_path / "results").exists()
 
 

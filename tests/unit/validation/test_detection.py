@@ -15,6 +15,7 @@ from fingerslip.detect.trial_set import write_trials
 from fingerslip.published import published_set
 from fingerslip.validation import detection
 from fingerslip.validation.detection import Detection, detection_rows, rows_of_detection
+from fingerslip.validation.evidence import Work
 from places import ROOT
 
 NAMES = ("forest", "svm_linear", "svm_rbf", "boosting", "logistic")
@@ -65,9 +66,10 @@ def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
         return Detection(right(), right())
 
     monkeypatch.setattr(detection, "detection_of", found)
-    assert detection_rows(tmp_path, tmp_path).rows == ()
-    made = detection_rows(tmp_path, tmp_path, compute=True)
-    assert detection_rows(tmp_path, tmp_path).rows == made.rows
+    work = Work(ROOT / "studies", tmp_path)
+    assert detection_rows(work).rows == ()
+    made = detection_rows(work, compute=True)
+    assert detection_rows(work).rows == made.rows
     assert {path.name for path in tmp_path.iterdir()} == {"slides", "detection.json"}
 
 
@@ -95,6 +97,6 @@ def test_every_condition_of_the_paper_is_left_out_once(tmp_path, monkeypatch):
 
 
 def test_shipped_rows_are_those_of_the_study_and_have_every_split():
-    stored = detection_rows(ROOT / "studies", ROOT / "results")
+    stored = detection_rows(Work(ROOT / "studies", ROOT / "results"))
     assert "the studies are the same" in stored.origin
     assert len(stored.rows) == 3 * len(NAMES) + 2 * SPLIT

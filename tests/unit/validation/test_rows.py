@@ -20,6 +20,7 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.tables.table import texts, to_markdown
 from fingerslip.validation import Row, rows_markdown, rows_table
 from fingerslip.validation import rows as module
+from fingerslip.validation.evidence import Work
 from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import (
     GEOMETRY,
@@ -159,41 +160,42 @@ ROWS = (One("a", (1.0, 2.0)),)
 
 
 def test_computed_rows_are_stored_and_read_back(tmp_path: Path) -> None:
-    made = stored_rows(FILE, ROOT / "studies", tmp_path, lambda: ROWS)
+    made = stored_rows(FILE, Work(ROOT / "studies", tmp_path), lambda: ROWS)
     assert (made.rows, made.origin, made.computed) == (ROWS, "", True)
-    again = stored_rows(FILE, ROOT / "studies", tmp_path)
+    again = stored_rows(FILE, Work(ROOT / "studies", tmp_path))
     assert (again.rows, again.computed) == (ROWS, False)
     assert again.origin.startswith(f"Ones are stored in {tmp_path / 'ones.json'} by fingerslip")
     assert "the studies are the same" in again.origin
 
 
 def test_rows_say_that_studies_have_changed(tmp_path: Path) -> None:
-    stored_rows(FILE, ROOT / "studies", tmp_path, lambda: ROWS)
+    stored_rows(FILE, Work(ROOT / "studies", tmp_path), lambda: ROWS)
     (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
-    assert "the studies have changed since" in stored_rows(FILE, tmp_path, tmp_path).origin
+    assert "the studies have changed since" in stored_rows(FILE, Work(tmp_path, tmp_path)).origin
 
 
 def test_rows_say_that_runs_are_read_in_another_way(tmp_path: Path) -> None:
     read = dataclasses.replace(FILE, reading={"tolerance [m]": 50e-6})
-    stored_rows(read, ROOT / "studies", tmp_path, lambda: ROWS)
-    assert "the studies are the same" in stored_rows(read, ROOT / "studies", tmp_path).origin
+    stored_rows(read, Work(ROOT / "studies", tmp_path), lambda: ROWS)
+    assert "the studies are the same" in stored_rows(read, Work(ROOT / "studies", tmp_path)).origin
     for reading in ({"tolerance [m]": 20e-6}, {}):
         other = dataclasses.replace(FILE, reading=reading)
-        assert "how their runs are read has changed since" in stored_rows(other, ROOT / "studies", tmp_path).origin
+        again = stored_rows(other, Work(ROOT / "studies", tmp_path))
+        assert "how their runs are read has changed since" in again.origin
     (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
-    assert "the studies have changed since" in stored_rows(read, tmp_path, tmp_path).origin
+    assert "the studies have changed since" in stored_rows(read, Work(tmp_path, tmp_path)).origin
 
 
 def test_own_rows_come_before_those_that_ship(tmp_path: Path) -> None:
     (tmp_path / "reference").mkdir()
-    stored_rows(FILE, ROOT / "studies", tmp_path / "reference", lambda: ROWS)
-    assert str(tmp_path / "reference") in stored_rows(FILE, ROOT / "studies", tmp_path).origin
-    stored_rows(FILE, ROOT / "studies", tmp_path, lambda: ROWS)
-    assert str(tmp_path / "ones.json") in stored_rows(FILE, ROOT / "studies", tmp_path).origin
+    stored_rows(FILE, Work(ROOT / "studies", tmp_path / "reference"), lambda: ROWS)
+    assert str(tmp_path / "reference") in stored_rows(FILE, Work(ROOT / "studies", tmp_path)).origin
+    stored_rows(FILE, Work(ROOT / "studies", tmp_path), lambda: ROWS)
+    assert str(tmp_path / "ones.json") in stored_rows(FILE, Work(ROOT / "studies", tmp_path)).origin
 
 
 def test_nothing_stored_says_what_to_do(tmp_path: Path) -> None:
-    found = stored_rows(FILE, tmp_path, tmp_path)
+    found = stored_rows(FILE, Work(tmp_path, tmp_path))
     assert found.rows == ()
     assert found.origin == "No ones are stored; fingerslip validate --ones computes them, which takes an hour."
 
@@ -202,7 +204,7 @@ def test_nothing_stored_says_what_to_do(tmp_path: Path) -> None:
 def test_damaged_files_say_what_makes_them_again(tmp_path: Path, text: str) -> None:
     (tmp_path / "ones.json").write_text(text)
     with pytest.raises(DamagedError, match="run fingerslip validate --ones"):
-        stored_rows(FILE, tmp_path, tmp_path)
+        stored_rows(FILE, Work(tmp_path, tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -216,7 +218,7 @@ def test_damaged_files_say_what_makes_them_again(tmp_path: Path, text: str) -> N
 def test_rows_of_another_version_are_refused(tmp_path: Path, content: dict[str, object]) -> None:
     write_json(tmp_path / "ones.json", content)
     with pytest.raises(ResultError, match=r"ones.json: is of another version \(.*\); run fingerslip validate --ones"):
-        stored_rows(FILE, tmp_path, tmp_path)
+        stored_rows(FILE, Work(tmp_path, tmp_path))
 
 
 GEOMETRY_ROWS = (
@@ -238,7 +240,7 @@ def ran(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[list[Path]]:
         asked.append(paths)
         return (section(tmp_path),)
 
-    monkeypatch.setattr(module, "run_studies", fake)
+    monkeypatch.setattr("fingerslip.validation.evidence.run_studies", fake)
     return asked
 
 
@@ -270,9 +272,9 @@ def test_runs_in_3d_are_read_at_the_reference_nodes(tmp_path: Path, monkeypatch:
 
 @pytest.mark.usefixtures("ran")
 def test_computed_intervals_are_stored_and_read_back(tmp_path: Path, ran: list[list[Path]]) -> None:
-    made = allowed_geometry(ROOT / "studies", tmp_path, compute=True)
+    made = allowed_geometry(Work(ROOT / "studies", tmp_path), compute=True)
     assert [path.stem for path in ran[0]] == list(GEOMETRY)
-    again = allowed_geometry(ROOT / "studies", tmp_path)
+    again = allowed_geometry(Work(ROOT / "studies", tmp_path))
     assert (made.rows, made.computed) == (again.rows, True)
     assert (len(ran), again.computed) == (1, False)
 
@@ -301,7 +303,7 @@ def test_every_range_of_the_shipped_studies_has_its_reason(name: str) -> None:
 
 
 def test_reference_tables_and_intervals_are_the_same() -> None:
-    rows = allowed_geometry(ROOT / "studies", ROOT / "results").rows
+    rows = allowed_geometry(Work(ROOT / "studies", ROOT / "results")).rows
     assert rows
     page = (ROOT / "results" / "reference" / "geometry.md").read_text(encoding="utf-8")
     assert to_markdown(geometry_table(rows)) in page

@@ -9,12 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fingerslip.detect.evaluation.crossval import READINGS, Unseen
 from fingerslip.detect.evaluation.scores import event_scores_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.unseen import READINGS, Unseen
 from fingerslip.errors import InputError
 from fingerslip.slip import find_events
 from fingerslip.validation import sensor as pouring
+from fingerslip.validation.evidence import Work
 from fingerslip.validation.sensor import (
     SensorMeasures,
     measure_sensor,
@@ -70,7 +71,7 @@ def test_a_run_is_measured_from_its_history():
 
 def test_without_the_study_the_error_names_it(tmp_path):
     with pytest.raises(InputError, match=r"ridged_vs_smooth.yaml: is not there, validate needs the study"):
-        sensor_rows(tmp_path, tmp_path)
+        sensor_rows(Work(tmp_path, tmp_path))
 
 
 LABELS = {name: Onsets(2.0, 6.0) for name in ("a", "b", "c")}
@@ -104,17 +105,17 @@ def test_gross_slip_that_is_found_contradicts_the_paper() -> None:
 
 
 def test_shipped_rows_are_those_of_the_studies() -> None:
-    stored = pouring_rows(ROOT / "studies", ROOT / "results")
+    stored = pouring_rows(Work(ROOT / "studies", ROOT / "results"))
     assert "the studies are the same" in stored.origin
     assert len(stored.rows) == 24
 
 
 def test_rows_are_computed_stored_and_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert pouring_rows(tmp_path, tmp_path).rows == ()
-    monkeypatch.setattr(pouring, "run_studies", lambda *_, **__: ())
+    assert pouring_rows(Work(tmp_path, tmp_path)).rows == ()
+    monkeypatch.setattr(Work, "run", lambda *_: ())
     monkeypatch.setattr(pouring, "pouring_of", lambda *_: unseen(gross=None))
     monkeypatch.setattr(pouring, "pouring_3d", lambda *_: unseen(gross=3.0))
-    made = pouring_rows(tmp_path, tmp_path, compute=True)
-    assert pouring_rows(tmp_path, tmp_path).rows == made.rows
+    made = pouring_rows(Work(tmp_path, tmp_path), compute=True)
+    assert pouring_rows(Work(tmp_path, tmp_path)).rows == made.rows
     section, space = rows_of_pouring(unseen(gross=None), "section"), rows_of_pouring(unseen(gross=3.0), "in 3D")
     assert made.rows == section + space

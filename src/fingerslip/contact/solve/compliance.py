@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import rotate_compliance
-from fingerslip.contact.solve.local_inverse import Coupled
+from fingerslip.contact.solve.preconditioner import Coupled
 from fingerslip.linear.symmetric import symmetric_product
 
 __all__ = ["Compliance", "active_product"]

@@ -18,9 +18,8 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.partition import Partition, first_partition, solve_in_partitions
-from fingerslip.contact.solve.past import first_guess, next_past
 from fingerslip.contact.solve.projection import project, step_lengths
-from fingerslip.contact.solve.working_set import WorkingSet, gather
+from fingerslip.contact.solve.working_set import WorkingSet, first_guess, gather, next_past
 
 __all__ = ["solve_contact"]
 

@@ -1,8 +1,8 @@
 """The equations of a Newton direction of the contact, solved by GMRES in compiled code.
 
 The Newton matrix J = I - G (I - rho W) is never made. GMRES needs products with W, in single precision, and a
-preconditioner in two levels: groups of nodes that bear forces as one (:mod:`fingerslip.contact.solve.coarse`), and for
-what these leave small matrices of nodes near each other (:mod:`fingerslip.contact.solve.local_inverse`).
+preconditioner in two levels (:mod:`fingerslip.contact.solve.preconditioner`): groups of nodes that bear forces as one,
+and for what these leave small matrices of nodes near each other.
 """
 
 from __future__ import annotations
@@ -13,8 +13,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.solve.coarse import CoarseSpace, coarse_inverse, images_of
-from fingerslip.contact.solve.local_inverse import LocalInverse, write_local_product
+from fingerslip.contact.solve.preconditioner import (
+    CoarseSpace,
+    LocalInverse,
+    coarse_inverse,
+    images_of,
+    write_local_product,
+)
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.linear.symmetric import write_symmetric_product
 

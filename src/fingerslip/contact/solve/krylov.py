@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.solve.gmres import Preconditioner, ScaledCompliance, Space, new_space, solve, write_motion
-from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
-from fingerslip.contact.solve.local_inverse import LocalInverse, renew_rows
-from fingerslip.contact.solve.projection import derivative, project
+from fingerslip.contact.solve.preconditioner import LocalInverse, renew_rows
+from fingerslip.contact.solve.projection import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough, derivative, project
 from fingerslip.contact.solve.working_set import WorkingSet
 
 __all__ = ["Start", "newton_krylov"]

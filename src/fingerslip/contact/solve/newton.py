@@ -27,8 +27,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.solve.compliance import active_product
-from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
-from fingerslip.contact.solve.projection import derivative, project, project_node, step_lengths
+from fingerslip.contact.solve.projection import (
+    NEWTON_LIMIT,
+    SEARCH_LIMIT,
+    decreases_enough,
+    derivative,
+    project,
+    project_node,
+    step_lengths,
+)
 
 __all__ = ["ContactSolution", "compiled_solve", "solve_friction"]
 

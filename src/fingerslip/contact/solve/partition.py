@@ -24,9 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.solve.compliance import active_product
-from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
-from fingerslip.contact.solve.projection import step_lengths
+from fingerslip.contact.solve.projection import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough, step_lengths
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
 __all__ = ["Partition", "first_partition", "solve_in_partitions", "solve_partitions"]

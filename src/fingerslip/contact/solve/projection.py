@@ -1,11 +1,22 @@
-"""The contact conditions as one projection of trial forces, and its derivative, compiled."""
+"""The projection of contact forces onto what contact and friction allow, and the search along a line."""
 
 from __future__ import annotations
 
 import numba
 import numpy as np
 
-__all__ = ["derivative", "project", "project_node", "step_lengths"]
+__all__ = ["NEWTON_LIMIT", "SEARCH_LIMIT", "decreases_enough", "derivative", "project", "project_node", "step_lengths"]
+
+# Iterations of Newton's method, and halvings of one of its steps, before the solver tries something else.
+NEWTON_LIMIT, SEARCH_LIMIT = 60, 12
+# Share of the decrease promised by the slope that a step must achieve (Armijo's rule).
+_SUFFICIENT = 1e-4
+
+
+@numba.njit(cache=True, nogil=True)
+def decreases_enough(new_merit, merit, length):  # type: ignore[no-untyped-def]
+    """Tell whether a step of relative `length` decreases the merit, the sum of squared residuals [N^2], enough."""
+    return new_merit <= (1.0 - 2.0 * _SUFFICIENT * length) * merit
 
 
 @numba.njit(cache=True, nogil=True)

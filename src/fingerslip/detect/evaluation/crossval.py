@@ -14,39 +14,36 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.alarms import Smoother, Thresholds, false_alarm_threshold, onsets_from
+from fingerslip.detect.alarms import Hysteresis, Smoother, Thresholds, false_alarm_threshold, onsets_from
 from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
 from fingerslip.detect.evaluation.scores import (
+    EventScores,
     FrameScores,
     Reliability,
     confusion_by_trial,
+    event_scores_of,
     frame_scores_of,
     reliability_of,
+    rest_ends,
 )
 from fingerslip.detect.features import FeatureSettings, feature_names, features_of
-from fingerslip.detect.labels import CLASSES, Onsets
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at
 from fingerslip.detect.motion import MotionSettings, motion_of
 from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import Samples, Sampling, columns_of, held_out, sample_split, samples_of
-from fingerslip.detect.training import calibration_count, fit_detector, forward_filter, frame_scores, largest_before
+from fingerslip.detect.training import (
+    Detector,
+    calibration_count,
+    check_tracks_fit,
+    fit_detector,
+    forward_filter,
+    frame_scores,
+    largest_before,
+)
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_folder, clean_stale, digest, new_file, writing
 from fingerslip.version import __version__
-
-__all__ = [
-    "Evaluation",
-    "Fold",
-    "FoldFrames",
-    "Parts",
-    "begin_evaluation",
-    "events_of_folds",
-    "fit_fold",
-    "frames_by_sample",
-    "matrices_of",
-    "parts_beside",
-    "rows_to_learn",
-]
 
 Floats = NDArray[np.float64]
 Arrays = Mapping[str, NDArray[Any]]
@@ -326,3 +323,44 @@ def begin_evaluation(
     store = parts_beside(output, trials.digest, labels, [asdict(motion), asdict(sampling)], seed)
     samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)
     return Evaluation(trials, onsets, samples, motion, seed, workers, store)
+
+
+#: How onsets are read from frames: as the detector does it, and by the first frame that is more likely slip than not.
+READINGS = ("detector", "single frames")
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """What a detector finds in trials that it did not learn from."""
+
+    onsets: Mapping[str, Mapping[str, Onsets]]  # of every trial, by reading
+    scores: Mapping[str, EventScores]  # by reading
+    matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion of all frames
+
+
+def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], *, seed: int = 0) -> Unseen:
+    """Return what a detector finds in all trials of a data set that it did not learn from."""
+    if detector.data == trials.digest:
+        repair = "fingerslip detect evaluate leaves trials out in turn"
+        raise InputError(str(trials.folder), "is what the detector learned from", "needs another data set", repair)
+    missing = [name for name in trials.names if name not in onsets]
+    if missing:
+        raise InputError("labels", f"have no trial {missing[0]}", "needs every trial of the data set")
+    readings = ((detector.smoother, detector.thresholds), (Hysteresis(1), Thresholds()))
+    results: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
+    matrices = []
+    for name in trials.names:
+        tracks = trials.tracks(name)
+        check_tracks_fit(detector, tracks)
+        motion = motion_of(tracks, detector.features.motion)
+        chances = probabilities(detector.estimator, features_of(motion, detector.features))
+        likely, true = chances.argmax(axis=1).astype(np.int8), classes_at(onsets[name], motion.time)
+        one_trial = np.zeros(int(motion.usable.sum()), dtype=np.intp)
+        matrices.append(confusion_by_trial(true[motion.usable], likely[motion.usable], one_trial))
+        for reading, (smoother, thresholds) in zip(READINGS, readings, strict=True):
+            results[reading][name] = onsets_from(motion.time, frame_scores(smoother, motion, chances), thresholds)
+    ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
+    scores = {
+        reading: event_scores_of(result, onsets, ends, frame=frame, seed=seed) for reading, result in results.items()
+    }
+    return Unseen(results, scores, np.concatenate(matrices))

@@ -36,20 +36,6 @@ from fingerslip.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "DISTURBANCES",
-    "Assumption",
-    "Robustness",
-    "Sensitivity",
-    "disturb",
-    "each_alone",
-    "importance_by_ring",
-    "learning_curve",
-    "likely_assumptions",
-    "robustness_of",
-    "sensitivity_of",
-]
-
 
 def learning_curve(
     samples: Samples,

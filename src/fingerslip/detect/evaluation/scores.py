@@ -15,23 +15,6 @@ from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.errors import InputError, Mistakes
 
-__all__ = [
-    "Estimate",
-    "EventScores",
-    "FrameScores",
-    "Reliability",
-    "bootstrap_estimates",
-    "check_submission",
-    "confusion_by_trial",
-    "event_scores_of",
-    "frame_scores_of",
-    "precision_recall_f1",
-    "ratio_estimate",
-    "reliability_of",
-    "rest_ends",
-    "score_submission",
-]
-
 Floats = NDArray[np.float64]
 _COUNT = len(CLASSES)
 
@@ -196,15 +179,15 @@ def event_scores_of(
     error = differences(lambda name: predicted[name].first, lambda name: labels[name].incipient)[slips]
     lead = differences(lambda name: labels[name].gross, lambda name: predicted[name].first)[gross_slips]
     gross = differences(lambda name: predicted[name].gross, lambda name: labels[name].gross)[gross_slips]
-    found, leads = error[np.isfinite(error)], lead[np.isfinite(lead)]
+    delays, leads = error[np.isfinite(error)], lead[np.isfinite(lead)]
     return EventScores(
         trials=len(error),
-        missed=len(error) - len(found),
+        missed=len(error) - len(delays),
         before_gross=mean((lead > 0.0).astype(float)),
         error=mean(error),
         absolute_error=mean(np.abs(error)),
-        error_spread=float(found.std(ddof=1)) if len(found) > 1 else None,
-        delay_frames=float(np.median(found / frame)) if len(found) and np.isfinite(frame) else None,
+        error_spread=float(delays.std(ddof=1)) if len(delays) > 1 else None,
+        delay_frames=float(np.median(delays / frame)) if len(delays) and np.isfinite(frame) else None,
         early=mean((error < 0.0).astype(float)),
         at_rest=mean(np.array([is_false(name) for name in predicted], dtype=float)),
         lead=mean(lead),

@@ -1,1 +1,1 @@
-"""Steps that control their own error: where they must end, what they leave, and the march that chooses them."""
+"""Steps that control their own error: where they must end, and how long they are."""

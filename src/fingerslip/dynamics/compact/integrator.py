@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,27 +13,20 @@ from fingerslip.contact.interface import InterfaceState, conditions
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import Partition, first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
-from fingerslip.dynamics.reduced.modal import ByModes
+from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.step.energy import Energies
+from fingerslip.dynamics.step.mesh import advance
 from fingerslip.dynamics.step.release import Release, remainder
-from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import HHT, Scheme, Static
+from fingerslip.dynamics.system.scheme import HHT, Scheme, Static, coefficients
+from fingerslip.dynamics.system.system import System
 
-__all__ = ["CompactSteps", "is_compact"]
+__all__ = ["Compact", "is_compact"]
 
 Array = NDArray[np.float64]
 
-# What of a state is recorded, and what only the next step needs.
-_RECORDED = (
-    *("time", "displacement", "velocity", "acceleration", "counterfaces", "contact_forces"),
-    *("iterations", "residual"),
-)
-_OF_INTERFACE = ("forces", "relative", "slip_distance", "state", "limit")
-_ENERGIES = ("kinetic", "strain", "contact", "friction", "damping", "numerical", "external_work")
-_NOT_RECORDED = ("inertia", "load", "unbalance", "unbalance_before", "moved", "contact_forces_before")
 # Unknowns of contact up to which an inverse of all of them is kept.
 _FEW = 900
 
@@ -50,7 +43,43 @@ def is_compact(stepper: Stepper) -> bool:
     )
 
 
-class CompactSteps:
+class Compact:
+    """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.Integrator`."""
+
+    def __init__(self, steppers: Sequence[Stepper]) -> None:
+        self._motions = list(map(_Steps, steppers))
+        self.attributes: Mapping[str, object] = {}
+
+    @property
+    def steppers(self) -> Sequence[Stepper]:
+        """What stays the same in each motion."""
+        return [motion.stepper for motion in self._motions]
+
+    def start(self) -> dict[int, State]:
+        """Return the states at time zero."""
+        return dict(enumerate(map(first_state, self.steppers)))
+
+    def advance(
+        self,
+        states: Mapping[int, State],
+        ends: Array,
+        length: float | None = None,  # noqa: ARG002
+    ) -> dict[int, tuple[State, list[State]]]:
+        """Take steps to times (k,) [s]; see :meth:`fingerslip.dynamics.integrator.Integrator.advance`."""
+        return {number: self._motions[number].advance(state, ends) for number, state in states.items()}
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces or loads are others from now on."""
+        self._motions[0].steer(self.steppers[0].with_system(system))
+
+    def saved_state(self) -> None:
+        """Return nothing: the basis is that of the model."""
+
+    def restore(self, saved: None) -> None:
+        """Do nothing."""
+
+
+class _Steps:
     """The compiled steps of one motion."""
 
     def __init__(self, stepper: Stepper) -> None:
@@ -60,7 +89,7 @@ class CompactSteps:
         diagonal, self._interface = stepper.condensed.factor.diagonal, stepper.condensed.factor.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
-        compliance = stepper.compliance
+        compliance, (factors, prediction) = stepper.compliance, coefficients(scheme)
         first = first_partition(compliance.matrix, compliance.penalty)
         self._body = Body(
             stiffness=stiffness,
@@ -75,12 +104,14 @@ class CompactSteps:
             compliance=compliance.matrix,
             penalty=np.ascontiguousarray(compliance.penalty),
             scale=first.scale,
-            factors=stepper.factors,
-            prediction=stepper.prediction,
+            factors=factors,
+            prediction=prediction,
             remainder=remainder(scheme),
             dissipation=_dissipation(scheme),
             goal=GOAL,
         )
+        # The last state, and the arrays of compiled code that are at it.
+        self._latest: tuple[State | None, Any] = None, None
         self._has_constant_friction = all(getattr(law, "is_constant", False) for law in system.counterfaces.friction)
 
     def steer(self, stepper: Stepper) -> None:
@@ -94,22 +125,23 @@ class CompactSteps:
         loads = [load.forces[:size] + load.forces[size:] @ self._interface for load in _loads_of(self.stepper)]
         return np.array(loads).reshape(len(system.loads) + len(system.commanded), size)
 
-    def advance(self, state: State, times: Array) -> tuple[State, State]:
-        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, time first.
+    def advance(self, state: State, times: Array) -> tuple[State, list[State]]:
+        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time.
 
         Raises
         ------
         ConvergenceError
             Where the contact of a step was not solved.
         """
-        blocks, taken = [], 0
+        blocks: list[State] = []
+        taken = 0
         while taken < times.size:
             # Through several steps friction coefficients stay.
             count = times.size if self._has_constant_friction else taken + 1
             state, block = self._advance(state, times[taken:count])
-            taken += block.displacement.shape[0]
+            taken += np.size(block.time)
             blocks.append(block)
-        return state, _joined(blocks)
+        return state, blocks
 
     def _advance(self, state: State, times: Array) -> tuple[State, State]:
         """Take steps with the same friction coefficients, all of them or as many as compiled code solves, at least one.
@@ -125,21 +157,23 @@ class CompactSteps:
         for number, travels in enumerate(system.motions):
             travel[1:, number] = travels.displacement(times)
         factors = np.array([[load.ramp.at(time) for load in _loads_of(self.stepper)] for time in times.tolist()])
-        partition = self._partition(state)
-        inverse = Inverse(*(getattr(partition, name).copy() for name in Inverse._fields))
-        motion, records = self._motion(state, partition), _empty_records(count, body)
+        partition, records = self._partition(state), _empty_records(count, body)
+        # What is changed in place stays the inverse of its own states, and serves any step as well.
+        inverse = Inverse(*(getattr(partition, name) for name in Inverse._fields))
+        motion = self._latest[1] if state is self._latest[0] else self._motion(state, partition)
         loads = factors.reshape(count, len(body.loads))
         solved = take_steps(body, inverse, motion, travel, loads, np.ascontiguousarray(friction), TOLERANCE, records)
         if not solved:
             end = float(times[0])
             after = advance([self.stepper], [state], end, [system.displacements(end)], watch=Stopwatch())[0]
-            return after, _as_block(after)
+            return after, after
         of_steps: dict[str, Any] = {name: values[:solved] for name, values in records._asdict().items()}
         records = Records(**of_steps)
         block = self._block(state, times[:solved], travel[1 : solved + 1], records)
         forces, product = motion.forces[:2].copy()
-        partition = replace(partition, **inverse._asdict(), forces=forces, product=product)
-        return self._last(state, block, motion, partition), block
+        last = self._last(state, block, motion, replace(partition, forces=forces, product=product))
+        self._latest = last, motion
+        return last, block
 
     def _partition(self, state: State) -> Partition:
         """Return the partition of a state, with W times its forces."""
@@ -178,8 +212,13 @@ class CompactSteps:
         return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
 
     def _spread(self, coordinates: Array) -> Array:
-        """Return fields (k, m) with the displacement of the interface behind them, (k, m + p)."""
-        return np.concatenate([coordinates, coordinates @ self._interface.T], axis=1)
+        """Return fields (k, 3, m) with the displacement of the interface behind them, (3, k, m + p)."""
+        spread = np.empty((3, len(coordinates), sum(self._interface.shape)))
+        size, fields = self._interface.shape[1], coordinates.transpose(1, 0, 2)
+        spread[..., :size] = fields
+        # One product reads the interface once for all.
+        spread[..., size:] = (fields.reshape(-1, size) @ self._interface.T).reshape(3, len(coordinates), -1)
+        return spread
 
     def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
         """Return what is recorded of steps, time first."""
@@ -193,13 +232,13 @@ class CompactSteps:
                 ("external_work", "work"),
             )
         }
-        none = np.zeros(0)
-        slips = records.slips
+        none, slips = np.zeros(0), records.slips
+        displacement, velocity, acceleration = self._spread(records.fields)
         return State(
             time=times,  # type: ignore[arg-type]
-            displacement=self._spread(records.fields[:, 0]),
-            velocity=self._spread(records.fields[:, 1]),
-            acceleration=self._spread(records.fields[:, 2]),
+            displacement=displacement,
+            velocity=velocity,
+            acceleration=acceleration,
             inertia=none,
             load=none,
             unbalance=none,
@@ -226,27 +265,33 @@ class CompactSteps:
 
     def _last(self, before: State, block: State, motion: Motion, partition: Partition) -> State:
         """Return the state at the end of a block, from which steps may go on."""
-        behind = np.zeros(len(self._interface))
-        slips, forces = motion.slips, motion.forces
+        size, slips = self._interface.shape[1], motion.slips.copy()
+        # On coordinates and interface, of which forces act on the coordinates alone.
+        inertia, load, unbalance, unbalance_before = forces = np.zeros((4, size + len(self._interface)))
+        inertia[:size] = self.stepper.scheme.inertia_factor * motion.fields[2]
+        load[:size], forces[2:, :size] = motion.load, motion.fields[3:]
         last_energies = {name: float(np.ravel(value)[-1]) for name, value in vars(block.energies).items()}
-        release = Release(motion.release[0], motion.release[1], float(motion.largest[0])) if motion.largest[0] else None
+        left, cancelled = motion.release.copy()
+        release = Release(left, cancelled, float(motion.largest[0])) if motion.largest[0] else None
+        relative, moved = motion.relative.copy()
         interface = InterfaceState(
-            partition.forces, motion.relative[0], slips[0], slips[1], slips[2], motion.states, slips[3]
+            partition.forces, relative, slips[0], slips[1], slips[2], motion.states.copy(), slips[3]
         )
+        contact_forces, contact_forces_before = motion.forces[2:].copy()
         return replace(
             before,
             time=float(block.time[-1]),  # type: ignore[index]
             displacement=block.displacement[-1],
             velocity=block.velocity[-1],
             acceleration=block.acceleration[-1],
-            inertia=np.append(motion.fields[2], behind) * self.stepper.scheme.inertia_factor,
-            load=np.append(motion.load, behind),
-            unbalance=np.append(motion.fields[3], behind),
-            unbalance_before=np.append(motion.fields[4], behind),
+            inertia=inertia,
+            load=load,
+            unbalance=unbalance,
+            unbalance_before=unbalance_before,
             counterfaces=block.counterfaces[-1],
-            moved=motion.relative[1],
-            contact_forces=forces[2],
-            contact_forces_before=forces[3],
+            moved=moved,
+            contact_forces=contact_forces,
+            contact_forces_before=contact_forces_before,
             interface=interface,
             energies=Energies(**last_energies),
             step=self.stepper.scheme.step,
@@ -255,31 +300,6 @@ class CompactSteps:
             working_set=partition,
             release=release,
         )
-
-
-def _as_block(state: State) -> State:
-    """Return what is recorded of a state as that of one step, time first."""
-    none, interface, energies = np.zeros(0), state.interface, state.energies
-    nothing: dict[str, Any] = dict.fromkeys(_NOT_RECORDED, none)
-    energies_of_step: dict[str, Any] = {name: np.array([getattr(energies, name)]) for name in _ENERGIES}
-    fields_of_step: dict[str, Any] = {name: np.asarray(getattr(state, name))[None] for name in _RECORDED}
-    return replace(
-        state,
-        **fields_of_step,
-        **nothing,
-        interface=replace(
-            interface,
-            **{
-                name: getattr(interface, name)[None]
-                for name in ("forces", "relative", "slip_distance", "state", "limit")
-            },
-            slip_since_contact=none,
-            slip=none,
-        ),
-        energies=replace(energies, **energies_of_step),
-        working_set=None,
-        release=None,
-    )
 
 
 def _loads_of(stepper: Stepper) -> Sequence[Any]:
@@ -306,18 +326,3 @@ def _empty_records(count: int, body: Body) -> Records:
         iterations=np.zeros(count, dtype=np.int64),
         residuals=np.zeros(count),
     )
-
-
-def _joined(blocks: Sequence[Any]) -> Any:
-    """Return data classes whose arrays have time first as one, time after time."""
-    first = blocks[0]
-    if len(blocks) == 1:
-        return first
-    values = {}
-    for field in fields(first):
-        parts = [getattr(block, field.name) for block in blocks]
-        if isinstance(parts[0], InterfaceState | Energies):
-            values[field.name] = _joined(parts)
-        elif isinstance(parts[0], np.ndarray) and parts[0].size and field.name != "moments":
-            values[field.name] = np.concatenate(parts)
-    return replace(first, **values)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.system.coordinates import MeshCoordinates
+from fingerslip.dynamics.system.operators import MeshCoordinates
 from fingerslip.fe.finite.bulk import LargeStrain
 from fingerslip.fe.finite.history import Deformed
 

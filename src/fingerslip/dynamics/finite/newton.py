@@ -8,7 +8,7 @@ An iteration solves for the change of x with the effective matrix A of some tang
 the forces r obey the law of contact at the new displacement, whatever the iterate, far better than the iterate itself
 obeys its equation. So the only residual is that of the equation of motion, and of curved counterfaces, whose gap is
 linear about the iterate. It shrinks from one iteration to the next the more, the nearer the tangent is; iterates are
-mixed so that it shrinks faster (:mod:`fingerslip.dynamics.finite.mixing`).
+mixed so that it shrinks faster (:mod:`fingerslip.dynamics.step.anchor`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.finite.factors import Factors
-from fingerslip.dynamics.finite.mixing import Mixing
+from fingerslip.dynamics.step.anchor import Mixing
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import Prediction, predict_ends

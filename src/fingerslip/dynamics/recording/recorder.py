@@ -14,12 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.recording.body_records import BodyRecords, moments
-from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
-from fingerslip.dynamics.recording.recoveries import Recoveries, dashpots_reader
-from fingerslip.dynamics.recording.snapshots import SnapshotRecords
+from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecords, moments
+from fingerslip.dynamics.recording.labels import record_coordinates, rotation_axes
+from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, dashpots_reader
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
-from fingerslip.dynamics.recording.support_records import SupportRecords
 from fingerslip.dynamics.step.memory import viscous_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import make_scheme
@@ -51,6 +49,9 @@ _ENERGIES = {
     "external_work": "external_work",
     "energy_imbalance": "imbalance",
 }
+# What follows from strains at sites, and how; what is as it was recorded, or needs no more than the last motion.
+_OF_STRAINS = {"stress": "stresses", "strain": "tensors", "strain_energy_density": "energy_densities"}
+_AS_RECORDED = frozenset({"gap", "slip_distance", "contact_state"})
 # What is taken at sites, at candidates and next to supports.
 _FIELDS = ("displacement", "velocity", "acceleration")
 _fields_of = operator.attrgetter(*_FIELDS)
@@ -98,7 +99,7 @@ class Recorder:
         turning = times.size if system.constant_frames() is None else 0
         self._friction = np.zeros((turning, len(system.candidates.nodes), space.dim - 1))
         snapshots = snapshot_steps(times, model.record.snapshots_every)
-        self._has_warned = False
+        self._has_warned, self._completed = False, (-1, -1)
         self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
         sizes = {
             "time": times.size,
@@ -180,6 +181,20 @@ class Recorder:
         """Take note of a state between two that are recorded: the inertia of what is held goes on from it."""
         self._supports.pass_by(self._next, state)
 
+    def at(self, step: int, name: str) -> Any:
+        """Return a variable at a step that was recorded; where all of the others are needed for it, None."""
+        if name in _AS_RECORDED:
+            return self.values[name][step].copy()
+        is_elastic = self._finite is None and not self._viscous
+        if name not in _FIELDS and not (is_elastic and name in _OF_STRAINS):
+            return None
+        if self._completed != (step, self._next):
+            self._completed = step, self._next
+            self._complete_last(self._next - step)
+        if name in _FIELDS:
+            return self.values[name][step].copy()
+        return getattr(self._sites, _OF_STRAINS[name])(self._strains[step : step + 1])[0]
+
     def part(self, start: int, end: int) -> Recorder:
         """Return a completed copy of the records from one step to before another that were made so far."""
         # Of all steps that are kept together, rounding is that of a motion that nobody observes.
@@ -238,9 +253,8 @@ class Recorder:
             self._snapshots.carry(self.values)
         self._snapshots.complete(self.values)
         if self._finite is None and not self._of_states:
-            self.values["stress"][:] = self._sites.stresses(self._strains)
-            self.values["strain"][:] = self._sites.tensors(self._strains)
-            self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
+            for name, method in _OF_STRAINS.items():
+                self.values[name][:] = getattr(self._sites, method)(self._strains)
         self.values |= {name: energy.copy() for name, energy in zip(_ENERGIES, self._energies.T, strict=True)}
         self._bodies.complete_motion(self.values)
         self._supports.complete(self.values)
@@ -275,9 +289,8 @@ class Recorder:
         """Record stresses of materials that relax, from what a state remembers."""
         strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
         sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))
-        self.values["stress"][step] = sites.stresses(strains)
-        self.values["strain"][step] = sites.tensors(strains)
-        self.values["strain_energy_density"][step] = sites.energy_densities(strains)
+        for name, method in _OF_STRAINS.items():
+            self.values[name][step] = getattr(sites, method)(strains)
 
     def _complete_last(self, count: int = _STEPS_AT_ONCE) -> None:
         """Compute what follows from the last steps that are kept, or from some of them."""

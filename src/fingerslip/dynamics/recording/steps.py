@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.adaptive.spans import record_count, record_times
 from fingerslip.errors import InputError
 from fingerslip.history import VARIABLES
-from fingerslip.linear.memory import available_memory
+from fingerslip.linear.resources import available_memory
 from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive

@@ -13,6 +13,7 @@ numerical damping adds up over many steps is added up here, too.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,11 +25,12 @@ from scipy import sparse
 from fingerslip.dynamics.reduced.reduction import ReducedCoordinates
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.loads import Load
-from fingerslip.dynamics.system.scheme import Scheme, make_scheme
+from fingerslip.dynamics.system.scheme import Scheme, coefficients, make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.space import vector_dofs
+from fingerslip.linear.craig_bampton import CraigBampton
 from fingerslip.materials.elastic import RayleighDamping
-from fingerslip.model.model import Model
+from fingerslip.model.model import Model, ReducedBasis
 
 __all__ = ["ResidualCheck"]
 
@@ -39,45 +41,53 @@ _AT_ONCE = 32
 # Errors over what the shapes that follow show of them: 1.2 in the middle of 83 random models, below 2.1 in nine of ten.
 _BEYOND = 1.5
 
+_logger = logging.getLogger("fingerslip.dynamics")
+
 
 class ResidualCheck:
-    """Estimates the errors of reduced motions, step by step."""
+    """Estimates the errors of reduced motions; each of its `motions` looks at the states of one."""
 
     def __init__(
-        self, models: Sequence[Model], systems: Sequence[System], coordinates: Sequence[ReducedCoordinates]
+        self,
+        models: Sequence[Model],
+        systems: Sequence[System],
+        coordinates: Sequence[ReducedCoordinates],
+        basis: CraigBampton,
     ) -> None:
         scheme, damping = make_scheme(models[0].time), models[0].damping
         pairs = zip(systems, coordinates, strict=True)
-        self._errors = [_MotionError(system, reduced, scheme, damping) for system, reduced in pairs]
+        self.motions = [_MotionError(system, reduced, scheme, damping) for system, reduced in pairs]
+        self._basis = basis
 
     @property
     def error(self) -> float:
         """The largest error of displacements at contact and sites over the largest of these displacements [-]."""
-        return _BEYOND * max(motion.error for motion in self._errors)
+        return _BEYOND * max(motion.error for motion in self.motions)
 
     @property
     def acceleration_error(self) -> float:
         """The error of accelerations over these, at the contact or at sites, as roots of mean squares [-]."""
-        return _BEYOND * max(motion.acceleration_error for motion in self._errors)
+        return _BEYOND * max(motion.acceleration_error for motion in self.motions)
 
-    def look(self, number: int, state: State) -> None:
-        """Follow one of the motions to its next state, or to several, time first in their arrays."""
-        self._errors[number].look(state)
+    def warn(self, wanted: ReducedBasis) -> None:
+        """Warn of errors beyond the tolerances."""
+        errors, limits = (self.error, self.acceleration_error), (wanted.tolerance, wanted.acceleration_tolerance)
+        if any(error > limit for error, limit in zip(errors, limits, strict=True)):
+            count = self._basis.frequencies.size
+            _logger.warning("basis: %d vibrations leave errors of %.2g and %.2g", count, *errors)
 
-    def saved_state(self) -> Any:
-        """Return what :meth:`restore` needs, as plain data and arrays."""
-        self.finish()
-        return [motion.saved_state() for motion in self._errors]
-
-    def restore(self, saved: Any) -> None:
-        """Go on where :meth:`saved_state` was called."""
-        for motion, state in zip(self._errors, saved, strict=True):
-            motion.restore(*state)
-
-    def finish(self) -> None:
-        """Look at the steps that wait."""
-        for motion in self._errors:
-            motion.finish()
+    @property
+    def attributes(self) -> dict[str, object]:
+        """What histories say of the basis and of the errors that it has left."""
+        basis = self._basis
+        return {
+            "basis": "reduced",
+            "basis_static_responses": basis.interface.size,
+            "basis_vibrations": basis.frequencies.size,
+            "basis_highest_frequency": float(basis.frequencies.max(initial=0.0)) / (2.0 * np.pi),
+            "basis_error": self.error,
+            "basis_acceleration_error": self.acceleration_error,
+        }
 
 
 class _Oscillators:
@@ -87,10 +97,8 @@ class _Oscillators:
         viscous = damping.mass + damping.stiffness * squares
         resistance = scheme.displacement_factor * squares + scheme.velocity_factor * viscous
         compliance = 1.0 / (scheme.inertia_factor + scheme.end_weight * resistance)
-        free = scheme.predict(*np.eye(3))
-        changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
-        self._constants = squares, viscous, compliance, np.stack([free.displacement, free.velocity])
-        self._factors = *changes, scheme.start_weight, scheme.end_weight
+        self._factors, prediction = coefficients(scheme)
+        self._constants = squares, viscous, compliance, prediction
         self.fields = np.zeros((3, squares.size))
 
     def step(self, forces: Array) -> Array:
@@ -153,9 +161,12 @@ class _MotionError:
         return float(np.sqrt(max(ratios, default=0.0)))
 
     def saved_state(self) -> Any:
+        """Return what :meth:`restore` needs, as plain data and arrays."""
+        self.finish()
         return self._following.fields, self._inside.fields, self._sizes.copy(), *(self._last or (None, None))
 
     def restore(self, following: Array, inside: Array, sizes: Array, times: Array | None, rows: Array | None) -> None:
+        """Go on where :meth:`saved_state` was called."""
         self._following.fields, self._inside.fields, self._sizes = following, inside, sizes.copy()
         self._last = None if times is None or rows is None else (times, rows)
 

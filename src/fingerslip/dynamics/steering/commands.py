@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.system.bodies import faces_of
+from fingerslip.dynamics.system.bodies import Motion, faces_of
 from fingerslip.dynamics.system.loads import Load
-from fingerslip.dynamics.system.motion import Motion
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model

@@ -13,20 +13,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.recording.provenance import labelled_history
+from fingerslip.dynamics.loop import Loop, Observer
+from fingerslip.dynamics.motions import Motions, make_integrator
+from fingerslip.dynamics.recording.labels import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
-from fingerslip.dynamics.reduced.march import BasisStore
+from fingerslip.dynamics.reduced.basis import BasisStore, in_basis
 from fingerslip.dynamics.steering.commands import Command, with_command
 from fingerslip.dynamics.steering.packing import is_like, read_archive, write_archive
 from fingerslip.dynamics.step.stepper import Stopwatch
-from fingerslip.dynamics.stepwise import Stepwise, make_course
-from fingerslip.dynamics.system.system import build_system
+from fingerslip.dynamics.system.system import System, build_system
 from fingerslip.errors import DamagedError, FingerslipError, InputError
 from fingerslip.history import VARIABLES
+from fingerslip.linear.resources import (
+    allowed_threads,
+    limited_threads,
+    one_by_one,
+    single_dense_thread,
+    suitable_threads,
+)
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
-from fingerslip.model.model import Model
+from fingerslip.model.model import Model, ReducedBasis
 from fingerslip.model.timing import Adaptive
 from fingerslip.storage.files import digest
 
@@ -38,7 +45,7 @@ __all__ = ["Observation", "Simulation"]
 Array = NDArray[np.float64]
 
 # Raised where saved simulations hold something else than before.
-_FORMAT = 3
+_FORMAT = 4
 _NUMBER = re.compile(r"(?<![A-Za-z0-9_])\d+\.?\d*(?:e[+-]?\d+)?")
 _ROUNDING = 1e-9  # what processors may differ by, of a number or of the size of a mesh
 _REPAIR = "save the simulation again"
@@ -73,7 +80,9 @@ class Observation:
 
     def __getitem__(self, name: str) -> Any:
         """Return a variable at this time."""
-        return self.values[name]
+        values = vars(self).get("values")
+        value = None if values else self.recorder.at(self.step, name)
+        return self.values[name] if value is None else value
 
 
 class Simulation:
@@ -94,8 +103,8 @@ class Simulation:
     solver : LinearSolver, optional
         As for :func:`fingerslip.simulate`.
     bases : BasisStore, optional
-        As for :func:`fingerslip.simulate`. In 2D on flat counterfaces, a model with a reduced basis is stepped in it;
-        the history's attributes say which errors it has left, and a warning where they are beyond its tolerances.
+        As for :func:`fingerslip.simulate`. A model with a reduced basis is stepped in it; the history's attributes say
+        which errors it has left, and a warning where they are beyond its tolerances.
 
     Raises
     ------
@@ -138,10 +147,16 @@ class Simulation:
                 times, system = step_times(model), build_system(model)
                 needed = record_bytes(model, len(system.space.positions), len(system.candidates.nodes))
                 require_record_memory(model, needed)
-            course, self._system = make_course(model, system, solver or preferred_solver(), self._watch, needed, bases)
+            motions = Motions((model,), (system,), (times,), solver or preferred_solver(), self._watch, None, 1)
+            reduced = in_basis(motions, bases) if model.basis and not model.is_finite else None
+            self._system: System = reduced[0] if reduced else system
+            self._residual = reduced[1] if reduced else None
+            integrator = make_integrator(motions, [self._system], needed, one_by_one)
             with self._watch.part("assembly"):
-                recorder = Recorder(model, self._system, times)
-            self._steps = Stepwise(course, recorder, self._system, times, self._watch)
+                self._recorder = Recorder(model, self._system, times)
+            checks = [] if self._residual is None else self._residual.motions
+            observer = Observer(self._recorder, self._system, checks)
+            self._loop = Loop(integrator, [observer], [times], self._watch)
             self._stack = stack.pop_all()
 
     def __enter__(self) -> Simulation:
@@ -156,17 +171,17 @@ class Simulation:
         self._stack.close()
 
     def __repr__(self) -> str:
-        return f"<Simulation at {self.time:g} s, step {self._steps.taken} of {self._steps.last}>"
+        return f"<Simulation at {self.time:g} s, step {self._loop.taken} of {self._loop.last}>"
 
     @property
     def time(self) -> float:
         """Time that was reached [s]."""
-        return float(self._steps.times[self._steps.taken])
+        return self._loop.time
 
     @property
     def is_finished(self) -> bool:
         """Whether the end of the model is reached."""
-        return self._steps.taken == self._steps.last
+        return self._loop.taken == self._loop.last
 
     def step(self, command: Command | Sequence[Command] = ()) -> Observation:
         """Take a step.
@@ -195,22 +210,25 @@ class Simulation:
             fault, repair = f"is reached, {self.time:g} s", "give the model a later end: time.end"
             raise InputError("end", fault, "is where a simulation ends", repair)
         for command_of_step in (command,) if isinstance(command, Command) else tuple(command):
-            self._follow(command_of_step, self._steps.taken)
-        self._steps.step()
+            self._follow(command_of_step, self._loop.taken)
+        self._loop.step()
         return self.observation
 
     @property
     def observation(self) -> Observation:
         """What was recorded at the present time."""
-        return Observation(self.time, self._steps.taken, self._steps.recorder)
+        return Observation(self.time, self._loop.taken, self._recorder)
 
     def history(self) -> xr.Dataset:
         """Return the history so far."""
-        self._steps.check()
-        records = self._steps.recorder.part(0, self._steps.taken + 1)
-        course = self._steps.course
-        attributes = {**course.attributes, "n_simulated_together": 1}
-        return labelled_history(records.values, course.stepper, attributes, self._watch)
+        self._loop.finish()
+        records = self._recorder.part(0, self._loop.taken + 1)
+        integrator = self._loop.integrator
+        attributes = {**integrator.attributes, "n_simulated_together": 1}
+        if self._residual is not None:
+            self._residual.warn(self._model.basis or ReducedBasis())
+            attributes |= self._residual.attributes
+        return labelled_history(records.values, integrator.steppers[0], attributes, self._watch)
 
     def save(self, path: str | Path) -> None:
         """Write the simulation to a file, from which it goes on to the last bit, on the same machine and threads.
@@ -220,15 +238,16 @@ class Simulation:
         path : path
             The file; one that is there is replaced.
         """
-        self._steps.check()
+        self._loop.finish()
         value = {
             "format": _FORMAT,
             "model": _description(self._model),
             "commands": self._commands,
-            "taken": self._steps.taken,
-            "state": self._steps.state,
-            "course": self._steps.course.saved_state(),
-            "recorder": self._steps.recorder.saved_state(),
+            "taken": self._loop.taken,
+            "state": self._loop.states[0],
+            "integrator": self._loop.integrator.saved_state(),
+            "residual": [] if self._residual is None else self._residual.motions[0].saved_state(),
+            "recorder": self._recorder.saved_state(),
         }
         write_archive(Path(path), value, self._outside())
 
@@ -289,28 +308,31 @@ class Simulation:
             raise InputError("model", f"is not the one that {path} was saved from", "needs the same model", repair)
         for command, step in saved["commands"]:
             self._follow(command, step)
-        self._steps.course.restore(saved["course"])
+        self._loop.integrator.restore(saved["integrator"])
+        if self._residual is not None:
+            self._residual.motions[0].restore(*saved["residual"])
         # The factors are made anew, and with them the compliance that the last step's contact refers to.
         again = read_archive(path, self._outside())
-        steps, recorder = again["taken"], self._steps.recorder
-        is_whole = is_like(again["state"], self._steps.state) and is_like(again["recorder"], recorder.saved_state())
-        is_placed = isinstance(steps, int) and 0 <= steps < len(self._steps.times)
+        steps, recorder = again["taken"], self._recorder
+        is_whole = is_like(again["state"], self._loop.states[0]) and is_like(again["recorder"], recorder.saved_state())
+        is_placed = isinstance(steps, int) and 0 <= steps <= self._loop.last
         if not (is_whole and is_placed and again["recorder"]["next"] == steps + 1):
             raise DamagedError(str(path), "holds another state than this model has", _REPAIR)
-        self._steps.state, self._steps.taken = again["state"], steps
+        self._loop.states[0], self._loop.taken = again["state"], steps
         recorder.restore(again["recorder"])
 
     def _follow(self, command: Command, step: int) -> None:
         """Change the system by a command that is given at a step."""
-        time = float(self._steps.times[step])
+        time = float(self._loop.times[step])
         self._system = with_command(self._system, self._model, command, time)
         self._commands = (*self._commands, (command, step))
-        self._steps.steer(self._system)
+        self._loop.integrator.steer(self._system)
+        self._recorder.steer(self._system)
 
     def _outside(self) -> Mapping[str, Array]:
         """Return the arrays that states refer to, and that the model gives again."""
         flat = self._system.space.dim == 2 and self._system.counterfaces.are_flat
-        return {"compliance": self._steps.course.stepper.compliance.matrix} if flat else {}
+        return {"compliance": self._loop.integrator.steppers[0].compliance.matrix} if flat else {}
 
 
 def _description(model: Model) -> dict[str, Any]:

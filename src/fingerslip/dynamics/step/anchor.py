@@ -4,7 +4,7 @@ Their stiffness is singular: rigid motions cost nothing until contact resists. S
 and a step is solved again with the anchor where the body went, until the springs pull no more. What is left is
 equilibrium of loads and contact alone: a proximal point iteration (Rockafellar 1976). Each pass shrinks the error by
 about the ratio of the springs' stiffness to what else resists the motion, which is little where a body rolls, so that
-passes are mixed (:class:`fingerslip.dynamics.finite.mixing.Mixing`).
+passes are mixed (:class:`Mixing`).
 """
 
 from __future__ import annotations
@@ -14,15 +14,56 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.finite.mixing import Mixing
 from fingerslip.dynamics.step.contact_step import POSE_GOAL, ContactStep
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.errors import EquilibriumError
 
-__all__ = ["Lead", "is_at_rest", "move_anchor", "passes"]
+__all__ = ["Lead", "Mixing", "is_at_rest", "move_anchor", "passes"]
 
 Array = NDArray[np.float64]
+
+# Iterations that are combined: more do not shrink the residual faster, as contact changes meanwhile.
+_KEPT = 5
+# Singular values of the changes of residuals below this part of the largest, or of the residual, are rounding.
+_RESIDUAL_ROUNDING = 1e-8
+
+
+class Mixing:
+    """Mixing of iterates: Anderson's acceleration of an iteration on factors that are not quite the tangent's.
+
+    An iteration leads from an iterate with a residual to an end. Of the last few of them, the combination with the
+    least residual, in the sense of least squares, is also made of the ends: that is where the next iterate goes
+    (Anderson 1965; Walker & Ni 2011). For a linear problem this is the generalised minimal residual method.
+    """
+
+    def __init__(self) -> None:
+        self._residuals: list[Array] = []
+        self._ends: list[Array] = []
+
+    def next(self, end: Array, residual: Array) -> Array:
+        """Return where the next iterate goes, shape (n,).
+
+        Parameters
+        ----------
+        end : (n,) array
+            Where the last iteration leads.
+        residual : (n,) array
+            Residual of its iterate [N].
+        """
+        self._residuals = [*self._residuals[1 - _KEPT :], residual]
+        self._ends = [*self._ends[1 - _KEPT :], end]
+        if len(self._ends) == 1:
+            return end
+        changes = np.stack([residual - earlier for earlier in self._residuals[:-1]], axis=1)
+        largest = max(float(np.linalg.norm(changes)), 1e-300)
+        rounding = _RESIDUAL_ROUNDING * max(1.0, float(np.linalg.norm(residual)) / largest)
+        weights = np.linalg.lstsq(changes, residual, rcond=rounding)[0]
+        mixed = end.copy()
+        for weight, earlier in zip(weights, self._ends[:-1], strict=True):
+            mixed -= weight * (end - earlier)
+        return mixed
+
 
 _MOST_PASSES = 200
 # What a mixed pass leaves of the springs' force at most.

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.linear.memory import require_memory
+from fingerslip.linear.resources import require_memory
 from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor, factorise_around
 from fingerslip.linear.symmetric import add_columns, long_product, symmetric_product, symmetric_products
 

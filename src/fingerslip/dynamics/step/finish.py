@@ -13,19 +13,30 @@ from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.contact_step import ContactStep
-from fingerslip.dynamics.step.contact_work import contact_work
-from fingerslip.dynamics.step.ends import End, ends
 from fingerslip.dynamics.step.energy import Energies
 from fingerslip.dynamics.step.memory import Memory
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
+from fingerslip.dynamics.system.scheme import StepChange
+from fingerslip.linear.symmetric import as_rows, row_products
 
 __all__ = ["finish"]
 
 Array = NDArray[np.float64]
 
-_NO_CORRECTION = np.zeros((0, 0))
+
+@dataclass(frozen=True)
+class _End:
+    """A motion at the end of a step."""
+
+    displacement: Array  # (n,) [m]
+    velocity: Array  # (n,) [m/s]
+    acceleration: Array  # (n,) [m/s^2]
+    inertia: Array  # (n,), mass times acceleration [N]
+    change: StepChange  # what the step has changed
+    kinetic: float  # kinetic energy [J]
+    elastic: float  # what the elastic stiffness stores at small strain, else 0 [J]
 
 
 def finish(
@@ -35,14 +46,54 @@ def finish(
     unknowns: Array,
     bodies: Sequence[BodyState] = (),
 ) -> list[State]:
-    """Return the states of k motions at the end of a step.
+    """Return the states of k motions, which share matrices and scheme, at the end of a step.
 
     Arrays: unknowns (k, n).
     """
-    unknowns = np.ascontiguousarray(unknowns)
     added = list(map(_extra_forces, steppers, starts, contacts, unknowns))
-    end_states = ends(steppers[0], starts, unknowns, added, is_small=not bodies)
-    return list(map(_end_state, steppers, starts, contacts, end_states, bodies or repeat(None)))
+    ends = _ends(steppers[0], starts, unknowns, added, is_small=not bodies)
+    return list(map(_end_state, steppers, starts, contacts, ends, bodies or repeat(None)))
+
+
+def _ends(
+    stepper: Stepper,
+    starts: Sequence[Prediction],
+    unknowns: Array,
+    added: Sequence[Array | None],
+    *,
+    is_small: bool,
+) -> list[_End]:
+    """Return the fields at the end of a step; `added` are further forces in the equation of motion, (n,) [N]."""
+    scheme, (mass, elastic, _) = stepper.scheme, stepper.compiled
+    displacement = as_rows([start.free.displacement for start in starts]) + scheme.displacement_factor * unknowns
+    velocity = as_rows([start.free.velocity for start in starts]) + scheme.velocity_factor * unknowns
+    acceleration = scheme.inertia_factor * unknowns
+    for row, start in enumerate(starts):
+        if start.prescribed is not None:
+            acceleration[row] += start.prescribed
+    count, kinetic, stored = len(unknowns), np.zeros(len(unknowns)), np.zeros(len(unknowns))
+    inertia = np.zeros_like(acceleration)
+    if scheme.inertia_factor:
+        # The mass is read once for velocities and accelerations.
+        products = row_products(mass, np.concatenate([velocity, acceleration]))
+        kinetic, inertia = 0.5 * scheme.inertia_factor * np.vecdot(velocity, products[:count]), products[count:]
+    if is_small:
+        # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
+        stored = 0.5 * np.vecdot(displacement, row_products(elastic, displacement))
+    ends = []
+    for row, start in enumerate(starts):
+        before, forces = start.before, added[row]
+        unbalance = scheme.start_weight * before.unbalance - inertia[row]
+        unbalance = (unbalance if forces is None else unbalance + forces) / scheme.end_weight
+        change = StepChange(
+            displacement[row] - before.displacement,
+            velocity[row] - before.velocity,
+            inertia[row] - before.inertia,
+            (before.unbalance_before, before.unbalance, unbalance),
+        )
+        fields = displacement[row], velocity[row], acceleration[row], inertia[row]
+        ends.append(_End(*fields, change, float(kinetic[row]), float(stored[row])))
+    return ends
 
 
 def _extra_forces(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> Array | None:
@@ -67,7 +118,7 @@ class _Contact:
     outcome: StepOutcome
 
 
-def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: End, body: BodyState | None) -> State:
+def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _End, body: BodyState | None) -> State:
     """Return the state of a motion at the end of a step, from its fields and its contact."""
     before, settled = start.before, _contact_record(stepper, start, contact, end)
     memories = tuple(
@@ -100,23 +151,18 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: E
     return _with_supports(stepper, before, after, end.change.displacement)
 
 
-def _contact_record(stepper: Stepper, start: Prediction, contact: ContactStep, end: End) -> _Contact:
+def _contact_record(stepper: Stepper, start: Prediction, contact: ContactStep, end: _End) -> _Contact:
     """Return what contact has done in a step."""
     before, system = start.before, stepper.system
-    moved, inward, outward = contact_work(
-        system.compiled_relative,
-        end.displacement,
-        system.candidates.counterface,
-        start.counterfaces,
-        before.counterfaces,
-        before.moved,
-        contact.forces,
-        before.contact_forces,
-        tuple(
-            _NO_CORRECTION if release is None else release.correction for release in (before.release, contact.release)
-        ),
-    )
-    moments = before.moments
+    moved, moments = system.moved(end.displacement, start.counterfaces), before.moments
+    # Both works are those of the mean forces of the step.
+    mean = 0.5 * (before.contact_forces + contact.forces)
+    for release in (before.release, contact.release):
+        if release is not None:
+            mean = mean + 0.5 * release.correction
+    inward = -float(np.vdot(mean, moved - before.moved))
+    travel = (start.counterfaces - before.counterfaces)[system.candidates.counterface]
+    outward = float(np.vdot(mean, travel))
     if system.rotations is not None and contact.pose is not None:
         acting = contact.forces if contact.release is None else contact.forces + contact.release.correction
         moments = acting.ravel() @ contact.pose.columns
@@ -136,7 +182,7 @@ def _contact_record(stepper: Stepper, start: Prediction, contact: ContactStep, e
 def _energies(
     stepper: Stepper,
     start: Prediction,
-    end: End,
+    end: _End,
     contact: _Contact,
     material: tuple[Sequence[Memory], BodyState | None],
 ) -> Energies:
@@ -170,7 +216,7 @@ def _elastic_loss(before: State, body: BodyState | None, change: Array) -> float
     return 0.5 * float((before.body.force + body.force) @ change) - (body.energy - before.body.energy)
 
 
-def _damping_energy(stepper: Stepper, before: State, end: End) -> float:
+def _damping_energy(stepper: Stepper, before: State, end: _End) -> float:
     """Return the energy that material damping and the dampers of rigid bodies dissipate in a step [J]."""
     if not (stepper.damping.mass or stepper.damping.stiffness or stepper.system.dampers is not None):
         return 0.0

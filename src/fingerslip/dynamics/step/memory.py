@@ -3,8 +3,7 @@
 Dashpots follow the displacement node by node (:mod:`fingerslip.materials.prony`), so a step needs the matrices of
 :mod:`fingerslip.fe.forms` once: with the displacement u_1 at its end, y_1 = a u_1 + m with a = sum s_i (1 - phi_i)
 and m from the start alone. The force at the end is K_step u_1 - q with a constant matrix. Every field is kept together
-with the matrices times it, which obey the same recurrence, so that only the products with u_1 are computed, and all
-else is one pass over the nodes (:mod:`fingerslip.dynamics.step.memory_kernels`).
+with the matrices times it, which obey the same recurrence, so that only the products with u_1 are computed.
 """
 
 from __future__ import annotations
@@ -17,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.step.memory_kernels import across_and_along, along, remembered_force
 from fingerslip.fe.forms import Relaxing
 from fingerslip.materials.prony import Recurrence, recurrence
+from fingerslip.materials.viscoelastic import Across
 
 __all__ = ["Memory", "Viscous", "no_memory", "relaxed_force", "stiffness_of_step", "viscous_steps"]
 
@@ -67,41 +66,75 @@ class Viscous:
         return sparse.csr_matrix(added)
 
     def force(self, memory: Memory) -> Array:
-        """Return q, by which the force at the end of a step is less than that of its stiffness, shape (n,) [N]."""
-        force, follow = np.empty(memory.given.shape[1]), self.recurrence
-        weights = follow.shares * follow.start, follow.shares * follow.decay
-        remembered_force(
-            *weights,
-            (1.0 - self.share) * self.thinning[1],
-            *(memory.given, memory.dashpots, memory.across, memory.across_dashpots),
-            force,
-        )
+        """Return q, by which the force at the end of a step is less than that of its stiffness, shape (n,) [N].
+
+        It is S m + T (mu - thinning (m + 2 mu)), with what of the dashpots along and across follows from the start.
+        """
+        along = self._from_start(memory.given, memory.dashpots)
+        force: Array = along[1]
+        if self.layers.across is not None:
+            across = self._from_start(memory.across, memory.across_dashpots)[1]
+            force = force + across - (1.0 - self.share) * self.thinning[1] * (along[2] + 2.0 * across)
         return force
 
     def after(self, memory: Memory, displacement: Array) -> Memory:
         """Return what is remembered at the end of a step with a displacement u_1 (n,) [m]."""
-        strains = np.empty_like(memory.given)
-        strains[0], strains[1] = displacement, self.layers.shape @ displacement
-        fields = np.empty_like(memory.dashpots), np.empty_like(memory.relaxed)
-        follow, across = self.recurrence, self.layers.across
-        terms = follow.shares, follow.decay, follow.end, follow.start
-        if across is None or self.layers.thickness is None:
-            updated = along(*terms, memory.given, memory.dashpots, memory.relaxed, strains, *fields)
-            thinned = memory.across, memory.across_dashpots, memory.across_relaxed
-        else:
-            strains[2] = self.layers.thickness @ displacement
-            before = memory.across, memory.across_dashpots, memory.across_relaxed
-            thinned = np.empty_like(before[0]), np.empty_like(before[1]), np.empty_like(before[2])
-            bulk = across.bulk if np.isfinite(across.bulk) else 0.0
-            updated = across_and_along(
-                *terms,
-                (*self.thinning, across.along, bulk),
-                *(memory.given, memory.dashpots, memory.relaxed, *before),
-                *(strains, *fields, *thinned),
-            )
-        stored, moved, of_dashpots = updated
+        if self.layers.across is not None and self.layers.thickness is not None:
+            return self._after_in_plane_stress(memory, displacement, self.layers.across, self.layers.thickness)
+        given = np.stack([displacement, self.layers.shape @ displacement])
+        dashpots, relaxed = self._follow(memory.given, memory.dashpots, given)
+        shares = self.recurrence.shares
+        of_dashpots = float(shares @ np.vecdot(dashpots[:, 0], dashpots[:, 1]))
+        moved = float((memory.given[0] + displacement) @ (relaxed[1] - memory.relaxed[1]))
+        stored = 0.5 * of_dashpots - float(displacement @ relaxed[1])
+        across = memory.across, memory.across_dashpots, memory.across_relaxed
         dissipated = 0.5 * (moved - (of_dashpots - memory.of_dashpots))
-        return Memory(strains, *fields, *thinned, stored, of_dashpots, dissipated)
+        return Memory(given, dashpots, relaxed, *across, stored, of_dashpots, dissipated)
+
+    def _after_in_plane_stress(
+        self, memory: Memory, displacement: Array, law: Across, thickness: sparse.csr_matrix
+    ) -> Memory:
+        """Return what :meth:`after` does in plane stress.
+
+        The deviator's stiffness D makes u.D u' = u.S u' + w.T w' - (u - w).T (u' - w')/3.
+        """
+        given = np.stack([displacement, self.layers.shape @ displacement, thickness @ displacement])
+        dashpots, relaxed = self._follow(memory.given, memory.dashpots, given)
+        # What of the dashpots follows from the start of the step: all but that of the displacement at its end.
+        remembered = relaxed[::2] - self.share * given[::2]
+        remembered += 2.0 * self._from_start(memory.across, memory.across_dashpots)
+        across = self.thinning[0] * given[::2] + self.thinning[1] * remembered
+        dashpots_across, relaxed_across = self._follow(memory.across, memory.across_dashpots, across)
+        pull, push, apart = relaxed[1], relaxed_across[1], relaxed[2] - relaxed_across[1]
+        (u, _, thick), (w, thinned) = given, across
+        whole = u @ pull + w @ push - (u - w) @ apart / 3.0
+        both, both_across = memory.given[0] + u, memory.across[0] + w
+        moved = both @ (pull - memory.relaxed[1]) + both_across @ (push - memory.across_relaxed[1])
+        moved -= (both - both_across) @ (apart - memory.relaxed[2] + memory.across_relaxed[1]) / 3.0
+        bulk = law.bulk if np.isfinite(law.bulk) else 0.0
+        elastic = w @ thinned + (bulk - 1.0 / 3.0) * ((u - w) @ (thick - thinned)) - law.along * (u @ thick)
+        of_terms = np.vecdot(dashpots[:, 0], dashpots[:, 1]) + np.vecdot(dashpots_across[:, 0], dashpots_across[:, 1])
+        apart_of_terms = dashpots[:, 0] - dashpots_across[:, 0], dashpots[:, 2] - dashpots_across[:, 1]
+        of_dashpots = float(self.recurrence.shares @ (of_terms - np.vecdot(*apart_of_terms) / 3.0))
+        stored = 0.5 * of_dashpots - whole + 0.5 * elastic
+        dissipated = 0.5 * (moved - (of_dashpots - memory.of_dashpots))
+        fields = given, dashpots, relaxed, across, dashpots_across, relaxed_across
+        return Memory(*fields, float(stored), of_dashpots, float(dissipated))
+
+    def _from_start(self, given: Array, dashpots: Array) -> Array:
+        """Return what of the sum of s_i z_i at the end of a step follows from its start, (p, n)."""
+        shares, follow = self.recurrence.shares, self.recurrence
+        from_start: Array = (shares @ follow.start) * given + np.tensordot(shares * follow.decay, dashpots, 1)
+        return from_start
+
+    def _follow(self, given_before: Array, dashpots_before: Array, given: Array) -> tuple[Array, Array]:
+        """Return the dashpots (t, p, n) at the end of a step, and the sum of s_i of them, (p, n)."""
+        follow = self.recurrence
+        end, start, decay = (factors[:, None, None] for factors in (follow.end, follow.start, follow.decay))
+        dashpots = decay * dashpots_before
+        dashpots += end * given
+        dashpots += start * given_before
+        return dashpots, np.tensordot(follow.shares, dashpots, 1)
 
     def elastic_force(self, memory: Memory) -> tuple[Array, Array | None]:
         """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""

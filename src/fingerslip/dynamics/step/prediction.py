@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.step.free_ends import free_ends, right_hand_sides
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
@@ -19,7 +19,6 @@ from fingerslip.linear.symmetric import as_rows
 __all__ = ["Prediction", "predict", "predict_ends"]
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _NONE = np.zeros(0)
 
@@ -73,79 +72,55 @@ class Prediction:
 def predict(
     steppers: Sequence[Stepper], states: Sequence[State], time: float, counterfaces: Sequence[Array]
 ) -> list[Prediction]:
-    """Carry the states of k motions to the end of a step as if no force acted there.
+    """Carry the states of k motions, which share their matrices, to the end of a step as if no force acted there.
 
-    Parameters
-    ----------
-    steppers : sequence of Stepper
-        What stays the same in each; they share matrices and scheme.
-    states : sequence of State
-        The states at the start.
-    time : float
-        End of the step [s].
-    counterfaces : sequence of (n_counterfaces, dim) array
-        Prescribed displacement of the counterfaces at the end [m].
+    Arrays: time [s]; counterfaces (n_counterfaces, dim), their prescribed displacement at the end [m].
     """
-    stepper, loads = steppers[0], [stepper.system.load(time) for stepper in steppers]
-    moving = _moving(stepper, time)
-    ends = free_ends(stepper.prediction, stepper.factors, *moving, *_starts(states))
-    unbalance = as_rows([state.unbalance for state in states])
-    remembered = as_rows(list(map(_with_history_forces, steppers, states, loads)))
-    right = right_hand_sides(stepper.factors, stepper.resistance, moving[0], ends, unbalance, remembered)
-    inputs = ((time, *arguments) for arguments in zip(counterfaces, loads, strict=True))
-    predictions = list(map(_prediction, steppers, states, inputs, ends, right))
-    for arguments, start in zip(steppers, predictions, strict=True):
-        if start.before.release is not None:
-            fading = fading_forces(stepper.scheme, start.before.release)
-            start.right_hand_side[:] += arguments.system.push(fading, start.pose)
-    return predictions
+    starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
+    displacement = as_rows([start.free.displacement for start in starts])
+    velocity = as_rows([start.free.velocity for start in starts])
+    resisting = steppers[0].resisting_force(displacement, velocity)
+    sides = map(_right_hand_side, steppers, starts, resisting)
+    return [replace(start, right_hand_side=side) for start, side in zip(starts, sides, strict=True)]
+
+
+def _right_hand_side(stepper: Stepper, start: Prediction, resisting: Array) -> Array:
+    """Return the right-hand side (n,) of a step from what resists its free end, (n,) [N]."""
+    scheme, system, before = stepper.scheme, stepper.system, start.before
+    force = start.load - resisting
+    for layer, memory in zip(stepper.viscous, before.memories, strict=True):
+        force += layer.force(memory)
+    side: Array = scheme.end_weight * force + scheme.start_weight * before.unbalance
+    if start.prescribed is not None:
+        # The inertia of moving supports is known; their own equations are empty.
+        side -= system.mass @ start.prescribed
+        side[system.unknowns.moving] = 0.0
+    if before.release is not None:
+        side += system.push(fading_forces(scheme, before.release), start.pose)
+    return side
 
 
 def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
     """Return the prediction of one motion without its right-hand side; see :func:`predict`."""
-    ends = free_ends(stepper.prediction, stepper.factors, *_moving(stepper, time), *_starts([before]))
-    return _prediction(stepper, before, (time, counterfaces, stepper.system.load(time)), ends[0], _NONE)
-
-
-def _moving(stepper: Stepper, time: float) -> tuple[Indices, Array]:
-    """Return the unknowns of moving supports, (m,), and their displacement at the end of a step, (m,) [m]."""
-    moving = stepper.system.unknowns.moving
-    return moving, stepper.system.support_values(time) if moving.size else _NONE
-
-
-def _starts(states: Sequence[State]) -> tuple[Array, Array, Array]:
-    """Return displacement, velocity and acceleration of k states, (k, n) each."""
-    return (
-        as_rows([state.displacement for state in states]),
-        as_rows([state.velocity for state in states]),
-        as_rows([state.acceleration for state in states]),
-    )
-
-
-def _prediction(
-    stepper: Stepper, before: State, inputs: tuple[float, Array, Array], ends: Array, right_hand_side: Array
-) -> Prediction:
-    """Return the prediction of a motion, from its fields at the end of the step without unknown, (2 or 3, n).
-
-    What is given is the time, the displacement of the counterfaces and the loads there.
-    """
-    time, counterfaces, load = inputs
-    displacement, velocity, *prescribed = ends
-    moved = stepper.system.moved(displacement, counterfaces)
+    system, scheme = stepper.system, stepper.scheme
+    free, moving = scheme.predict(before.displacement, before.velocity, before.acceleration), system.unknowns.moving
+    prescribed = None
+    if moving.size:
+        # Moving supports move by the scheme like all others.
+        unknown = np.zeros_like(free.displacement)
+        unknown[moving] = (system.support_values(time) - free.displacement[moving]) / scheme.displacement_factor
+        displacement = free.displacement + scheme.displacement_factor * unknown
+        free = Predictor(displacement, free.velocity + scheme.velocity_factor * unknown)
+        prescribed = scheme.inertia_factor * unknown
+    moved = system.moved(free.displacement, counterfaces)
     return Prediction(
         before=before,
         time=time,
         counterfaces=counterfaces,
-        load=load,
-        free=Predictor(displacement, velocity),
+        load=system.load(time),
+        free=free,
         moved=moved,
-        pose=stepper.system.pose(displacement, moved),
-        right_hand_side=right_hand_side,
-        prescribed=prescribed[0] if prescribed else None,
+        pose=system.pose(free.displacement, moved),
+        right_hand_side=_NONE,
+        prescribed=prescribed,
     )
-
-
-def _with_history_forces(stepper: Stepper, state: State, load: Array) -> Array:
-    """Return a load (n,) with the forces of what materials remember [N]."""
-    remembered = [layer.force(memory) for layer, memory in zip(stepper.viscous, state.memories, strict=True)]
-    return np.sum([load, *remembered], axis=0) if remembered else load

@@ -22,7 +22,7 @@ from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.linear.symmetric import SymmetricMatrix, symmetric_parts
+from fingerslip.linear.symmetric import SymmetricMatrix, row_products, symmetric_parts
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
 
@@ -140,41 +140,27 @@ class Stepper:
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
 
     @cached_property
-    def factors(self) -> tuple[float, float, float, float, float]:
-        """Change of displacement and velocity and acceleration per unknown, and the weights of forces at both ends."""
-        scheme = self.scheme
-        changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
-        return *changes, scheme.start_weight, scheme.end_weight
+    def compiled(self) -> tuple[SymmetricMatrix, SymmetricMatrix, SymmetricMatrix]:
+        """Mass, elastic stiffness and stiffness of the step, for compiled products."""
+        mass, elastic = symmetric_parts(self.system.mass), symmetric_parts(self.system.stiffness)
+        return mass, elastic, symmetric_parts(self.stiffness) if self.viscous else elastic
 
-    @cached_property
-    def compiled_mass(self) -> SymmetricMatrix:
-        """The mass for compiled code."""
-        return symmetric_parts(self.system.mass)
+    def resisting_force(self, displacement: Array, velocity: Array) -> Array:
+        """Return what resists k motions at the end of a step, K u + C v with the stiffness of the step, (k, n) [N].
 
-    @cached_property
-    def compiled_stiffness(self) -> SymmetricMatrix:
-        """The elastic stiffness for compiled code."""
-        return symmetric_parts(self.system.stiffness)
-
-    @cached_property
-    def prediction(self) -> Array:
-        """Displacement and velocity without an unknown from displacement, velocity and acceleration before, (2, 3)."""
-        free = self.scheme.predict(*np.eye(3))
-        return np.stack([free.displacement, free.velocity])
-
-    @cached_property
-    def resistance(self) -> tuple[SymmetricMatrix, SymmetricMatrix, SymmetricMatrix, Array, tuple[float, float, float]]:
-        """What resists a motion at the end of a step.
-
-        The stiffness of the step, which acts on displacements, elastic stiffness and mass; dampers, (n,) [N s/m], or
-        none; and how much of the velocity the three matrices act on, which is the damping of the material.
+        Arrays: displacement (k, n) [m]; velocity (k, n) [m/s].
         """
-        share, dampers = self.damping.stiffness, self.system.dampers
-        # Where nothing relaxes both stiffnesses are the same, and one product does for displacement and velocity.
-        shares = (0.0, share, self.damping.mass) if self.viscous else (share, 0.0, self.damping.mass)
-        stiffness = symmetric_parts(self.stiffness) if self.viscous else self.compiled_stiffness
-        matrices = stiffness, self.compiled_stiffness, self.compiled_mass
-        return *matrices, np.zeros(0) if dampers is None else dampers, shares
+        (mass, elastic, stiffness), share, dampers = self.compiled, self.damping.stiffness, self.system.dampers
+        if self.viscous or not share:
+            force = row_products(stiffness, displacement)
+            if share:
+                force += share * row_products(elastic, velocity)
+        else:
+            # Where nothing relaxes both stiffnesses are the same, and one product does.
+            force = row_products(stiffness, displacement + share * velocity)
+        if self.damping.mass:
+            force += self.damping.mass * row_products(mass, velocity)
+        return force if dampers is None else force + dampers * velocity
 
     @cached_property
     def gaps(self) -> Array:

@@ -9,13 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.candidates import Candidates, find_candidates
+from fingerslip.contact.candidates import Candidates, automatic_penalty, find_candidates
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory
-from fingerslip.dynamics.system.bodies import check_bodies, contact_motion, unheld_bodies
+from fingerslip.dynamics.system.bodies import (
+    Motion,
+    check_bodies,
+    contact_motion,
+    largest_approach,
+    phase_table,
+    unheld_bodies,
+)
 from fingerslip.dynamics.system.loads import Load, model_loads
-from fingerslip.dynamics.system.motion import Motion, largest_approach, phase_table
-from fingerslip.dynamics.system.penalties import contact_penalties
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
@@ -23,13 +28,31 @@ from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces,
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
-from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.mesh.facets import site_nodes
 from fingerslip.model.model import Contact, Model
 from fingerslip.model.programme import Slide
 from fingerslip.model.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
-__all__ = ["CheckedModel", "check_model", "inspect_model"]
+__all__ = ["CheckedModel", "check_model", "contact_penalties", "inspect_model"]
+
+
+def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
+    """Return normal and tangential penalty of a contact [Pa/m].
+
+    Without given values, they follow from the stiffest material under the boundary and the size of its facets.
+    """
+    mesh = model.mesh
+    facets = np.asarray(mesh.boundaries[contact.boundary])
+    cells = mesh.f2t[0, facets]
+    # A mesh may name further groups of cells that have no material of their own.
+    touched = [name for name in model.materials if np.isin(cells, mesh.subdomains[name]).any()]
+    stiffness = max(model.materials[name].stiffness for name in touched)
+    ends = mesh.p[:, mesh.facets[:2, facets]]
+    size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
+    automatic = automatic_penalty(stiffness, size)
+    return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
+
 
 Array = NDArray[np.float64]
 

@@ -1,21 +1,30 @@
-"""Loads on the deformable body: tractions and gravity, with their factors over time."""
+"""What acts on a body: loads, the forces of supports and their prescribed motion.
+
+A support's force follows from the equations of motion of what it holds. The scheme weights it like all other forces, so
+that the body with its supports obeys the scheme's balance of momentum. With F = C v + K u - f - B^T r and M a in these
+rows, summed up, it is ::
+
+    R = F - U,    w_1 U_1 = w_0 U_0 - M a_1
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials
-from fingerslip.fe.forms import mass_matrix, traction_load
-from fingerslip.fe.space import Space
+from fingerslip.fe.forms import Relaxing, mass_matrix, traction_load
+from fingerslip.fe.space import Space, vector_dofs
 from fingerslip.materials.material import Material
-from fingerslip.model.model import Model, Traction
+from fingerslip.model.model import Model, SupportMotion, Traction
 from fingerslip.model.programme import CONSTANT, Ramp
 
-__all__ = ["Load", "model_loads"]
+__all__ = ["Load", "MovingComponent", "Supports", "held_rows", "model_loads", "moving_components", "supports_of"]
 
 Array = NDArray[np.float64]
 
@@ -40,3 +49,106 @@ def model_loads(model: Model, space: Space, materials: CellMaterials[Material]) 
         acceleration = np.tile(model.gravity, len(space.positions))
         loads.append(Load(mass_matrix(space, materials, model.depth) @ acceleration, CONSTANT))
     return tuple(loads)
+
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Supports:
+    """What acts on the degrees of freedom that m supports hold, summed up over each support and component."""
+
+    rows: sparse.csr_matrix  # map that sums up forces on the mesh over each support and component [-]
+    stiffness: sparse.csr_matrix | Array  # [N/m]
+    mass: sparse.csr_matrix | Array  # [N/m]
+    contact: sparse.csr_matrix  # map from the contact forces to those that act on what is held at once
+    loads: tuple[Load, ...]  # loads on what is held, (m * dim,) each [N]
+    relaxing: tuple[Relaxing, ...] = ()  # maps (m * dim, n) of the layers that relax
+
+    @property
+    def columns(self) -> Indices:
+        """The unknowns that stiffness and mass read, shape (k,): those of the cells next to what is held."""
+        return np.union1d(*(np.flatnonzero(abs(matrix).sum(axis=0)) for matrix in (self.stiffness, self.mass)))
+
+    def load(self, time: float) -> Array:
+        """Return the loads on what is held at a time [s], shape (m * dim,) [N]."""
+        total = np.zeros(self.contact.shape[0])
+        for load in self.loads:
+            total += load.ramp.at(time) * load.forces
+        return total
+
+
+@dataclass(frozen=True)
+class MovingComponent:
+    """One component of a moving support."""
+
+    dofs: Indices  # (k,), the mesh's degrees of freedom that move with it
+    displacement: float  # displacement at factor one [m]
+    ramp: Ramp  # factor over time
+
+    def at(self, time: float) -> float:
+        """Return the displacement at a time [s], in m."""
+        return self.displacement * self.ramp.at(time)
+
+
+def moving_components(
+    motions: Mapping[str, SupportMotion], rows: sparse.csr_matrix, names: Sequence[str]
+) -> list[MovingComponent]:
+    """Return the components of moving supports."""
+    components = []
+    for name, motion in motions.items():
+        dim = len(motion.displacement)
+        for axis, displacement in enumerate(motion.displacement):
+            dofs = rows[names.index(name) * dim + axis].indices.astype(np.int64)
+            if displacement and dofs.size:
+                components.append(MovingComponent(np.sort(dofs), displacement, motion.ramp))
+    return components
+
+
+def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
+    """Return the map [-] that sums up forces (n_dofs,) over supports and components, shape (m * dim, n_dofs).
+
+    Arrays: held (k,).
+
+    Examples
+    --------
+    A square with node 0 held by the first of two supports:
+
+    >>> import skfem
+    >>> from fingerslip.fe.space import build_space
+    >>> mesh = skfem.MeshQuad().with_subdomains({"bulk": lambda x: x[0] > -1.0})
+    >>> rows = held_rows({"corner": np.array([0, 1]), "side": np.array([0, 1, 2, 3])}, build_space(mesh))
+    >>> rows.toarray().astype(int)[:, :4].tolist()
+    [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    """
+    holder = np.full(space.n_dofs, -1)
+    for number, dofs in reversed(list(enumerate(held.values()))):
+        holder[dofs] = number
+    columns = np.flatnonzero(holder >= 0)
+    shape = (len(held) * space.dim, space.n_dofs)
+    return sparse.csr_matrix(
+        (np.ones(columns.size), (holder[columns] * space.dim + columns % space.dim, columns)), shape
+    )
+
+
+def supports_of(
+    rows: sparse.csr_matrix,
+    matrices: tuple[sparse.csr_matrix, sparse.csr_matrix],
+    loads: Sequence[Load],
+    candidates: Indices,
+    dim: int,
+    *,
+    relaxing: tuple[Relaxing, ...] = (),
+) -> Supports:
+    """Return what acts on what is held.
+
+    Arrays: matrices [N/m]; candidates (n_c,).
+    """
+    return Supports(
+        rows=rows,
+        stiffness=matrices[0],
+        mass=matrices[1],
+        contact=sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()]),
+        loads=tuple(Load(rows @ load.forces, load.ramp) for load in loads),
+        relaxing=relaxing,
+    )

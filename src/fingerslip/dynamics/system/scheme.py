@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.schema import require
 
-__all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "hht", "make_scheme", "start_push"]
+__all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "coefficients", "hht", "make_scheme", "start_push"]
 
 Array = NDArray[np.float64]
 
@@ -250,6 +250,17 @@ def start_push(scheme: Scheme) -> float:
     """
     alpha = scheme.start_weight
     return 0.5 + alpha + alpha**2 / (4.0 * scheme.end_share * (1.0 + alpha))
+
+
+def coefficients(scheme: Scheme) -> tuple[tuple[float, float, float, float, float], Array]:
+    """Return a scheme as numbers: c_u, c_v, c_a, w_0, w_1, and its prediction as a matrix.
+
+    The prediction (2, 3) takes displacement, velocity and acceleration at the start to displacement and velocity at the
+    end: it is the same for every unknown.
+    """
+    free = scheme.predict(*np.eye(3))
+    changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
+    return (*changes, scheme.start_weight, scheme.end_weight), np.stack([free.displacement, free.velocity])
 
 
 def make_scheme(time: Timing) -> Scheme:

@@ -13,13 +13,13 @@ from scipy import sparse
 
 from fingerslip.contact.candidates import Candidates, Counterfaces, join_candidates
 from fingerslip.dynamics.finite.body import Body
-from fingerslip.dynamics.system.bodies import rigid_freedoms
+from fingerslip.dynamics.system.bodies import Motion, rigid_freedoms
 from fingerslip.dynamics.system.checks import CheckedModel, inspect_model
-from fingerslip.dynamics.system.coordinates import Coordinates, MeshCoordinates
 from fingerslip.dynamics.system.doubts import doubts
-from fingerslip.dynamics.system.loads import Load
-from fingerslip.dynamics.system.motion import Motion
+from fingerslip.dynamics.system.loads import Load, MovingComponent, Supports, held_rows, moving_components, supports_of
 from fingerslip.dynamics.system.operators import (
+    Coordinates,
+    MeshCoordinates,
     Outsiders,
     Pose,
     Rotations,
@@ -28,7 +28,6 @@ from fingerslip.dynamics.system.operators import (
     relative_operator,
     rotations_of,
 )
-from fingerslip.dynamics.system.supports import MovingComponent, Supports, held_rows, moving_components, supports_of
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import Relaxing, mass_matrix, relaxing_layers, stiffness_matrix

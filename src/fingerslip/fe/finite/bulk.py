@@ -49,8 +49,7 @@ class LargeStrain:
     """The mesh and the laws of a body at large strain."""
 
     space: Space  # displacement space
-    # material of every cell, laws of :class:`~fingerslip.materials.large_strain.FiniteMaterial`
-    materials: CellMaterials[FiniteMaterial]
+    materials: CellMaterials[FiniteMaterial]  # of every cell
     gradients: Array  # (n_cells, n_q, n_nodes, dim), gradients of the shape functions in the reference state [1/m]
     nodes: Indices  # (n_cells, n_nodes), nodes of the cells
     weights: Array  # (n_cells, n_q), reference volumes of the quadrature points [m^3]
@@ -203,10 +202,8 @@ class LargeStrain:
         for number, (material, points, _) in enumerate(self._parts()):
             strain, law = state.log_strain[points], self._law(number, material, state.left, points)
             if self.materials.formulation == "plane_stress":
-                strain[:, 2] = thickness_strain(
-                    law, strain, self._across(state, points) if law is not material else None
-                )
-                state.log_strain[points, 2] = strain[:, 2]
+                across = self._across(state, points) if law is not material else None
+                state.log_strain[points, 2] = strain[:, 2] = thickness_strain(law, strain, across)
             stress[points] = law.kirchhoff_stress(strain)
         if state.left is not None:
             state = replace(state, pulled=self._start_part(state, state.left))
@@ -225,7 +222,7 @@ class LargeStrain:
         """Return the law of a material at the end of a step."""
         if left is None or self.relaxation is None or not self.relaxation.constants[number].prony:
             return material
-        share, pressure = float(left.terms.taken[number]), left.points[points, self.relaxation.tensor]
+        share, pressure = float(left.terms.taken_share[number]), left.points[points, self.relaxation.tensor]
         return StepLaw(material, share, pressure)
 
     def _across(self, state: Deformed, points: Indices | slice) -> Pulled | None:
@@ -262,8 +259,7 @@ class LargeStrain:
         if left is not None:
             slope += left.moduli[self._volumes.material] * np.log(mean) + left.group_offsets
         slope *= self._volumes.size / mean
-        pressure: Array = (self._volumes.mean.T @ slope) / self.weights.ravel()
-        return pressure
+        return np.asarray((self._volumes.mean.T @ slope) / self.weights.ravel())
 
     def _selective(self, state: Deformed, derivative: int) -> Array:
         """Return the first or second derivative of the selective energy at all points, shape (n_p,) [Pa]."""
@@ -308,8 +304,7 @@ class LargeStrain:
                 second = second + modulus
                 slope = slope + modulus * np.log(mean[groups]) + state.left.group_offsets[groups]
             curvature[groups] = second - slope
-        curvature_of_mean: Array = self._volumes.size * curvature / mean**2
-        return curvature_of_mean
+        return np.asarray(self._volumes.size * curvature / mean**2)
 
     def _volume_slopes(self, state: Deformed) -> sparse.csr_matrix:
         """Return the derivative of the mean volumes by the displacement, shape (n_groups, n_dofs) [1/m]."""

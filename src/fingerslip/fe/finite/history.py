@@ -48,14 +48,13 @@ class Terms:
 
     shares: Array  # (n_materials, t), shares of the shear modulus [-]
     decay: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
-    end: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
-    start: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
+    end: Array  # likewise
+    start: Array  # likewise
 
     @property
-    def taken(self) -> Array:
+    def taken_share(self) -> Array:
         """Share of a strain at the end of a step that dashpots have taken by then, shape (n_materials,) [-]."""
-        shares: Array = (self.shares * self.end).sum(axis=1)
-        return shares
+        return np.asarray((self.shares * self.end).sum(axis=1))
 
 
 @dataclass(frozen=True)
@@ -129,15 +128,15 @@ class Relaxation:
         """Return what the step adds to the selective modulus, (n_materials,), and its derivatives by what is left."""
         twice = 2.0 * self.shear_moduli
         if self.formulation != "plane_stress":
-            return twice / 3.0 * terms.taken, twice[:, None] * [1.0 / 3.0, 0.0]
+            return twice / 3.0 * terms.taken_share, twice[:, None] * [1.0 / 3.0, 0.0]
         now, earlier = self.thinning(terms).T
         along = [across_of(constant.poisson_ratio).along for constant in self.constants]
-        rest = 1.0 - terms.taken
+        rest = 1.0 - terms.taken_share
         return twice * (rest * now - along), (twice * [rest * earlier, 2.0 * rest * earlier - 1.0]).T
 
     def thinning(self, terms: Terms) -> Array:
         """Return the parts in w at the end of a step of x there and of what is left, shape (n_materials, 2) [-]."""
-        pairs = zip(self.constants, terms.taken, strict=True)
+        pairs = zip(self.constants, terms.taken_share, strict=True)
         return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])
 
     def after(self, history: History, left: Left, tensors: Array, log_volume: Array, groups: Array) -> History:
@@ -146,9 +145,8 @@ class Relaxation:
         At the end the stress of the shape and its pressure are `tensors` (n_p, k + 1) [Pa], and ln J, of areas in 2D,
         `log_volume` (n_p,), and `groups` (n_groups,) of mean volumes [-].
         """
-        updated = np.column_stack(
-            [tensors, self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]
-        )
+        of_points = self._thickness_strain(left, self.points, log_volume, left.points[:, self.tensor + 1 :])
+        updated = np.column_stack([tensors, of_points])
         mean = self._thickness_strain(left, self.groups, groups, left.groups)
         dashpots, of_groups = np.empty_like(history.point_dashpots), np.empty_like(history.group_dashpots)
         tables = left.terms.decay, left.terms.end, left.terms.start

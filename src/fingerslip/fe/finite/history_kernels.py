@@ -15,7 +15,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from fingerslip.fe.finite.kernels import LANES, ROWS, diagonalise
+from fingerslip.fe.finite.kernels import LANES, ROWS, diagonalise, multiply
 
 
 @numba.njit(cache=True, nogil=True)
@@ -75,12 +75,7 @@ def push_forward(deformation, log_strain, reference, current):  # type: ignore[n
     for p in range(count):
         across = _unpack(reference[p], dim, tensor)
         scale = np.exp(-2.0 / 3.0 * (log_strain[p, 0] + log_strain[p, 1] + log_strain[p, 2]))
-        for i in range(dim):
-            for j in range(dim):
-                total = 0.0
-                for k in range(dim):
-                    total += deformation[p, i, k] * tensor[k, j]
-                half[i, j] = total
+        multiply(deformation[p], tensor, half)
         for i in range(dim):
             for j in range(i + 1):
                 total = 0.0
@@ -147,22 +142,11 @@ def _invert(matrix, inverse):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _shapes(gradients, inverse, out):  # type: ignore[no-untyped-def]
-    """Fill in the gradients (n_nodes, dim) of the shape functions in the current state."""
-    corners, dim = gradients.shape
-    for a in range(corners):
-        for i in range(dim):
-            total = 0.0
-            for k in range(dim):
-                total += gradients[a, k] * inverse[k, i]
-            out[a, i] = total
-
-
-@numba.njit(cache=True, nogil=True)
 def add_forces(gradients, nodes, weights, deformation, current, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Add the nodal forces (n_nodes_of_mesh, dim) [N] of what the start of a step leaves, y (n_p, k) [Pa]."""
     cells, points, corners, dim = gradients.shape
-    tensor, inverse, shapes = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((corners, dim))
+    tensor, inverse = np.empty((dim, dim)), np.empty((dim, dim))
+    shapes, pulled = np.empty((corners, dim)), np.empty((corners, dim))
     for c in range(cells):
         for q in range(points):
             p = c * points + q
@@ -172,21 +156,19 @@ def add_forces(gradients, nodes, weights, deformation, current, forces):  # type
             for i in range(dim):
                 tensor[i, i] -= trace / 3.0
             _invert(deformation[p], inverse)
-            _shapes(gradients[c, q], inverse, shapes)
+            multiply(gradients[c, q], inverse, shapes)
+            multiply(shapes, tensor, pulled)
             for a in range(corners):
                 for i in range(dim):
-                    total = 0.0
-                    for j in range(dim):
-                        total += tensor[i, j] * shapes[a, j]
-                    forces[nodes[c, a], i] -= weights[p] * total
+                    forces[nodes[c, a], i] -= weights[p] * pulled[a, i]
 
 
 @numba.njit(cache=True, nogil=True)
-def add_stiffness(gradients, weights, deformation, current, matrices):  # type: ignore[no-untyped-def]  # noqa: C901
+def add_stiffness(gradients, weights, deformation, current, matrices):  # type: ignore[no-untyped-def]
     """Add the stiffness of cells (n_cells, n_local, n_local) [N/m] from what the start of a step leaves."""
     cells, points, corners, dim = gradients.shape
-    tensor, inverse, shapes = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((corners, dim))
-    pulled = np.empty((corners, dim))
+    tensor, inverse = np.empty((dim, dim)), np.empty((dim, dim))
+    shapes, pulled = np.empty((corners, dim)), np.empty((corners, dim))
     for c in range(cells):
         for q in range(points):
             p = c * points + q
@@ -194,13 +176,8 @@ def add_stiffness(gradients, weights, deformation, current, matrices):  # type: 
             for i in range(dim):
                 trace += tensor[i, i]
             _invert(deformation[p], inverse)
-            _shapes(gradients[c, q], inverse, shapes)
-            for a in range(corners):
-                for i in range(dim):
-                    total = 0.0
-                    for j in range(dim):
-                        total += tensor[i, j] * shapes[a, j]
-                    pulled[a, i] = total
+            multiply(gradients[c, q], inverse, shapes)
+            multiply(shapes, tensor, pulled)
             third, size = trace / 3.0, 2.0 / 3.0 * weights[p]
             for a in range(corners):
                 for b in range(corners):
@@ -244,17 +221,15 @@ def add_thickness(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     to which those of the tensor y are added, and `stiffness` (n_p,) [Pa] is that of the stress across.
     """
     cells, points, corners, dim = gradients.shape
-    tensor, inverse, shapes = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((corners, dim))
-    pulled = np.empty((corners, dim))
+    tensor, inverse = np.empty((dim, dim)), np.empty((dim, dim))
+    shapes, pulled = np.empty((corners, dim)), np.empty((corners, dim))
     for c in range(cells):
         for q in range(points):
             p = c * points + q
             _couple(deformation[p], squared[p], directions[p], coupling[p], current[p], tensor)
             _invert(deformation[p], inverse)
-            _shapes(gradients[c, q], inverse, shapes)
-            for a in range(corners):
-                for i in range(dim):
-                    pulled[a, i] = tensor[i, 0] * shapes[a, 0] + tensor[i, 1] * shapes[a, 1]
+            multiply(gradients[c, q], inverse, shapes)
+            multiply(shapes, tensor, pulled)
             size = weights[p] / stiffness[p]
             for a in range(corners):
                 for i in range(dim):

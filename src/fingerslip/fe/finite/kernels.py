@@ -192,6 +192,17 @@ def strains_2d(gradients, nodes, displacement, deformation, squared, directions)
 
 
 @numba.njit(cache=True, nogil=True)
+def multiply(vectors, matrix, out):  # type: ignore[no-untyped-def]
+    """Fill in vectors (n, dim) times a matrix (dim, dim), shape (n, dim)."""
+    for a in range(vectors.shape[0]):
+        for i in range(matrix.shape[1]):
+            total = 0.0
+            for k in range(matrix.shape[0]):
+                total += vectors[a, k] * matrix[k, i]
+            out[a, i] = total
+
+
+@numba.njit(cache=True, nogil=True)
 def _determinant(matrix):  # type: ignore[no-untyped-def]
     if len(matrix) == 2:
         return matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
@@ -252,7 +263,7 @@ def nodal_forces_2d(gradients, nodes, weights, deformation, squared, directions,
 
 
 @numba.njit(cache=True, nogil=True)
-def stiffness_of_cells(  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912, PLR0917
+def stiffness_of_cells(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     gradients, weights, deformation, squared, directions, stress, tangent, positive, matrices
 ):
     """Fill in the stiffness of cells (n_cells, n_local, n_local) [N/m].
@@ -274,18 +285,10 @@ def stiffness_of_cells(  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912, 
                 stretch[i] = np.sqrt(squared[p, i])
                 nominal[i] = stress[p, i] / stretch[i]
             _moduli(stretch, nominal, stress[p], tangent[p], positive, normal, moduli)
-            for i in range(dim):
-                for j in range(dim):
-                    total = 0.0
-                    for k in range(dim):
-                        total += deformation[p, i, k] * directions[p, k, j]
-                    current[i, j] = total / stretch[j]
-            for a in range(corners):
-                for j in range(dim):
-                    total = 0.0
-                    for k in range(dim):
-                        total += gradients[c, q, a, k] * directions[p, k, j]
-                    turned[a, j] = total
+            multiply(deformation[p], directions[p], current)
+            for j in range(dim):
+                current[:, j] /= stretch[j]
+            multiply(gradients[c, q], directions[p], turned)
             # Row i * dim + j is the derivative of component ij of the gradient, in the principal directions.
             for a in range(corners):
                 for k in range(dim):
@@ -329,9 +332,9 @@ def _moduli(stretch, nominal, stress, tangent, positive, normal, moduli):  # typ
 
 
 @numba.njit(cache=True, nogil=True)
-def volume_slopes(gradients, deformation, squared, directions, slopes):  # type: ignore[no-untyped-def]  # noqa: C901
+def volume_slopes(gradients, deformation, squared, directions, slopes):  # type: ignore[no-untyped-def]
     """Fill in the derivative of J by the displacements of the cells' nodes (n_p, n_nodes, dim) [1/m]."""
-    cells, points, corners, dim = gradients.shape
+    cells, points, _, dim = gradients.shape
     inverse, cofactor = np.empty((dim, dim)), np.empty((dim, dim))
     for c in range(cells):
         for q in range(points):
@@ -342,18 +345,9 @@ def volume_slopes(gradients, deformation, squared, directions, slopes):  # type:
                     for j in range(dim):
                         inverse[i, j] += directions[p, i, k] * directions[p, j, k] / squared[p, k]
             volume = _determinant(deformation[p])
-            for i in range(dim):
-                for j in range(dim):
-                    total = 0.0
-                    for k in range(dim):
-                        total += deformation[p, i, k] * inverse[k, j]
-                    cofactor[i, j] = volume * total
-            for a in range(corners):
-                for i in range(dim):
-                    total = 0.0
-                    for j in range(dim):
-                        total += cofactor[i, j] * gradients[c, q, a, j]
-                    slopes[p, a, i] = total
+            multiply(deformation[p], inverse, cofactor)
+            cofactor *= volume
+            multiply(gradients[c, q], cofactor.T, slopes[p])
 
 
 @dataclass(frozen=True)

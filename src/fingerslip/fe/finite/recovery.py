@@ -41,13 +41,11 @@ class FiniteRecovery:
         components = self._along_axes(state, state.stress[points] * shrunk[:, None])
         if state.pulled is not None:
             components -= shrunk[:, None] * _deviator(state.pulled[points], dim)
-        result: Array = self.mean @ components
-        return result
+        return np.asarray(self.mean @ components)
 
     def tensors(self, state: Deformed) -> Array:
         """Return the logarithmic strain tensors [-], shape (n, 4 or 6), along the axes of space."""
-        result: Array = self.mean @ self._along_axes(state, state.log_strain[self.points])
-        return result
+        return np.asarray(self.mean @ self._along_axes(state, state.log_strain[self.points]))
 
     def _along_axes(self, state: Deformed, principal: Array) -> Array:
         """Return the components (k, 4 or 6) of tensors with given values (k, 3) along the stretched directions."""
@@ -61,8 +59,7 @@ class FiniteRecovery:
 
     def energy_densities(self, state: Deformed) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""
-        densities: Array = self.mean @ self.bulk.energy_densities(state, self.points)
-        return densities
+        return np.asarray(self.mean @ self.bulk.energy_densities(state, self.points))
 
 
 def _deviator(packed: Array, dim: int) -> Array:

@@ -67,9 +67,8 @@ def check_thickness(name: str, material: FiniteMaterial) -> None:
     stiffness = float(material.kirchhoff_tangent(at_rest)[0, 2, 2])
     if stiffness > 0.0 and abs(stress) <= _LAST * stiffness:
         return
-    fault = (
-        f"got {_name(material)}, whose stress across the plane is {stress:g} Pa at rest and grows by {stiffness:g} Pa"
-    )
+    zz = "whose stress across the plane is"
+    fault = f"got {_name(material)}, {zz} {stress:g} Pa at rest and grows by {stiffness:g} Pa"
     repair = "take plane_strain, or correct kirchhoff_stress and kirchhoff_tangent of the law"
     raise InputError(f"materials.{name}", fault, "plane stress needs 0 Pa at rest, and growth with the strain", repair)
 

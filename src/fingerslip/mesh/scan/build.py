@@ -14,13 +14,15 @@ from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
 from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
 from fingerslip.mesh.scan.repair import Repairs, repair_surface
 from fingerslip.mesh.scan.surfaces import Surface, decimate_surface, distances, outermost, read_surface
-from fingerslip.mesh.source import InspectedMesh, MeshSource, MeshTable, content_hash, mesh_size_note
+from fingerslip.mesh.source import InspectedMesh, MeshSource, content_hash, mesh_size_note
 from fingerslip.parameters import Angle, FileName, PositiveLength, as_mapping, parameters
 from fingerslip.storage.files import digest
 from fingerslip.units import LengthUnit
 
 if TYPE_CHECKING:
     import skfem
+
+    from fingerslip.tables.table import Table
 
 
 @dataclass(frozen=True)
@@ -237,29 +239,10 @@ def skin_range(mesh: skfem.MeshTet1, skin: Surface) -> tuple[float, float, float
     return float(depth.min()), float(depth.mean()), float(depth.max())
 
 
-_LAYERS = (
-    ("region", "", None),
-    ("cells", "", None),
-    ("volume", "mm^3", 1),
-    ("shortest edge", "mm", 3),
-    ("mean edge", "mm", 3),
-    ("longest edge", "mm", 3),
-    ("least radius ratio", "", 2),
-    ("mean radius ratio", "", 2),
-)
-_DEVIATIONS = (("boundary", "", None), ("mean", "mm", 3), ("largest", "mm", 3))
-_REPAIRS = (
-    ("file", "", None),
-    ("pieces dropped", "", None),
-    ("triangles turned", "", None),
-    ("holes closed", "", None),
-    ("holes left open", "", None),
-    ("largest left open", "mm", 1),
-)
-
-
-def scan_tables(scan: ScanMesh) -> tuple[MeshTable, MeshTable, MeshTable]:
+def scan_tables(scan: ScanMesh) -> tuple[Table, Table, Table]:
     """Return what is worth knowing of the mesh of a scan: quality, distance from the scan, repairs; in millimetres."""
+    from fingerslip.tables.table import Column, Table
+
     quality = tuple(
         (region, cells, volume * 1e9, *(edge * 1e3 for edge in edges), least, mean)
         for region, cells, volume, *edges, least, mean in map(dataclasses.astuple, scan.layers)
@@ -269,17 +252,22 @@ def scan_tables(scan: ScanMesh) -> tuple[MeshTable, MeshTable, MeshTable]:
     thickness = f"Thickness of the skin: {least:.3g} to {largest:.3g} mm, mean {mean:.3g} mm."
     repairs = tuple(
         (
-            Path(file).name,
-            done.dropped_pieces,
-            done.turned_triangles,
-            len(done.closed_holes),
-            len(done.open_holes),
-            max(done.open_holes, default=0.0) * 1e3,
+            *(Path(file).name, repair.dropped_pieces, repair.turned_triangles),
+            *(len(repair.closed_holes), len(repair.open_holes), max(repair.open_holes, default=0.0) * 1e3),
         )
-        for file, done in scan.repairs.items()
+        for file, repair in scan.repairs.items()
     )
+    layers = (
+        *map(Column, ("region", "cells")),
+        Column("volume", "mm^3", 1),
+        *(Column(f"{which} edge", "mm", 3) for which in ("shortest", "mean", "longest")),
+        *(Column(f"{which} radius ratio", digits=2) for which in ("least", "mean")),
+    )
+    distance = (Column("boundary"), *(Column(name, "mm", 3) for name in ("mean", "largest")))
+    names = ("file", "pieces dropped", "triangles turned", "holes closed", "holes left open")
+    every_repair = (*map(Column, names), Column("largest left open", "mm", 1))
     return (
-        MeshTable(_LAYERS, quality, note=mesh_size_note(scan.mesh)),
-        MeshTable(_DEVIATIONS, apart, "Distance of the mesh from the scan", thickness),
-        MeshTable(_REPAIRS, repairs, "Repairs", "Holes left open lie behind the cut."),
+        Table("", layers, quality, mesh_size_note(scan.mesh)),
+        Table("Distance of the mesh from the scan", distance, apart, thickness),
+        Table("Repairs", every_repair, repairs, "Holes left open lie behind the cut."),
     )

@@ -21,8 +21,6 @@ from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, STATE_NAMES, VE
 from fingerslip.report.figures.style import with_style
 from fingerslip.slip.windows import contact_forces, slide_tangent
 
-__all__ = ["HistoryPlot", "plot"]
-
 _COLOURS = {OPEN: GREY, STICK: BLUE, SLIP: ORANGE}
 _SIZE = (7.2, 5.4)  # inch
 _FRAMES = 40

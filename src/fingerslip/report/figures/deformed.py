@@ -184,11 +184,24 @@ def cut_frames_figure(
     if overall is not None:
         end = min(end, overall + 0.1 * (overall - start))
     numbers = sorted({nearest_snapshot(history, moment) for moment in np.linspace(start, end, _CUT_FRAMES)})
-    heading = join_title("Stress on a cut along the finger", title)
-    figure, panels = figure_grid(len(numbers), 3, (3.2, 1.75), heading, ("", ""), share="none")
     pictures = crop(stills(history, numbers, options, (960, 660)))
-    for axes, number, picture in zip(panels, numbers, pictures, strict=True):
-        show_picture(axes, picture, f"{float(times[number]):.3f} s")
+    views = [(f"{float(times[number]):.3f} s", picture) for number, picture in zip(numbers, pictures, strict=True)]
+    return _show_views(views, history, options, join_title("Stress on a cut along the finger", title), (3, 3.2, 1.75))
+
+
+def _show_views(
+    views: Sequence[tuple[str, Pixels]],
+    history: xr.Dataset,
+    options: SceneOptions,
+    heading: str,
+    grid: tuple[int, float, float],
+) -> Figure:
+    """Show titled pictures beside the colours of their field, in columns of panels of a width and a height [inch]."""
+    columns, width, height = grid
+    figure, panels = figure_grid(len(views), columns, (width, height), heading, ("", ""), share="none")
+    for axes, (name, picture) in zip(panels, views, strict=True):
+        show_picture(axes, picture)
+        name_panel(axes, name, columns)
     if options.scalar != "region":
         add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
     return figure
@@ -213,12 +226,8 @@ def solid_views_figure(
     columns, ratio = columns_for(len(numbers)), pictures[0].shape[0] / pictures[0].shape[1]
     heading = join_title(f"Deformed body, {SCALARS[options.scalar][0].partition(' [')[0]}", title)
     width = 3.2 if columns > 1 else 6.0
-    figure, panels = figure_grid(len(numbers), columns, (width, width * ratio + 0.35), heading, ("", ""), share="none")
-    for axes, picture, name in zip(panels, pictures, numbers.values(), strict=True):
-        show_picture(axes, picture)
-        name_panel(axes, name, columns)
-    if options.scalar != "region":
-        add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
+    views = list(zip(numbers.values(), pictures, strict=True))
+    figure = _show_views(views, history, options, heading, (columns, width, width * ratio + 0.35))
     layers = region_keys(region_names(history)) if options.scalar == "region" else {}
     add_legend(figure, layers | (state_keys((STICK, SLIP)) if options.contact else {}))
     return figure

@@ -18,8 +18,8 @@ from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 from fingerslip.report.labels import short_labels
 from fingerslip.report.tables.samples import group_text
 from fingerslip.results import RunResult
-from fingerslip.sampling import Fit
 from fingerslip.sampling.indices import Sensitivity
+from fingerslip.sampling.sensitivity import Fit
 from fingerslip.slip.windows import READINGS, event_label
 
 _WIDTH, _ROW, _AROUND = 5.2, 0.34, 0.7  # inch

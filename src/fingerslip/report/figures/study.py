@@ -16,11 +16,10 @@ from matplotlib.lines import Line2D
 from fingerslip.published import PublishedSet
 from fingerslip.report.colours import BLACK, EVENT_COLOURS, READING_COLOURS
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, with_style
-from fingerslip.report.labels import path_label, swept_text
+from fingerslip.report.labels import number_and_unit, path_label, swept_text
 from fingerslip.results import RunResult
 from fingerslip.slip.windows import EVENTS, LATENCY, MAIN_EVENTS, READINGS
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, Series
-from fingerslip.units import split_quantity
 
 _READING_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement": "^", "acceleration": "X"})
 _WIDE = 4.6  # inch
@@ -138,7 +137,7 @@ class _Axis:
     def __init__(self, runs: Sequence[RunResult], path: str) -> None:
         self._path = path
         values = dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept)
-        quantities = {value: _number_and_unit(value) for value in values}
+        quantities = {value: number_and_unit(value) for value in values}
         numbers = {value: quantity for value, quantity in quantities.items() if quantity}
         self.numeric = len(numbers) == len(values) and len({unit for _, unit in numbers.values()}) == 1
         self._positions: dict[object, float] = {
@@ -157,13 +156,6 @@ class _Axis:
             axes.set_xticks(list(self._positions.values()), [str(value) for value in self._positions])
         if not self.numeric:
             axes.set_xlim(-0.5, len(self._positions) - 0.5)
-
-
-def _number_and_unit(value: object) -> tuple[float, str] | None:
-    """Return the number of a value and its unit, which is empty for a plain number; None for anything else."""
-    if isinstance(value, str):
-        return split_quantity(value)
-    return (float(value), "") if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _published_points(

@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.labels import path_label, run_title
+from fingerslip.report.labels import number_and_unit, path_label, run_title
 from fingerslip.report.tables.runs import differing_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import EventSettings
-from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.slip.windows import LATENCY
-from fingerslip.units import split_quantity
 
 
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
@@ -99,23 +98,15 @@ def _trend(runs: Sequence[RunResult], since: Mapping[str, float]) -> str:
     paths = differing_paths(runs)
     if len(paths) != 1 or len(runs) < 3:
         return ""
-    numbers = [_number(run.swept.get(paths[0])) for run in runs]
-    times = [since[run.name] for run in runs]
-    if any(number is None for number in numbers):
+    numbers = {run.name: number for run in runs if (number := number_and_unit(run.swept.get(paths[0])))}
+    if len(numbers) < len(runs):
         return ""
-    ordered = [time for _, time in sorted(zip(numbers, times, strict=True), key=lambda pair: pair[0] or 0.0)]
+    ordered = [since[run.name] for run in sorted(runs, key=lambda run: numbers[run.name][0])]
     steps = [after - before for before, after in itertools.pairwise(ordered)]
     for words, sign in (("later", 1.0), ("earlier", -1.0)):
         if all(sign * step > 0.0 for step in steps):
             return f", the {words} the larger the {path_label(paths[0])}"
     return ""
-
-
-def _number(value: object) -> float | None:
-    if isinstance(value, str):
-        quantity = split_quantity(value)
-        return quantity[0] if quantity else None
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _latencies(runs: Sequence[RunResult]) -> str:

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 from fingerslip.report.figures.samples import Pair, paired_figure, time_into_slide
 from fingerslip.report.labels import run_title, swept_text
-from fingerslip.report.page.notes import bibtex_entries
+from fingerslip.report.page.assemble import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection
-from fingerslip.report.tables.compare import differences_table
+from fingerslip.report.tables.compare import difference_cell, differences_table
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.report.tables.runs import events_table, time_cell
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE
-from fingerslip.tables.table import Cell, Column, Measured, Missing, Table
+from fingerslip.tables.table import Column, Missing, Table
 
 
 @dataclass(frozen=True)
@@ -102,20 +102,10 @@ def _with_sign(change: float) -> str:
 def _differences(pairs: Sequence[Pair]) -> Table:
     columns = (Column("run"), Column("event"), Column("A", "s", 3), Column("B", "s", 3), Column("B - A", "ms", 0))
     rows = tuple(
-        (pair.title, name, *cells, _difference(*cells))
+        (pair.title, name, first, second, next(missing, None) or difference_cell(first, second, 1e3))
         for pair in pairs
         for time, name in {**EVENTS, LATENCY: LATENCY}.items()
-        for cells in [tuple(time_cell(run, "slip", time) for run in pair.runs)]
+        for first, second in [(time_cell(pair.first, "slip", time), time_cell(pair.second, "slip", time))]
+        for missing in [(cell for cell in (first, second) if isinstance(cell, Missing))]
     )
     return Table("Slip events from accumulated slip, from the start of the run", columns, rows, NOTICED_NOTE)
-
-
-def _difference(first: Cell, second: Cell) -> Cell:
-    for cell in (first, second):
-        if isinstance(cell, Missing):
-            return cell
-    numbers = [cell.value if isinstance(cell, Measured) else float(cell) for cell in (first, second)]  # type: ignore[arg-type]
-    change = 1e3 * (numbers[1] - numbers[0])
-    if isinstance(first, Measured) and isinstance(second, Measured):
-        return Measured(change, 1e3 * math.hypot(first.uncertainty, second.uncertainty))
-    return change

@@ -19,8 +19,6 @@ from fingerslip.report.page.motion import language
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Table, is_numeric, texts
 
-__all__ = ["DrawnPicture", "Picture", "Report", "ReportSection", "render_page", "write_page"]
-
 
 @dataclass(frozen=True)
 class Picture:

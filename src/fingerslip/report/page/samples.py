@@ -15,7 +15,7 @@ from fingerslip.report.page.page import Picture, ReportSection
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import intervals_table, published_table, refused_table, sensitivity_table
 from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
-from fingerslip.sampling import Fit, fits_of, groups_of
+from fingerslip.sampling.sensitivity import Fit, fits_of, groups_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, event_label
 from fingerslip.tables.table import Cell, Column, Table
 from fingerslip.units import split_quantity

@@ -29,6 +29,7 @@ from fingerslip.vision.video import STATES, Frames, write_video
 if TYPE_CHECKING:
     import xarray as xr
 
+
 _SAID = (
     "Every camera filmed the markers of a run, and the tracker followed them without knowing where they were. The "
     "internal camera is fixed to the sensor; the external one goes with the plate, so that a marker that sticks stands "

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias, get_args
 
-__all__ = ["CAMERAS", "CUTS", "FIELDS", "Camera", "Cut", "Scalar", "alternatives"]
-
 Camera: TypeAlias = Literal["oblique", "side", "front", "below"]
 Scalar: TypeAlias = Literal["von_mises", "strain_energy_density", "displacement", "velocity", "region"]
 Cut: TypeAlias = Literal["none", "x", "y", "z"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
@@ -11,10 +12,12 @@ from fingerslip.report.tables.runs import run_notes, swept_cells, swept_columns,
 from fingerslip.results import RunResult
 from fingerslip.slip.measures import measure_of
 from fingerslip.slip.windows import LATENCY, MAIN_EVENTS, NOTICED_NOTE, READING_HEADINGS, READINGS
-from fingerslip.tables.table import Cell, Column, Missing, Table
+from fingerslip.tables.table import Cell, Column, Measured, Missing, Table
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement
 
 _TIMES = (*MAIN_EVENTS, LATENCY)
+# Relative difference that sums of thousands of steps may have without a reason.
+_ROUNDING = 1e-9
 
 
 def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
@@ -106,6 +109,18 @@ def _reading_cells(run: RunResult, value: PublishedValue) -> list[Cell]:
             low, high = _span(value)
             cells += [cell, 1e3 * (time - min(max(time, low), high))]
     return cells
+
+
+def difference_cell(first: Cell, second: Cell, factor: float = 1.0) -> Cell:
+    """Return the second number less the first, with the uncertainty of both where both are known; None without two."""
+    numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
+    if not all(isinstance(number, int | float) for number in numbers):
+        return None
+    low, high = map(float, numbers)  # type: ignore[arg-type]
+    difference = 0.0 if math.isclose(low, high, rel_tol=_ROUNDING) else factor * (high - low)
+    if isinstance(first, Measured) and isinstance(second, Measured):
+        return Measured(difference, factor * math.hypot(first.uncertainty, second.uncertainty))
+    return difference
 
 
 # What is only kept or filmed differs between most studies, and moves no slip event.

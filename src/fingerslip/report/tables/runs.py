@@ -159,18 +159,26 @@ class _SummaryColumn:
 
 def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_SummaryColumn]:
     sampled = tuple(dict.fromkeys(path for run in runs for path in run.sampled))
-    times = [(reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)]
-    derived = {name: run.derived[name].unit for run in reversed(runs) for name in run.derived}
-    named = dict.fromkeys(name for run in runs for name in run.derived)
     columns = [
         _SummaryColumn("run", "", lambda run: run.name, lambda sample: sample.name),
         *(_swept_column(path, (*runs, *refused)) for path in (*swept_paths(runs), *sampled)),
-        *(_time_column(reading, time) for reading, time in times),
-        _SummaryColumn("readings_recorded", "", _recorded_readings),
-        *(_measure_column(measure) for measure in measures.MEASURES),
-        *(_derived_column(name, derived[name]) for name in named),
-        *(_uncertainty_column(key) for key in dict.fromkeys(key for run in runs for key in run.uncertainty)),
     ]
+
+    def add(name: str, unit: str, of_run: Callable[[RunResult, Any], Cell], of: Any) -> None:
+        columns.append(_SummaryColumn(name, unit, lambda run: of_run(run, of)))
+
+    for reading, time in ((reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)):
+        name = f"{time}_s" if reading == "slip" else f"{time}_s_{reading}"
+        add(name, "s", lambda run, of: run.events.reading(of[0]).time(of[1]), (reading, time))
+    add("readings_recorded", "", lambda run, of: " ".join(n for n in of if run.events.reading(n).recorded), READINGS)
+    for measure in measures.MEASURES:
+        add(measure.key, measure.unit.si if measure.unit else "", lambda run, key: run.numbers.get(key), measure.key)
+    # A derived quantity has its unit in the name: `slip_travel_m`.
+    units = {name: quantity.unit for run in runs for name, quantity in run.derived.items()}
+    for name, unit in units.items():
+        heading = f"{name}_{unit_suffix(unit)}" if unit else name
+        add(heading, unit, lambda run, of: run.derived[of].value if of in run.derived else None, name)
+    columns += map(_uncertainty_column, dict.fromkeys(key for run in runs for key in run.uncertainty))
     if sampled:
         columns.append(_SummaryColumn("refused", "", lambda _: "", lambda sample: sample.reason))
     return columns
@@ -197,26 +205,6 @@ def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _Summary
     if unit is None:
         return _SummaryColumn(path, "", words, words)
     return _SummaryColumn(f"{path}_{unit_suffix(unit)}", unit, number, number)
-
-
-def _time_column(reading: str, time: str) -> _SummaryColumn:
-    suffix = "" if reading == "slip" else f"_{reading}"
-    return _SummaryColumn(f"{time}_s{suffix}", "s", lambda run: run.events.reading(reading).time(time))
-
-
-def _recorded_readings(run: RunResult) -> Cell:
-    return " ".join(reading for reading in READINGS if run.events.reading(reading).recorded)
-
-
-def _measure_column(measure: Measure) -> _SummaryColumn:
-    unit = measure.unit.si if measure.unit else ""
-    return _SummaryColumn(measure.key, unit, lambda run: run.numbers.get(measure.key))
-
-
-def _derived_column(name: str, unit: str) -> _SummaryColumn:
-    """Return the column of a derived quantity, with its unit in the name: `slip_travel_m`."""
-    heading = f"{name}_{unit_suffix(unit)}" if unit else name
-    return _SummaryColumn(heading, unit, lambda run: run.derived[name].value if name in run.derived else None)
 
 
 def _uncertainty_column(key: str) -> _SummaryColumn:

@@ -9,9 +9,8 @@ from typing import Any
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import path_label, short_labels, swept_text
 from fingerslip.results import RefusedRun, RunResult, StudyResult
-from fingerslip.sampling import Effect, Fit, Interval, fits_of, groups_of, interval_of, published_intervals
-from fingerslip.sampling.indices import Sensitivity
-from fingerslip.sampling.surrogate import Prediction, Surrogate, Validation
+from fingerslip.sampling.indices import Prediction, Sensitivity, Surrogate, Validation
+from fingerslip.sampling.sensitivity import Effect, Fit, Interval, fits_of, groups_of, interval_of, published_intervals
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 from fingerslip.tables.table import Cell, Column, Missing, Table
 

@@ -1,86 +1,44 @@
 """What a fingertip is, in numbers: layers, phalanx, ridges, fingerprint, receptors, and the presets that ship."""
 
-from fingerslip.parameters.presets import PresetValue
-from fingerslip.specimens.fingertip.fingertip import (
-    Fingertip,
-    fingertip_from,
-    preset,
-    preset_header,
-    preset_names,
-    preset_table,
-)
-from fingerslip.specimens.fingertip.numbers import (
-    REGIONS,
-    Fingerprint,
-    FingertipNumbers,
-    Layers,
-    Nail,
-    Phalanx,
-    Receptors,
-    Ridges,
-    RidgeZone,
-    SagittalOutline,
-    SagittalPhalanx,
-    SolidPhalanx,
-    SolidShape,
-    TransverseOutline,
-    TransversePhalanx,
-)
-from fingerslip.specimens.fingertip.outline import Curve, at_depth, interface_depth, outline_curve, surface_depth
-from fingerslip.specimens.fingertip.phalanx import PhalanxSurface, phalanx_contour, phalanx_surface, reaches_cut
-from fingerslip.specimens.fingertip.skin import (
-    below_skin,
-    depth_below_skin,
-    inward_skin_normal,
-    onto_skin,
-    pose_points,
-    relief_depth,
-    skin_grid,
-    skin_ring,
-    skin_section,
-    solid_shape,
-)
+from fingerslip.parameters.presets import PresetValue as PresetValue
 
-__all__ = [
-    "REGIONS",
-    "Curve",
-    "Fingerprint",
-    "Fingertip",
-    "FingertipNumbers",
-    "Layers",
-    "Nail",
-    "Phalanx",
-    "PhalanxSurface",
-    "PresetValue",
-    "Receptors",
-    "RidgeZone",
-    "Ridges",
-    "SagittalOutline",
-    "SagittalPhalanx",
-    "SolidPhalanx",
-    "SolidShape",
-    "TransverseOutline",
-    "TransversePhalanx",
-    "at_depth",
-    "below_skin",
-    "depth_below_skin",
-    "fingertip_from",
-    "interface_depth",
-    "inward_skin_normal",
-    "onto_skin",
-    "outline_curve",
-    "phalanx_contour",
-    "phalanx_surface",
-    "pose_points",
-    "preset",
-    "preset_header",
-    "preset_names",
-    "preset_table",
-    "reaches_cut",
-    "relief_depth",
-    "skin_grid",
-    "skin_ring",
-    "skin_section",
-    "solid_shape",
-    "surface_depth",
-]
+from .fingertip import Fingertip as Fingertip
+from .fingertip import fingertip_from as fingertip_from
+from .fingertip import preset as preset
+from .fingertip import preset_header as preset_header
+from .fingertip import preset_names as preset_names
+from .fingertip import preset_table as preset_table
+from .numbers import REGIONS as REGIONS
+from .numbers import Fingerprint as Fingerprint
+from .numbers import FingertipNumbers as FingertipNumbers
+from .numbers import Layers as Layers
+from .numbers import Nail as Nail
+from .numbers import Phalanx as Phalanx
+from .numbers import Receptors as Receptors
+from .numbers import Ridges as Ridges
+from .numbers import RidgeZone as RidgeZone
+from .numbers import SagittalOutline as SagittalOutline
+from .numbers import SagittalPhalanx as SagittalPhalanx
+from .numbers import SolidPhalanx as SolidPhalanx
+from .numbers import SolidShape as SolidShape
+from .numbers import TransverseOutline as TransverseOutline
+from .numbers import TransversePhalanx as TransversePhalanx
+from .outline import Curve as Curve
+from .outline import at_depth as at_depth
+from .outline import interface_depth as interface_depth
+from .outline import outline_curve as outline_curve
+from .outline import surface_depth as surface_depth
+from .phalanx import PhalanxSurface as PhalanxSurface
+from .phalanx import phalanx_contour as phalanx_contour
+from .phalanx import phalanx_surface as phalanx_surface
+from .phalanx import reaches_cut as reaches_cut
+from .skin import below_skin as below_skin
+from .skin import depth_below_skin as depth_below_skin
+from .skin import inward_skin_normal as inward_skin_normal
+from .skin import onto_skin as onto_skin
+from .skin import pose_points as pose_points
+from .skin import relief_depth as relief_depth
+from .skin import skin_grid as skin_grid
+from .skin import skin_ring as skin_ring
+from .skin import skin_section as skin_section
+from .skin import solid_shape as solid_shape

@@ -129,8 +129,7 @@ def fade(zone: RidgeZone, arc_length: Floats) -> Floats:
 def smooth_step(share: Floats) -> Floats:
     """Return shares that grow from 0 to 1, without bends at both ends."""
     clipped = np.clip(share, 0.0, 1.0)
-    weight: Floats = clipped**2 * (3.0 - 2.0 * clipped)
-    return weight
+    return np.asarray(clipped**2 * (3.0 - 2.0 * clipped))
 
 
 def surface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
@@ -139,8 +138,7 @@ def surface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
     if not fingerprint.enabled:
         return np.zeros_like(arc_length)
     ripple = np.cos(2 * np.pi * arc_length / fingerprint.pitch + fingerprint.phase)
-    depth: Floats = -0.5 * fingerprint.height * ripple * fade(fingertip.zone, arc_length)
-    return depth
+    return np.asarray(-0.5 * fingerprint.height * ripple * fade(fingertip.zone, arc_length))
 
 
 def interface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
@@ -152,5 +150,4 @@ def interface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
     ridges, wave = fingertip.ridges, np.cos(2 * np.pi * arc_length / fingertip.ridges.pitch)
     height = np.where(wave > 0.0, ridges.intermediate_height, ridges.limiting_height)
     profile = height * wave**2 - ridges.mean_height
-    depth: Floats = thickness + profile * fade(fingertip.zone, arc_length)
-    return depth
+    return np.asarray(thickness + profile * fade(fingertip.zone, arc_length))

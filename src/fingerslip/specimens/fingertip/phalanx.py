@@ -70,8 +70,7 @@ def palmar_face(fingertip: FingertipNumbers, x: Floats) -> Floats:
 def _rounded_maximum(first: Floats, second: Floats | float, width: float) -> Floats:
     """Return the larger of two heights [m], rounded where they differ by less than `width`."""
     near = np.maximum(width - np.abs(first - second), 0.0)
-    larger: Floats = np.maximum(first, second) + near**2 / (4.0 * width)
-    return larger
+    return np.asarray(np.maximum(first, second) + near**2 / (4.0 * width))
 
 
 def _sagittal(fingertip: FingertipNumbers) -> Floats:
@@ -305,8 +304,7 @@ def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
         0.0: phalanx.transverse.half_width,
         phalanx.sagittal.distal_end: widths.end_half_width,
     }
-    half_width: Floats = PchipInterpolator(list(points), list(points.values()))(x)
-    return half_width
+    return np.asarray(PchipInterpolator(list(points), list(points.values()))(x))
 
 
 def _scaled_rows(fingertip: FingertipNumbers) -> _Rows:

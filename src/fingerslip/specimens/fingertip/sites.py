@@ -37,8 +37,7 @@ def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
         """Return the arc lengths (k + shift) pitch at which ridges have their full height."""
         first = np.ceil((zone.start + zone.fade) / pitch - shift)
         last = np.floor((zone.end - zone.fade) / pitch - shift)
-        arc_length: Floats = (np.arange(first, last + 1) + shift) * pitch
-        return arc_length
+        return np.asarray((np.arange(first, last + 1) + shift) * pitch)
 
     intermediate, limiting = ridges(0.0), ridges(0.5)
     border = fingertip.layers.skin_thickness - fingertip.receptors.sa_ii_height

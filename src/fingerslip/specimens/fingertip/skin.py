@@ -35,8 +35,7 @@ def relief_depth(fingertip: FingertipNumbers, points: Floats) -> Floats:
     sagittal, transverse = (dataclasses.replace(fingertip, section=name) for name in ("sagittal", "transverse"))
     ripple = surface_depth(sagittal, palmar_arc_length(sagittal, points[:, 0]))
     share = fade(fingertip.transverse.zone, palmar_arc_length(transverse, points[:, 2]))
-    depth: Floats = ripple * share * (points[:, 1] < 0.0)
-    return depth
+    return np.asarray(ripple * share * (points[:, 1] < 0.0))
 
 
 _PROJECTIONS = 20
@@ -117,8 +116,7 @@ def depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the depths [m] of (n, 3) points below the outer surface, negative outside; good to some micrometres."""
     surface = skin_grid(fingertip).reshape(-1, 3)
     surface = surface[nearest(surface, points)[1]]
-    depth: Floats = np.sum((points - surface) * inward_skin_normal(fingertip, surface), axis=1)
-    return depth
+    return np.asarray(np.sum((points - surface) * inward_skin_normal(fingertip, surface), axis=1))
 
 
 def _level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:

@@ -26,8 +26,6 @@ from fingerslip.slip.events import Events
 from fingerslip.slip.windows import READINGS, TIMES
 from fingerslip.units import quantity_of, si_number, si_quantity, with_unit
 
-__all__ = ["FUNCTIONS", "check_expression", "check_names", "derive"]
-
 #: What may be called; logarithm and exponential take pure numbers.
 FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
     {

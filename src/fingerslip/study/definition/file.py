@@ -11,16 +11,8 @@ from typing import Any
 
 from fingerslip.errors import InputError, Mistakes, shorten
 from fingerslip.parameters.dotted import known_part
-from fingerslip.parameters.mistakes import in_order
+from fingerslip.parameters.fields import in_order
 from fingerslip.parameters.yaml_text import Document, parse_document, to_text
-
-__all__ = [
-    "BASE",
-    "line_numbers",
-    "read_mapping",
-    "read_with_base",
-    "write_mapping",
-]
 
 
 def read_mapping(path: Path) -> dict[str, Any]:

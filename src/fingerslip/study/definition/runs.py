@@ -23,11 +23,9 @@ from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import digest
 from fingerslip.study.definition.file import line_numbers, read_with_base
 from fingerslip.study.definition.samples import drawn, scatter_values
-from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, given_in, study_mapping
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, given_in
 from fingerslip.study.definition.sweep import combinations
 from fingerslip.units import without_rounding
-
-__all__ = ["Expansion", "Run", "expand", "expand_mapping", "read_runs", "run_names"]
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 _LONGEST = 100
@@ -52,7 +50,7 @@ class Run:
 
     @cached_property
     def _all_values(self) -> dict[str, Any]:
-        mapping = study_mapping(self.study)
+        mapping: dict[str, Any] = as_mapping(self.study)
         kind = self.study.specimen_kind
         if kind is not None:
             written, values = mapping[kind], as_mapping(self.specimen)
@@ -100,7 +98,7 @@ def read_runs(path: str | Path) -> Expansion:
 
 def expand(study: Study, source: Path) -> tuple[Run, ...]:
     """Return the runs of a study, all of them checked, without refused samples."""
-    return expand_mapping(study_mapping(study), source).runs
+    return expand_mapping(as_mapping(study), source).runs
 
 
 def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
@@ -116,11 +114,11 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
     runs: list[Run] = []
     refused: list[RefusedRun] = []
     for name, (swept, number, drawn_values, changes) in zip(run_names(numbered), draws, strict=True):
-        shown = {**swept, key: number} if total else swept
+        swept_and_number = {**swept, key: number} if total else swept
         try:
-            runs.append(_run(plain, changes, name, shown, drawn_values))
+            runs.append(_run(plain, changes, name, swept_and_number, drawn_values))
         except InputError as error:
-            refused.append(RefusedRun(name, shown, drawn_values, str(error)))
+            refused.append(RefusedRun(name, swept_and_number, drawn_values, str(error)))
             if len(refused) == len(draws) or not total:
                 raise
     return Expansion(study, tuple(runs), tuple(refused), given_in(mapping))

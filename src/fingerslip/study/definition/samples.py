@@ -17,8 +17,6 @@ from fingerslip.sampling.designs import LEVELS, Method, design_size, draw_shares
 from fingerslip.study.definition.sweep import Check, unknown_paths
 from fingerslip.units import quantity_of, split_quantity
 
-__all__ = ["RepeatSettings", "SampleSettings", "drawn", "sample_mistakes", "scatter_values"]
-
 _SCATTER_DIGITS, _DIGITS = 6, 5
 _MOST = 100_000  # samples; planning takes 13 ms for each
 
@@ -65,10 +63,10 @@ def scatter_values(settings: RepeatSettings, number: int, values: Mapping[str, A
     seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
     draws = np.random.default_rng(seed).standard_normal(len(settings.scatter))
     pairs = zip(settings.scatter.items(), draws, strict=True)
-    return {path: _scattered(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
+    return {path: _scattered_value(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
 
 
-def _scattered(path: str, value: Any, deviation: Any, draw: float) -> Any:
+def _scattered_value(path: str, value: Any, deviation: Any, draw: float) -> Any:
     quantity, spread = quantity_of(value), quantity_of(deviation)
     where = f"repeats.scatter.{path}"
     if quantity is None:
@@ -77,10 +75,10 @@ def _scattered(path: str, value: Any, deviation: Any, draw: float) -> Any:
     if spread is None or spread[1] != quantity[1]:
         needed = f"needs a unit of [{quantity[1] or 'a pure number'}]"
         raise InputError(where, f"got {shorten(repr(deviation))}", needed)
-    return _rounded(quantity[0] + draw * spread[0], _SCATTER_DIGITS, quantity[1])
+    return _round(quantity[0] + draw * spread[0], _SCATTER_DIGITS, quantity[1])
 
 
-def _rounded(number: float, digits: int, unit: str) -> str | float:
+def _round(number: float, digits: int, unit: str) -> str | float:
     """Return a number as a study file writes it."""
     text = f"{number:.{digits}g}"
     return f"{text} {unit}" if unit else float(text)
@@ -234,7 +232,7 @@ def _value_at(settings: SampleSettings, path: str, share: float) -> Any:
         values = settings.choices[path]
         return values[min(int(share * len(values)), len(values) - 1)]
     (low, unit), (high, _) = (_number_and_unit("", end) for end in settings.ranges[path])
-    return _rounded(low + share * (high - low), _DIGITS, unit)
+    return _round(low + share * (high - low), _DIGITS, unit)
 
 
 def sample_mistakes(

@@ -13,8 +13,6 @@ from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.file import BASE
 from fingerslip.study.definition.spec import Study
 
-__all__ = ["study_schema"]
-
 _Schema = dict[str, Any]
 
 _BASE = {

@@ -18,7 +18,7 @@ from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource, marks
 from fingerslip.model.model import AnyTraction, Component, Kinematics, SupportMotion
-from fingerslip.model.programme import Phase, ProgrammeEntry
+from fingerslip.model.programme import ProgrammeEntry
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.parameters import (
     PositiveLength,
@@ -31,39 +31,24 @@ from fingerslip.parameters import (
     valid_fields,
 )
 from fingerslip.parameters.dotted import flatten, is_below, walk
-from fingerslip.parameters.mistakes import in_order
+from fingerslip.parameters.fields import in_order
 from fingerslip.published import published_set
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
+from fingerslip.study.definition.cameras import CameraKind, CameraSettings, TrialSettings
 from fingerslip.study.definition.expressions import check_expression, check_names
 from fingerslip.study.definition.file import line_numbers, read_with_base
 from fingerslip.study.definition.samples import RepeatSettings, SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
-    CameraKind,
-    CameraSettings,
     ContactSettings,
     DynamicsSettings,
     MeshSettings,
     RecordSettings,
     RefinementSettings,
     TimeSettings,
-    TrialSettings,
 )
 from fingerslip.study.definition.sweep import check_sweep, swept_mistakes, swept_together, with_values
-
-__all__ = [
-    "NOT_OF_A_RUN",
-    "PlainStudy",
-    "Study",
-    "given_in",
-    "known_paths",
-    "mistakes_between",
-    "parse_study",
-    "read_study",
-    "study_mapping",
-]
-
 
 _KINDS = " or ".join(SPECIMENS)
 
@@ -81,15 +66,18 @@ def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
     return mistakes.found
 
 
-def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
-    if contact is not None and contacts:
-        raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
+def _not_both(first: str, second: str, repair: str) -> Callable[..., None]:
+    """Return a check of two fields of which one alone may be given; the error stands at the first."""
+
+    def check(value: object, other: object) -> None:
+        if value and other:
+            raise InputError(first, f"is given with {second}", "needs one of the two", repair)
+
+    return check
 
 
-def _contact_of_a_programme(
-    contact: ContactSettings | None, contacts: tuple[ContactSettings, ...], programme: tuple[Phase, ...]
-) -> None:
-    if programme and contact is None and not contacts:
+def _contact_of_a_programme(contact: object, contacts: object, programme: object) -> None:
+    if programme and not contact and not contacts:
         fault, repair = "is missing, and the programme moves the plate", "write contact: {friction_coefficient: 0.6}"
         raise InputError("contact", fault, "needs a contact", f"{repair}, or time: {{end: ...}} for programme")
 
@@ -103,11 +91,6 @@ def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: Samp
             raise InputError(f"sample.{group}.{path}", fault, "needs paths apart from the sweep")
 
 
-def _repeated_without_samples(repeats: RepeatSettings | None, sample: SampleSettings | None) -> None:
-    if repeats is not None and sample is not None:
-        raise InputError("repeats", "is given with sample", "needs one of the two", "let what scatters be sampled")
-
-
 def _of_a_body(name: str) -> Callable[..., None]:
     """Return a check of a value that only a specimen could give instead; a solid needs no depth."""
 
@@ -118,15 +101,12 @@ def _of_a_body(name: str) -> Callable[..., None]:
     return check
 
 
-def _no_sites_of_a_body(name: str) -> Callable[..., None]:
-    """Return a check of sites that only a specimen has."""
-
-    def check(specimen: str | None, mesh: MeshSource, record: RecordSettings) -> None:
-        if specimen is None and not mesh.needs_specimen and getattr(record, name):
-            fault, repair = f"is given without a {_KINDS}", "name points in record.sites"
-            raise InputError(f"record.{name}", fault, f"needs a {_KINDS}", repair)
-
-    return check
+def _no_sites_of_a_body(specimen: str | None, mesh: MeshSource, record: RecordSettings) -> None:
+    """Refuse sites that only a specimen has."""
+    names = [name for name in ("receptors", "reference_nodes", "groups") if getattr(record, name)]
+    said = f"is given without a {_KINDS}", f"needs a {_KINDS}", "name points in record.sites"
+    if specimen is None and not mesh.needs_specimen:
+        Mistakes([InputError(f"record.{name}", *said) for name in names]).raise_all()
 
 
 def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> None:
@@ -137,15 +117,15 @@ def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> No
 
 # The fields that a check needs, and the check; `specimen` is the key of the one that is given.
 _CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
-    ("contact contacts", _one_contact_or_several),
+    ("contacts contact", _not_both("contacts", "contact", "move contact into contacts")),
     ("contact contacts programme", _contact_of_a_programme),
     ("sweep sample", _sampled_apart_from_swept),
-    ("repeats sample", _repeated_without_samples),
+    ("repeats sample", _not_both("repeats", "sample", "let what scatters be sampled")),
     ("specimen mesh", check_mesh),
     ("specimen mesh materials", _of_a_body("materials")),
     ("specimen mesh formulation", _of_a_body("formulation")),
     ("specimen mesh depth formulation", _of_a_body("depth")),
-    *(("specimen mesh record", _no_sites_of_a_body(name)) for name in ("receptors", "reference_nodes", "groups")),
+    ("specimen mesh record", _no_sites_of_a_body),
     ("dynamics time", _fixed_step_of_a_basis),
 )
 
@@ -337,21 +317,17 @@ class PlainStudy:
         self._studies: dict[str, tuple[Study | None, list[InputError]]] = {}
         study, mistakes = _read(self._mapping)
         if mapping.get("sweep"):
-            mistakes += swept_mistakes(
-                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
-            )
+            mistakes += swept_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
         if isinstance(mapping.get("sample"), Mapping):
-            mistakes += sample_mistakes(
-                self._plain, mistakes, known_paths(mapping), lambda values: self._read(values)[1]
-            )
-        self.study = self._checked(study, mistakes, self._mapping)
+            mistakes += sample_mistakes(self._plain, mistakes, known_paths(mapping), self._mistakes_with)
+        self.study = self._require(study, mistakes, self._mapping)
 
     def with_values(self, changes: Mapping[str, Any]) -> Study:
         """Return the study with other values by dotted path, without a sweep, samples and repeats."""
         if not changes and not (self.study.sweep or self.study.sample or self.study.repeats):
             return self.study
         study, mistakes = self._read(changes)
-        return self._checked(study, mistakes, self._plain)
+        return self._require(study, mistakes, self._plain)
 
     @functools.cached_property
     def _plain(self) -> dict[str, Any]:
@@ -369,7 +345,7 @@ class PlainStudy:
             self._studies[key] = _read(_with_marks(with_values(self._plain, changes)))
         return self._studies[key]
 
-    def _checked(self, study: Study | None, mistakes: Sequence[InputError], order: Mapping[str, Any]) -> Study:
+    def _require(self, study: Study | None, mistakes: Sequence[InputError], order: Mapping[str, Any]) -> Study:
         if study is None or mistakes:
             error = Mistakes(in_order(mistakes, walk(order))).error()
             raise error.moved(lambda where: f"{self.source}: {where}" if where else str(self.source))
@@ -426,9 +402,3 @@ def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
     return {
         name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
     }
-
-
-def study_mapping(study: Study) -> dict[str, Any]:
-    """Return a study as plain data that :func:`parse_study` reads back, with all defaults."""
-    mapping: dict[str, Any] = as_mapping(study)
-    return mapping

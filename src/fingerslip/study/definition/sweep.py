@@ -13,8 +13,6 @@ from typing import Any, TypeAlias
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.parameters.dotted import assign, is_below, join_path, nearest
 
-__all__ = ["Check", "check_sweep", "combinations", "swept_mistakes", "swept_together", "unknown_paths", "with_values"]
-
 #: Returns the mistakes of a study in which some values, by dotted path, are others.
 Check: TypeAlias = Callable[[Mapping[str, Any]], Sequence[InputError]]
 
@@ -125,9 +123,9 @@ def _content(mistake: InputError) -> tuple[str, str, str]:
     return mistake.where, mistake.found, mistake.allowed
 
 
-def unknown_paths(paths: Sequence[str], known: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
+def unknown_paths(paths: Sequence[str], available: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
     """Return a mistake for each of `paths`, which stand in `group` of a study, that leads to no value of the study."""
-    names = [name for names_of_field in known.values() for name in names_of_field]
+    names = [name for names_of_field in available.values() for name in names_of_field]
     return [_unknown(path, names, group) for path in paths if path not in names]
 
 

@@ -1,23 +1,29 @@
-"""``fingerslip check``: whether studies can be run, how large their runs are and about how long they take."""
+"""A study before it is run: whether it can be, what it costs, its mesh, and its specimen drawn."""
 
 from __future__ import annotations
 
+import dataclasses
+import difflib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from fingerslip.dynamics.recording.steps import record_bytes, step_times
 from fingerslip.dynamics.system.checks import inspect_model
+from fingerslip.errors import InputError
 from fingerslip.fe.space import build_space
+from fingerslip.mesh.io import write_mesh
+from fingerslip.mesh.source import InspectedMesh
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
-from fingerslip.study.running.compiling import compiling_seconds
-from fingerslip.study.running.cost import estimated_seconds, process_bytes
-from fingerslip.study.running.plan import Job, Plan, groups, plan_studies
+from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
+from fingerslip.specimens.protocol import Specimen
+from fingerslip.storage.files import writing
+from fingerslip.study.running.build import inspect_mesh
+from fingerslip.study.running.cost import compiling_seconds, estimated_seconds, process_bytes
+from fingerslip.study.running.plan import Job, Plan, groups, plan_studies, plan_study
 from fingerslip.study.running.prepare import prepare_samples
 from fingerslip.tables.table import Column, Table
-
-__all__ = ["check_plans", "check_studies"]
 
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
@@ -94,3 +100,56 @@ def _size(model: Model) -> tuple[int, int, int | str, float]:
     steps = records * (2 if isinstance(time, Adaptive) and time.scheme == "quasi_static" else 1)
     count = f"at least {steps:,}" if isinstance(time, Adaptive) else steps
     return unknowns, records, count, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+
+
+_STUDIES = (".yaml", ".yml")
+_PICTURES = (".png", ".svg", ".pdf")
+
+
+def save_mesh(target: str, path: Path | None = None) -> tuple[Table, ...]:
+    """Write the mesh of a study (of its first run) or of a preset, and say what is worth knowing of it."""
+    is_study = Path(target).suffix in _STUDIES
+    inspected = inspect_mesh(plan_study(target).runs[0]) if is_study else _mesh_of_preset(target)
+    path = path or Path("meshes") / f"{Path(target).stem if is_study else target}{inspected.suffix}"
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_mesh(inspected.mesh, path)
+    return (dataclasses.replace(inspected.tables[0], title=str(path)), *inspected.tables[1:])
+
+
+def _mesh_of_preset(name: str) -> InspectedMesh:
+    names = preset_names()
+    if name not in names:
+        near = difflib.get_close_matches(name, names, n=1)
+        repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
+        allowed = "needs the name of a preset or the path of a study (.yaml)"
+        raise InputError(f"mesh {name}", "is neither a preset nor a study file", allowed, repair)
+    specimen: Specimen = presets_of(name).read(name)
+    return specimen.default_mesh.inspect(specimen)
+
+
+def draw_specimen(target: str, path: Path) -> None:
+    """Draw a fingertip, both sections and the finger in 3D, or a sensor, cut open and its markers."""
+    # Libraries that draw are slow to load.
+    from fingerslip.report.figures.specimens import fingertip_figure, tactip_figure
+    from fingerslip.report.figures.style import save_figure
+
+    if path.suffix not in _PICTURES:
+        raise InputError("show --figure", f"got '{path}'", f"needs a file that ends in {', '.join(_PICTURES)}")
+    kind, specimen = _specimen(target)
+    draw = fingertip_figure if kind == "fingertip" else tactip_figure
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    save_figure(draw(specimen, Path(target).stem), path)
+
+
+def _specimen(target: str) -> tuple[str, Any]:
+    """Return the kind of the specimen of a preset or a study, and the specimen."""
+    if Path(target).suffix not in _STUDIES:
+        presets = presets_of(target)
+        return next(kind for kind, element in SPECIMENS.items() if element is presets), presets.read(target)
+    run = plan_study(target).runs[0]
+    kind = run.study.specimen_kind
+    if kind is None:
+        raise InputError(f"show {target}", "has no specimen to draw", f"needs a study with a {' or '.join(SPECIMENS)}")
+    return kind, run.specimen

@@ -1,63 +1,44 @@
-"""``fingerslip show``: presets, studies and results as tables."""
+"""``fingerslip show`` and its like: presets, studies, results, and what moves results, as tables."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Literal
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.materials.choice import material_header, material_names, material_table
 from fingerslip.parameters.presets import PresetValue
-from fingerslip.report.tables.compare import differences_table
+from fingerslip.parameters.yaml_text import parse_document
+from fingerslip.report.tables.compare import difference_cell, differences_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.runs import measures_table, readings_table, time_cell
-from fingerslip.results import HISTORY, RESULT, RUN, RunResult
+from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
+from fingerslip.results import HISTORY, RESULT, RUN, RunResult, StudyResult
+from fingerslip.sampling.designs import required_output
+from fingerslip.sampling.indices import Sensitivity, fit_surrogate, morris_effects, sobol_indices, surrogate_indices
+from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, event_label
 from fingerslip.specimens.choice import preset_names, presets_of
+from fingerslip.storage.files import write_bytes, write_text
 from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.opened import open_study
 from fingerslip.study.storage.reporting import read_results, read_stored_run, study_tables
 from fingerslip.study.storage.summary import read_manifest
 from fingerslip.study.storage.values import read_run_values, value_rows
-from fingerslip.tables.table import Cell, Column, Measured, Table
-
-__all__ = [
-    "diff_runs",
-    "export_result",
-    "materials_table",
-    "presets_table",
-    "show",
-]
+from fingerslip.tables.table import Cell, Column, Measured, Table, to_csv
 
 
 def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     """Return tables of a preset or a material that ships, of a study file, or of a folder of results.
 
-    Parameters
-    ----------
-    target : str, optional
-        Name of a preset or a material, or a path; without it both are listed.
-    figure : Path, optional
-        Picture of the fingertip or the sensor to write, of a preset or a study.
-
-    Returns
-    -------
-    tuple of Table
-        Values with unit and source, the assumed ones first; or the events and numbers of a result.
-
-    Raises
-    ------
-    InputError
-        Where nothing has that name, or it has no specimen to draw.
-    ResultError
-        Where a folder holds no results, or the picture cannot be written.
+    Without a target presets and materials are listed; `figure` is a picture of the specimen to write.
     """
     if figure is not None:
-        from fingerslip.study.inspection.specimen import draw_specimen
+        from fingerslip.study.inspection.check import draw_specimen
 
         draw_specimen(target, figure)
     return _tables(target) if target else (presets_table(), materials_table())
@@ -120,8 +101,6 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
 
 
 _SIDES = ("A", "B")
-# Relative difference that sums of thousands of steps may have without a reason.
-_ROUNDING = 1e-9
 
 
 def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
@@ -147,7 +126,7 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
             unit, factor = ("ms", 1e3) if time == LATENCY else ("s", 1.0)
             cells = (time_cell(run, reading, time, factor) for run in runs)
             events.append((f"{event_label(time)} ({words})", unit, *cells))
-    rows = tuple((*row, _difference(row[2], row[3])) for row in (*events, *measures_table(runs, _SIDES).rows))
+    rows = tuple((*row, difference_cell(row[2], row[3])) for row in (*events, *measures_table(runs, _SIDES).rows))
     clear = [isinstance(row[-1], Measured) and abs(row[-1].value) > row[-1].uncertainty for row in rows]
     columns = (
         Column("result"),
@@ -159,18 +138,6 @@ def _results_table(runs: tuple[RunResult, RunResult]) -> Table:
     note = "After ±: numerical uncertainty; bold: the difference exceeds that of both runs." if has_uncertainty else ""
     marked = tuple(number for number, is_clear in enumerate(clear) if is_clear)
     return Table("Slip events and measures", columns, rows, note, marked)
-
-
-def _difference(first: Cell, second: Cell) -> Cell:
-    """Return the difference of two cells, with the uncertainty of both where both are known; empty without numbers."""
-    numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
-    if not all(isinstance(number, int | float) for number in numbers):
-        return None
-    low, high = map(float, numbers)  # type: ignore[arg-type]
-    difference = 0.0 if math.isclose(low, high, rel_tol=_ROUNDING) else high - low
-    if isinstance(first, Measured) and isinstance(second, Measured):
-        return Measured(difference, math.hypot(first.uncertainty, second.uncertainty))
-    return difference
 
 
 def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
@@ -186,3 +153,61 @@ def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
     from fingerslip.export.formats import export_history
 
     return export_history(read_history(target / HISTORY), folder, kind)
+
+
+Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]
+
+
+def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Table, ...]:
+    """Return tables of what moves an output, and write them and their figure into the folder of the study."""
+    study = open_study(folder).result
+    if method == "linear":
+        return _linear(study, output)
+    from fingerslip.report.figures.samples import indices_figure
+    from fingerslip.report.figures.style import figure_bytes
+
+    results = sensitivities(study, output, method)
+    kind = results[0].method if results[0].surrogate is None else "surrogate"
+    tables, name = tuple(map(indices_table, results)), f"sensitivity-{output}-{kind}"
+    for number, table in enumerate(tables, start=1):
+        ending = f"-{number}" if len(tables) > 1 else ""
+        write_text(folder / f"{name}{ending}.csv", to_csv(table))
+    write_bytes(folder / f"{name}.png", figure_bytes(indices_figure(results)))
+    return tables
+
+
+def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> tuple[Sensitivity, ...]:
+    """Return what moves an output by elementary effects or Sobol indices; see :func:`write_sensitivities`."""
+    drawn_for = {"morris": "morris", "saltelli": "sobol"}.get(study.design.get("method", ""), "surrogate")
+    chosen = drawn_for if method == "auto" else method
+    return {"morris": morris_effects, "sobol": sobol_indices, "surrogate": surrogate_indices}[chosen](study, output)
+
+
+def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:
+    label = required_output(study.runs[0], output).label if study.runs else output
+    tables = [sensitivity_table(fit) for fit in fits_of(study)]
+    chosen = tuple(table for table in tables if table.title.startswith(f"What moves {label}"))
+    if not chosen:
+        raise InputError("of", f"no regression of '{output}'", "needs a slip time of a study with samples")
+    return chosen
+
+
+def predict_table(folder: Path, assignments: Sequence[str], outputs: Sequence[str]) -> Table:
+    """Predict what a run between those of a study would come to."""
+    study = open_study(folder).result
+    values = dict(map(_pair, assignments))
+    if not study.runs:
+        raise InputError("study", "has no finished runs", "needs ten or more")
+    fitted = [fit_surrogate(study.runs, output) for output in outputs]
+    paths = {surrogate.path for surrogate in fitted[0].inputs}
+    for path in values:
+        if path not in paths:
+            raise InputError(path, "does not differ between the runs", f"needs {', '.join(sorted(paths))}")
+    return prediction_table([(surrogate, surrogate.predict(values)) for surrogate in fitted], values)
+
+
+def _pair(text: str) -> tuple[str, object]:
+    path, equal, value = text.partition("=")
+    if not equal:
+        raise InputError("at", f"got '{text}'", "needs path=value, such as contact.friction_coefficient=0.5")
+    return path.strip(), parse_document(value, "at").content

@@ -26,8 +26,6 @@ from fingerslip.units import parse_quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FILM", "FORMATS", "FigureChoice", "film_size", "kinds_text", "time_of_run", "view_result", "write_figure"]
-
 #: Formats of figures, and the kind that is a film.
 FORMATS, FILM = ("pdf", "svg", "png"), "film"
 # OpenCV brings an encoder for it, and browsers play it.

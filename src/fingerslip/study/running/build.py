@@ -22,8 +22,6 @@ from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.units import millimetres
 
-__all__ = ["build_mesh", "build_model", "inspect_mesh", "locate_error", "mesh_key"]
-
 # A file in millimetres that is read as metres is a thousand times too large.
 _LARGE_BODY = 1.0
 _LARGEST_RATIO = 1000.0
@@ -104,13 +102,13 @@ def locate_error(error: InputError, where: str, study: Study | None = None) -> I
     if all(mistake.where.startswith(source) for mistake in error.all):
         return error
 
-    def named(where_inside: str) -> str:
+    def place(where_inside: str) -> str:
         if where_inside.startswith(source):
             return where_inside
         inside = _study_place(re.sub(r"^Model\.?", "", where_inside), study)
         return f"{where}: {inside}" if inside else where
 
-    return error.moved(named)
+    return error.moved(place)
 
 
 def _study_place(where: str, study: Study | None) -> str:

@@ -32,8 +32,6 @@ from fingerslip.study.running.compute import compute_group
 from fingerslip.study.running.plan import Job, Outcome, groups
 from fingerslip.study.running.progress import StudyProgress
 
-__all__ = ["Task", "compute_on_cluster", "compute_task"]
-
 # Groups that wait for each core of the cluster, so that no worker waits for this process.
 _AHEAD = 2
 _SECONDS_TO_CONNECT = 20

@@ -17,8 +17,6 @@ from fingerslip.study.running.build import locate_error
 from fingerslip.study.running.plan import Job
 from fingerslip.study.storage.store import BasisFolder, write_run
 
-__all__ = ["BASES", "compute", "compute_group"]
-
 #: Folder of the reduced bases in the results of a study.
 BASES = ".bases"
 

@@ -1,22 +1,36 @@
-"""What a run costs before it is computed: memory for its mesh, and time."""
+"""What a run costs before it is computed: memory for its mesh, time, and compiling once on a machine.
+
+Numba makes machine code of fingerslip's loops once, then keeps it. A block of a few cells, pressed and slid, compiles
+nearly all that a model of its kind needs.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+import contextlib
+import logging
+import os
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
+import fingerslip
+from fingerslip.contact.counterfaces import Plane
+from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.recording.steps import record_bytes
-from fingerslip.linear.memory import require_memory
+from fingerslip.linear.resources import require_memory
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.mesh.source import MeshSource
-from fingerslip.model.model import Kinematics, Model
+from fingerslip.model.model import Contact, Kinematics, Model, ReducedBasis
+from fingerslip.model.programme import Press, Slide
+from fingerslip.model.timing import QuasiStatic
 
-__all__ = [
-    "basis_saves",
-    "estimated_bytes",
-    "estimated_seconds",
-    "most_together",
-    "process_bytes",
-    "require_mesh_memory",
-]
+if TYPE_CHECKING:
+    from fingerslip.study.running.progress import StudyProgress
+
 
 # From the shipped studies alone, by the dimension of space. In 2D about 10,000 unknowns and 600 steps take 1.5
 # to 3.4 s, two runs side by side; in 3D 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
@@ -96,3 +110,111 @@ def require_mesh_memory(source: MeshSource, specimen: Any) -> None:
     if cells is not None and element is not None:
         name = f"assembly of about {cells:.2g} {_KINDS[_DIMENSIONS[element]]}"
         require_memory({name: int(estimated_bytes(cells, element))})
+
+
+_NAME = "compiling, once on this machine"
+
+#: Dimension, and how motions are computed: on the mesh at small strain, in a basis, or at large strain.
+Kind = tuple[int, Literal["small", "reduced", "finite"]]
+
+# Functions and CPU seconds of each kind: those at small strain in 2D serve all. Measured on an empty cache.
+_FUNCTIONS: Mapping[Kind, int] = {(2, "small"): 132, (2, "reduced"): 80, (2, "finite"): 24, (3, "finite"): 18}
+_SECONDS: Mapping[Kind, float] = {(2, "small"): 24.0, (2, "reduced"): 17.0, (2, "finite"): 4.5, (3, "finite"): 3.0}
+
+# A function that each kind needs: its file and its name.
+_SAMPLES = {
+    "small": ("contact/solve/partition.py", "solve_partitions"),
+    "reduced": ("dynamics/compact/kernel.py", "take_steps"),
+    "finite": ("fe/finite/kernels.py", "stiffness_of_cells"),
+}
+
+
+def kinds_to_compile(models: Iterable[Model]) -> tuple[Kind, ...]:
+    """Return the kinds of functions that models need and this machine has not compiled yet."""
+    needed: dict[Kind, None] = {}
+    for model in models:
+        needed[2, "small"] = None
+        needed[model.mesh.dim(), model.kinematics if model.basis is None else "reduced"] = None
+    return tuple(kind for kind in needed if kind in _FUNCTIONS and not _has_cache(kind))
+
+
+def compiling_seconds(models: Iterable[Model]) -> float:
+    """Estimate how long compiling takes before models can be computed here [s]; 0 where that was done before."""
+    return sum(_SECONDS[kind] for kind in kinds_to_compile(models))
+
+
+def compile_ahead(models: Iterable[Model], progress: StudyProgress) -> None:
+    """Compile what models need and this machine has not compiled yet, as a phase of the progress."""
+    kinds = kinds_to_compile(models)
+    if not kinds:
+        return
+    from numba.core import event
+
+    from fingerslip.dynamics.simulation import simulate
+
+    total = sum(_FUNCTIONS[kind] for kind in kinds)
+    progress.say(f"{_NAME}: takes about {sum(_SECONDS[kind] for kind in kinds):.0f} s")
+    progress.begin([_NAME])
+    progress.advance(_NAME, 0.0)
+
+    class _Counter(event.Listener):
+        done = 0
+
+        def on_start(self, _: Any) -> None:
+            """Wait for the end."""
+
+        def on_end(self, _: Any) -> None:
+            self.done += 1
+            progress.advance(_NAME, min(self.done / total, 1.0))
+
+    with event.install_listener("numba:compile", _Counter()), _quiet():
+        for kind in kinds:
+            simulate(_block(*kind))
+    progress.finish(_NAME, "done")
+
+
+def _has_cache(kind: Kind) -> bool:
+    """Tell whether Numba keeps a function of a kind, as its file is now; nothing that computes is loaded for that."""
+    source, name = _SAMPLES[kind[1]]
+    path = Path(fingerslip.__file__).parent / source
+    changed = path.stat().st_mtime
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "numba")  # noqa: PTH111  no error
+    elsewhere = os.environ.get("NUMBA_CACHE_DIR")
+    folders = [Path(elsewhere)] if elsewhere else [path.parent / "__pycache__", home]
+    pattern = f"{path.stem}.{name}-*.py{sys.version_info.major}{sys.version_info.minor}.nbi"
+    indexes = (index for folder in folders for index in folder.rglob(pattern))
+    return any(index.stat().st_mtime >= changed for index in indexes)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what is said of the block from people who did not ask for one."""
+    logger = logging.getLogger("fingerslip")
+    was = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        logger.setLevel(was)
+
+
+def _block(dim: int, computed: str) -> Model:
+    """Return a block of a few cells that is pressed on a plate and slid."""
+    import skfem
+
+    sides = (np.linspace(0.0, 4e-3, 5),) * dim
+    mesh = (skfem.MeshQuad if dim == 2 else skfem.MeshHex).init_tensor(*sides)
+    mesh = mesh.with_boundaries({"top": lambda x: x[1] > 4e-3 - 1e-9, "bottom": lambda x: x[1] < 1e-9})
+    law = NeoHookean if computed == "finite" else Elastic
+    axes = np.eye(dim)
+    return Model(
+        mesh=mesh.with_subdomains({"bulk": lambda x: x[0] > -1.0}),
+        materials={"bulk": law(34e3, 0.4, 1000.0)},
+        formulation="plane_strain" if dim == 2 else "solid",
+        supports={"top": ("x", "y") if dim == 2 else ("x", "y", "z")},
+        contacts=(Contact("bottom", Plane(normal=tuple(axes[1])), Coulomb(0.4)),),
+        programme=(Press(0.2e-3, 4e-3), Slide(0.4e-3, 8e-3, direction=tuple(axes[0]))),
+        time=QuasiStatic(5e-3),
+        kinematics="finite" if computed == "finite" else "small",
+        basis=ReducedBasis() if computed == "reduced" else None,
+    )

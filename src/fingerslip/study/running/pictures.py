@@ -30,7 +30,7 @@ from fingerslip.parameters import as_mapping
 from fingerslip.report.page.sensor import write_tracking
 from fingerslip.results import HISTORY
 from fingerslip.storage.files import digest, new_folder, read_json, write_json
-from fingerslip.study.definition.settings import CameraSettings
+from fingerslip.study.definition.cameras import CameraSettings
 from fingerslip.study.running.plan import Job, Plan
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import CAMERAS, ERRORS
@@ -56,15 +56,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fingerslip.report.page.content import RunPictures
-
-__all__ = [
-    "Drawing",
-    "camera_of",
-    "draw_runs",
-    "drawings_of",
-    "film_history",
-    "film_runs",
-]
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,6 @@ from fingerslip.study.storage.store import identity
 if TYPE_CHECKING:
     from fingerslip.report.page.content import RunPictures
 
-__all__ = ["Computed", "Job", "Outcome", "Plan", "Prepared", "groups", "plan_mapping", "plan_studies", "plan_study"]
-
 
 @dataclass(frozen=True)
 class Plan:

@@ -26,8 +26,6 @@ from fingerslip.study.running.progress import StudyProgress
 if TYPE_CHECKING:
     from fingerslip.study.running.pictures import Drawing
 
-__all__ = ["WorkerLostError", "compute_all", "end_with_parent", "without_main_module"]
-
 _SECONDS_BETWEEN_LOOKS = 0.1
 
 

@@ -24,8 +24,6 @@ from fingerslip.study.running.build import build_mesh, build_model, locate_error
 from fingerslip.study.running.cost import basis_saves
 from fingerslip.study.running.plan import Job, Plan, Prepared
 
-__all__ = ["choose_bases", "prepare", "prepare_samples"]
-
 #: Meshes and their spaces by what decides them.
 _Meshes = dict[str, tuple[Any, Space]]
 
@@ -96,8 +94,8 @@ def _saves(models: Sequence[Model]) -> bool:
 def _needs_mesh(model: Model) -> bool:
     """Tell whether a model has to be computed on the mesh.
 
-    That is so for all that :func:`~fingerslip.dynamics.reduced.march.march_reduced` refuses, and where friction weakens
-    as nodes slip: such slip multiplies differences, however small, so that no tolerance holds.
+    That is so for all that :func:`~fingerslip.dynamics.reduced.basis.compute_in_basis` refuses, and where friction
+    weakens as nodes slip: such slip multiplies differences, however small, so that no tolerance holds.
     """
     weak = any(weakens(contact.friction) for contact in model.contacts)
     relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())

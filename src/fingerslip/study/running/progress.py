@@ -10,8 +10,6 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-__all__ = ["BarProgress", "LineProgress", "SilentProgress", "StudyProgress", "progress_for", "progress_on_screen"]
-
 _SECONDS_BETWEEN_LINES = 30.0
 
 
@@ -37,10 +35,6 @@ class StudyProgress:
 
     def say(self, message: str) -> None:
         """Receive a message."""
-
-
-class SilentProgress(StudyProgress):
-    """Shows nothing."""
 
 
 class BarProgress(StudyProgress):

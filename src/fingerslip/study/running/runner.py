@@ -17,7 +17,7 @@ from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, remove_empty
 from fingerslip.study.definition.expressions import derive
 from fingerslip.study.running.plan import Computed, Job, Outcome, Plan, Prepared, plan_studies
-from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import REPORT, film_keys, report_key, write_report
 from fingerslip.study.storage.summary import (
     read_manifest,
@@ -31,17 +31,6 @@ from fingerslip.study.storage.summary import (
 if TYPE_CHECKING:
     from fingerslip.report.page.content import RunPictures
     from fingerslip.study.running.pictures import Drawing
-
-__all__ = [
-    "StudyFailedError",
-    "StudyResult",
-    "compute_jobs",
-    "run_plans",
-    "run_studies",
-    "run_study",
-    "write_up",
-]
-
 
 #: Computes jobs, and yields what became of each group of them.
 Outcomes: TypeAlias = "Generator[Outcome, None, None]"
@@ -158,7 +147,7 @@ def run_plans(
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
     prepared = [_prepare(plan, force=force) for plan in plans]
-    with progress or SilentProgress() as reporter:
+    with progress or StudyProgress() as reporter:
         engine = _engine(workers, scheduler)
         outcomes = [_execute(plan, todo, engine, reporter) for plan, todo in zip(plans, prepared, strict=True)]
     results = tuple(result for result, _ in outcomes)
@@ -183,7 +172,7 @@ def _engine(workers: int, scheduler: str | None) -> Engine:
     """Return what computes jobs: local processes, or the workers of a Dask scheduler."""
 
     def compute_here(jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing]) -> Outcomes:
-        from fingerslip.study.running.compiling import compile_ahead
+        from fingerslip.study.running.cost import compile_ahead
         from fingerslip.study.running.pool import compute_all
 
         compile_ahead([job.model for job in jobs], progress)

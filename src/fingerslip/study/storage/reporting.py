@@ -39,24 +39,6 @@ if TYPE_CHECKING:
     from fingerslip.report.page.comparison import ComparedStudy
     from fingerslip.report.page.content import Film, ReportContent, RunPictures
 
-__all__ = [
-    "CAMERAS",
-    "ERRORS",
-    "REPORT",
-    "compare_studies",
-    "event_tables",
-    "film_keys",
-    "provenance_of",
-    "read_films",
-    "read_results",
-    "read_stored_run",
-    "report_again",
-    "report_key",
-    "slide_starts",
-    "study_tables",
-    "write_report",
-]
-
 #: File in the folder of a study.
 REPORT = "report.html"
 #: Folder of the cameras in that of a run, and file that says how good the tracks of a camera are.
@@ -130,8 +112,8 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    from fingerslip.report.page.assemble import notes_html
     from fingerslip.report.page.content import MOST_RUNS, ReportContent
-    from fingerslip.report.page.notes import notes_html
     from fingerslip.report.page.samples import representatives
     from fingerslip.study.running.build import build_mesh
 

@@ -28,7 +28,7 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.results import HISTORY, RUN, RunResult, result_of, stored_result, write_result
 from fingerslip.slip import measures
 from fingerslip.slip.front import edge_warning
-from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.slip.measures import resolution_warnings
 from fingerslip.storage.files import alone, digest, write_bytes, writing
 from fingerslip.study.definition.file import read_mapping, write_mapping
 from fingerslip.study.definition.runs import Run
@@ -36,19 +36,6 @@ from fingerslip.study.running.build import mesh_key
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "RESULT_FORMAT",
-    "BasisFolder",
-    "commit",
-    "identity",
-    "mesh_hash",
-    "mesh_size",
-    "read_run",
-    "versions",
-    "write_run",
-    "write_snapshots",
-]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
 RESULT_FORMAT = 9
@@ -165,7 +152,7 @@ def commit() -> str | None:
 
 @dataclass(frozen=True)
 class BasisFolder:
-    """A folder of bases: a :class:`fingerslip.dynamics.reduced.march.BasisStore`.
+    """A folder of bases: a :class:`fingerslip.dynamics.reduced.basis.BasisStore`.
 
     Each file is the checksum of its arrays, then the arrays in NumPy's format. It has the key as its name.
     """

@@ -17,30 +17,11 @@ from fingerslip.errors import DamagedError, ResultError
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import sensitivity_rows
 from fingerslip.results import Quantity, RefusedRun, RunResult, StudyResult
-from fingerslip.sampling import fits_of
+from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.storage.files import read_json, write_json, write_text, writing
 from fingerslip.study.storage.store import commit, versions
 from fingerslip.tables.table import to_csv
 from fingerslip.uncertainty import Convergence, Series
-
-__all__ = [
-    "CONVERGENCE",
-    "MANIFEST",
-    "SENSITIVITY",
-    "SUMMARY",
-    "RunConvergence",
-    "identities",
-    "read_convergences",
-    "read_manifest",
-    "read_uncertainties",
-    "refused_in",
-    "stored_manifest",
-    "stored_study",
-    "write_convergences",
-    "write_manifest",
-    "write_sensitivity",
-    "write_summary",
-]
 
 #: Files in the folder of a study.
 MANIFEST, SUMMARY, SENSITIVITY = "manifest.json", "summary.csv", "sensitivity.csv"

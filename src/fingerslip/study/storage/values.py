@@ -22,8 +22,6 @@ from fingerslip.study.definition.runs import Run, read_runs
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study
 from fingerslip.units import Unit
 
-__all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "read_run_values", "value_rows"]
-
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
 # Values of a sweep that a cell of a table shows.

@@ -21,18 +21,16 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.errors import InputError
-from fingerslip.linear.threads import limited_threads
+from fingerslip.linear.resources import limited_threads
 from fingerslip.model.programme import Phase, Press
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.specimens.tactip.profile import MarkerPlaces
 from fingerslip.storage.files import digest
+from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import Run
-from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.study.storage.store import BasisFolder
-
-__all__ = ["body_key", "load_rate", "plate_of", "programme_of", "shared_body", "shared_key", "turned_whole"]
 
 Floats = NDArray[np.float64]
 

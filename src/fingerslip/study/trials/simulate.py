@@ -14,18 +14,16 @@ from fingerslip.detect.trials import FILES, write_trial
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, new_folder, read_json
+from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import read_runs
-from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.pool import end_with_parent, without_main_module
-from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.store import commit
 
 if TYPE_CHECKING:
     from fingerslip.dynamics.statics.body import StaticBody
     from fingerslip.study.trials.trials import TrialPlan
-
-__all__ = ["TrialsFailedError", "simulate_trials"]
 
 _VERSION = 1
 
@@ -73,7 +71,7 @@ def simulate_trials(
         clean_stale(work)
         origin = {"study": source.name, "commit": commit() or "", "body": key}
         missing = [plan for plan in plans if not _is_there(work / plan.name, keys[plan.name])]
-        with progress or SilentProgress() as reporter:
+        with progress or StudyProgress() as reporter:
             _compute(missing, (settings, body, origin, keys, work), workers, reporter)
         notes = card_notes(study, settings, body)
         trials = gather_trials([work / plan.name for plan in plans], final, study.title, notes)
@@ -166,7 +164,7 @@ def _begin_worker(shared: _Shared) -> None:
 
 def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:
     """Simulate a trial and write its folder."""
-    from fingerslip.linear.threads import limited_threads
+    from fingerslip.linear.resources import limited_threads
     from fingerslip.study.trials.trials import simulated_trial
 
     settings, body, origin, keys, work = _given[0]

@@ -21,13 +21,13 @@ from fingerslip.detect.labels import (
 )
 from fingerslip.detect.trials import Trial
 from fingerslip.dynamics.statics.body import StaticBody
-from fingerslip.dynamics.statics.march import StaticMotion, march_static
+from fingerslip.dynamics.statics.motion import StaticMotion, static_motion
 from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import Run
-from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.trials.bodies import load_rate, plate_of, programme_of, turned_whole
 from fingerslip.version import __version__
@@ -37,17 +37,6 @@ from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "RECORDED",
-    "Eyes",
-    "TrialPlan",
-    "card_notes",
-    "drawn_cameras",
-    "drawn_eyes",
-    "simulated_trial",
-    "trial_plans",
-]
 
 Floats = NDArray[np.float64]
 
@@ -133,7 +122,7 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
     contact = study.all_contacts[0].contact(3)
     step, plate = study.time.stepping.step, plate_of(study)
-    motion = march_static(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
+    motion = static_motion(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
     span = _filmed_span(plan, settings, motion)
     markers = _markers(plan, settings, body, motion, span)
     cameras = drawn_cameras(settings, eyes, markers)

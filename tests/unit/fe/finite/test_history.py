@@ -47,7 +47,9 @@ def test_sizes_and_what_a_step_finds_at_rest(kind):
     rest, dim = bulk.at_rest(STEP), bulk.space.dim
     assert rest.history.points.shape == (bulk.weights.size, PACKED[dim] + 3)
     assert rest.history.point_dashpots.shape[0] == len(TERMS)
-    assert rest.left.terms.taken == pytest.approx([recurrence(TERMS, STEP).shares @ recurrence(TERMS, STEP).end, 0.0])
+    assert rest.left.terms.taken_share == pytest.approx(
+        [recurrence(TERMS, STEP).shares @ recurrence(TERMS, STEP).end, 0.0]
+    )
     for left in (rest.left.points, rest.left.groups, rest.left.offsets, rest.left.group_offsets, rest.pulled):
         assert not left.any()
     assert rest.left.moduli[1] == pytest.approx(0.0, abs=1e-12)
@@ -57,7 +59,7 @@ def test_halved_steps_have_their_own_weights_and_the_state_keeps_its_history():
     bulk = relaxing_body(("H8", "selective", "solid"))
     state = stepped(bulk)
     whole, half = bulk.begun(state, STEP), bulk.begun(state, STEP / 2)
-    assert half.left.terms.taken[0] < whole.left.terms.taken[0]
+    assert half.left.terms.taken_share[0] < whole.left.terms.taken_share[0]
     assert whole.history is half.history is state.history
     ended = bulk.ended(bulk.deformed(moved(bulk, 0.02), whole))
     assert ended.history is not state.history

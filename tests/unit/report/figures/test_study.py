@@ -14,7 +14,7 @@ from fingerslip.published import published_set
 from fingerslip.report.figures.samples import Pair, indices_figure, paired_figure, tornado_figure
 from fingerslip.report.figures.study import convergence_figure, event_times_figure, latency_figure
 from fingerslip.results import RunResult
-from fingerslip.sampling import fits_of
+from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.uncertainty import Convergence, Series
 from unit.report.figures.made import panels, titles, words

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion
-from fingerslip.report.page.surface import surface_arrays
+from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion, surface_arrays
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make

@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.errors import ResultError
 from fingerslip.published import published_set
-from fingerslip.report.page.notes import bibliography, bibtex_entries, notes_html
+from fingerslip.report.page.assemble import bibliography, bibtex_entries, notes_html
 from fingerslip.report.tables.parameters import ShownValue
 from places import ROOT
 

@@ -16,7 +16,7 @@ from fingerslip.report.page.samples import (
     tornado_pictures,
 )
 from fingerslip.results import RefusedRun, StudyResult
-from fingerslip.sampling import fits_of
+from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents
 from unit.sampled import study_of
 from unit.synthetic import Process, make

@@ -10,7 +10,7 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
 from fingerslip.report.page.sensor import quality_report, write_tracking
-from fingerslip.report.page.tracked import track_video
+from fingerslip.report.page.tracking import track_video
 from fingerslip.storage.netcdf import read_netcdf
 from fingerslip.vision.overlay import SHOWN_FIELDS
 from fingerslip.vision.tracking.track import track_markers

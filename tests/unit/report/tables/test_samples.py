@@ -22,8 +22,8 @@ from fingerslip.report.tables.samples import (
     sensitivity_table,
 )
 from fingerslip.results import RefusedRun
-from fingerslip.sampling import fits_of, interval_of
-from fingerslip.sampling.surrogate import Prediction, Surrogate, Validation
+from fingerslip.sampling.indices import Prediction, Surrogate, Validation
+from fingerslip.sampling.sensitivity import fits_of, interval_of
 from fingerslip.tables.table import texts, to_csv
 from unit.report.tables.runs import sensitivity
 from unit.sampled import study_of

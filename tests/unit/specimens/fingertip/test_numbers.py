@@ -18,13 +18,7 @@ from fingerslip.specimens.fingertip import (
     preset_names,
     preset_table,
 )
-from fingerslip.specimens.fingertip.numbers import (
-    Fingerprint,
-    Layers,
-    Ridges,
-    RidgeZone,
-    skin_room,
-)
+from fingerslip.specimens.fingertip.numbers import Fingerprint, Layers, Ridges, RidgeZone, skin_room
 from unit.fingers import change, change_solid
 
 HARD = {"youngs_modulus": "170 MPa", "poisson_ratio": 0.3, "density": "1300 kg/m^3"}

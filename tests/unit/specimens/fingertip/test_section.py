@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import gmsh
 import numpy as np
 import pytest
@@ -288,16 +285,6 @@ def test_poor_cells_are_refused_with_their_place(monkeypatch):
         MeshError, match=r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
     ):
         build_section(PLAIN, **COARSE)
-
-
-def test_gmsh_is_loaded_only_where_a_section_is_built() -> None:
-    script = (
-        "import sys, fingerslip as fs\n"
-        "fs.Model, fs.read_mesh, fs.simulate, fs.build_section\n"
-        "print(*sorted({'gmsh', 'pygmsh'} & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == []
 
 
 def strip(dim: int) -> tuple[skfem.Mesh, np.ndarray, np.ndarray]:

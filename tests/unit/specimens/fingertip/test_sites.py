@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.mesh.facets import site_nodes
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
 from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, skin_markers, solid_receptor_sites

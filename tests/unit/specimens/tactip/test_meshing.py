@@ -10,9 +10,9 @@ import pytest
 import skfem
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.facets import site_nodes
 from fingerslip.mesh.gmsh_session import gmsh_session
 from fingerslip.mesh.quality import quality_table
-from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.tactip.meshing.build import (
     mesh_sensor_section,
     polygon,

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.parameters import as_mapping
 from fingerslip.study.definition.runs import expand, expand_mapping, read_runs
 from fingerslip.study.definition.samples import RepeatSettings, SampleSettings, drawn, sample_mistakes, scatter_values
-from fingerslip.study.definition.spec import parse_study, read_study, study_mapping
+from fingerslip.study.definition.spec import parse_study, read_study
 from fingerslip.study.running.plan import plan_mapping
 from unit.study.block import FRICTIONS, block_values, finger_values
 
@@ -116,7 +117,7 @@ def test_mistakes_have_their_lines(tmp_path: Path) -> None:
 def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path: Path) -> None:
     values = finger(equal={"fingertip.transverse.half_height": HEIGHT})
     study = parse_study(values, SOURCE)
-    assert parse_study(study_mapping(study), SOURCE) == study
+    assert parse_study(as_mapping(study), SOURCE) == study
     path = tmp_path / "x.yaml"
     path.write_text(str(values).replace("'", '"'))
     assert read_runs(path).given[-2:] == (HEIGHT, "fingertip.transverse.half_height")

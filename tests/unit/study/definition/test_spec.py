@@ -17,23 +17,26 @@ from hypothesis import strategies as st
 from fingerslip.contact.counterfaces import Plane, Sphere
 from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
 from fingerslip.errors import InputError
-from fingerslip.materials import Elastic, NeoHookean, Ogden, OgdenTerm, PronyTerm
 from fingerslip.materials.choice import material
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.materials.ogden import Ogden, OgdenTerm
+from fingerslip.materials.prony import PronyTerm
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshFile
 from fingerslip.model.programme import Press, Slide
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
-from fingerslip.parameters import from_mapping
+from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.dotted import assign, walk
+from fingerslip.study.definition.cameras import CameraSettings, TrialSettings
 from fingerslip.study.definition.runs import expand
-from fingerslip.study.definition.settings import CameraSettings, ContactSettings, TimeSettings, TrialSettings
+from fingerslip.study.definition.settings import ContactSettings, TimeSettings
 from fingerslip.study.definition.spec import (
     Study,
     known_paths,
     mistakes_between,
     parse_study,
     read_study,
-    study_mapping,
 )
 from places import ROOT
 from unit.scans import scan_values
@@ -74,7 +77,7 @@ def test_values_are_si() -> None:
 
 def test_written_study_reads_back_the_same() -> None:
     study = parse_study(finger(), SOURCE)
-    assert parse_study(study_mapping(study), SOURCE) == study
+    assert parse_study(as_mapping(study), SOURCE) == study
 
 
 REFUSALS = yaml.safe_load(Path(__file__).with_name("refusals.yaml").read_text(encoding="utf-8"))
@@ -239,7 +242,7 @@ def test_relaxation_of_the_documentation_is_read_and_can_be_swept() -> None:
     terms = (PronyTerm(0.3, 0.1), PronyTerm(0.2, 2.0))
     study = parse_study(finger() | example, SOURCE)
     assert study.materials["skin"] == Elastic(136e3, 0.48, 1000.0, prony=terms)
-    assert parse_study(study_mapping(study), SOURCE) == study
+    assert parse_study(as_mapping(study), SOURCE) == study
     values = finger() | example | {"sweep": {"materials.skin.prony.0.time": ["0.2 s", "0.4 s"]}}
     swept = [run.study.materials["skin"].prony[0].time for run in expand(parse_study(values, SOURCE), SOURCE)]
     assert swept == [0.2, 0.4]
@@ -258,7 +261,7 @@ def test_materials_that_ship_are_named_in_a_study_with_changes() -> None:
     assert study.specimen("").materials["epidermis"] == Elastic(136e3, 0.48, 1000.0)  # type: ignore[union-attr]
     assert study.all_materials == {"dermis": material("ecoflex-00-30")}
     assert study.materials == {"dermis": {"preset": "ecoflex-00-30"}}
-    assert parse_study(study_mapping(study), SOURCE) == study
+    assert parse_study(as_mapping(study), SOURCE) == study
     (run,) = expand(study, SOURCE)
     again = parse_study(run.plain_values(), SOURCE)
     assert again.all_materials == study.all_materials
@@ -456,7 +459,7 @@ def test_long_form_gives_any_law_and_body() -> None:
 
 def test_a_study_with_every_choice_reads_back_the_same() -> None:
     study = parse_study(everything(), SOURCE)
-    assert parse_study(study_mapping(study), SOURCE) == study
+    assert parse_study(as_mapping(study), SOURCE) == study
 
 
 def test_resolved_run_reads_back_the_same() -> None:
@@ -498,7 +501,7 @@ def test_mesh_of_a_scan_is_si_with_absolute_paths(tmp_path: Path) -> None:
 
 def test_mesh_of_a_scan_reads_back_the_same(tmp_path: Path) -> None:
     study = parse_study(scan_values(), tmp_path / "study.yaml")
-    assert parse_study(study_mapping(study), tmp_path / "study.yaml") == study
+    assert parse_study(as_mapping(study), tmp_path / "study.yaml") == study
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,12 @@ from unit.study.block import block_values, changed
 Write = Callable[..., Path]
 
 
+@pytest.fixture(autouse=True)
+def compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have nothing to compile, whatever is kept on this machine."""
+    monkeypatch.setattr("fingerslip.study.running.cost._has_cache", lambda _: True)
+
+
 def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
     table = check_studies([write_study()])
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.

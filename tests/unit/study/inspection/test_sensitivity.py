@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.inspection.sensitivity import predict_table, write_sensitivities
+from fingerslip.study.inspection.show import predict_table, write_sensitivities
 from fingerslip.study.running.runner import run_study
 from unit.study.block import block_values
 

@@ -12,7 +12,7 @@ import yaml
 from fingerslip.errors import InputError, ResultError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import quality_table
-from fingerslip.study.inspection.specimen import draw_specimen, save_mesh
+from fingerslip.study.inspection.check import draw_specimen, save_mesh
 from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_values
 

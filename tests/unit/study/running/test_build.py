@@ -25,7 +25,7 @@ from fingerslip.study.definition.runs import Run, expand
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, mesh_key
 from places import ROOT
-from unit.fingers import coarse_solid
+from unit.fingers import change_solid, coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_mesh, block_values, finger_values
 
@@ -268,22 +268,24 @@ def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> Non
         build_model(run)
 
 
-def test_tetrahedra_make_a_model_in_space() -> None:
-    mesh = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
-    values = finger_values(fingertip={"preset": "wang2014-3d"}, mesh=mesh, record={"receptors": ["FA-I"]})
-    model = build_model(run_of(values), coarse_solid())
+def test_tetrahedra_make_a_model_in_3d(monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
+    run = run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=sizes, record={"receptors": ["FA-I"]}))
+    mesh, built = coarse_solid(), []
+    monkeypatch.setattr(SolidSizes, "build", lambda *source: built.append(source) or mesh)
+    model = build_model(run, build_mesh(run))
+    assert built == [(SolidSizes("T4", 0.8e-3, 1.6e-3), change_solid())]
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
     assert model.contacts[0].counterface.normal == (0.0, 1.0, 0.0)
     assert {len(site.position) for site in model.record.sites} == {3}
-    assert build_mesh(run_of(values)).p.shape == coarse_solid().p.shape
     check_model(model)
 
 
 def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """130,000 tetrahedra take more than half a gigabyte; nothing is meshed to find that out."""
     monkeypatch.setattr(SolidSizes, "build", lambda *_: pytest.fail("it must not mesh"))
-    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 5 * 10**8)
+    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 5 * 10**8)
     small = {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
     with pytest.raises(InputError, match=r"memory: .* about \d\.\d+ GB \(assembly of about .* tetrahedra"):
         build_mesh(run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=small)))
@@ -293,7 +295,7 @@ def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_m
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(SurfaceMesh, "build", lambda *_: pytest.fail("it must not mesh"))
-    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 10**9)
+    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**9)
     scan = ROOT / "meshes" / "scan_skin.stl"
     layers = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
     mesh = {"skin": str(scan), "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0], "layers": layers}

@@ -15,7 +15,7 @@ from fingerslip.results import stored_result
 from fingerslip.study.running import cluster
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.prepare import prepare
-from fingerslip.study.running.progress import SilentProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_study
 from unit.study.told import Told
 
@@ -61,7 +61,7 @@ def test_a_scheduler_that_does_not_answer_is_named(write_study: Write, monkeypat
     monkeypatch.setattr(cluster, "_SECONDS_TO_CONNECT", 0.2)
     path = write_study()
     with pytest.raises(InputError, match=r"scheduler: nothing answers at 'tcp://127\.0\.0\.1:9'"):
-        run_study(path, results_dir=path.parent / "results", scheduler="tcp://127.0.0.1:9", progress=SilentProgress())
+        run_study(path, results_dir=path.parent / "results", scheduler="tcp://127.0.0.1:9", progress=StudyProgress())
     assert not (path.parent / "results").exists()
 
 

@@ -36,7 +36,7 @@ def test_memory_grows_like_the_entries_of_the_cells_matrices() -> None:
 
 
 def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 10**8)
+    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**8)
     with pytest.raises(InputError, match=r"memory: .* about 0.6 GB \(assembly of about 1e\+05 tetrahedra 0.6 GB\)"):
         require_mesh_memory(source(1e5, "T4"), None)
     with pytest.raises(InputError, match=r"assembly of about 1e\+06 cells"):
@@ -45,7 +45,7 @@ def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch: pytest.M
 
 
 def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 1)
+    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 1)
     require_mesh_memory(source(None, None), None)
 
 

@@ -26,7 +26,7 @@ from fingerslip.study.running import compute, cost, pool
 from fingerslip.study.running.compute import compute_group
 from fingerslip.study.running.plan import Computed, Outcome, groups
 from fingerslip.study.running.pool import WorkerLostError, compute_all, without_main_module
-from fingerslip.study.running.progress import SilentProgress
+from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import compute_jobs
 from problems.pushed import push_and_slide
 from unit.study.told import Told
@@ -132,7 +132,7 @@ def test_what_is_no_error_of_the_package_ends_the_study(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(compute, "compute", broken)
     with pytest.raises(ZeroDivisionError):
-        list(compute_all([job("a")], 1, SilentProgress(), {}))
+        list(compute_all([job("a")], 1, StudyProgress(), {}))
 
 
 @pytest.mark.parametrize(("workers", "count", "apart"), [(1, 5, 0), (4, 1, 0), (4, 2, 2), (2, 5, 2)])
@@ -142,7 +142,7 @@ def test_no_more_processes_than_runs_and_none_for_a_single_one(
     started: list[int] = []
     monkeypatch.setattr(compute, "compute", lambda *_: None)
     monkeypatch.setattr(pool, "_compute_apart", lambda _, number, *__: started.append(number) or ())
-    outcomes = list(compute_all([job(str(number)) for number in range(count)], workers, SilentProgress(), {}))
+    outcomes = list(compute_all([job(str(number)) for number in range(count)], workers, StudyProgress(), {}))
     assert all(outcome.errors == {} for outcome in outcomes)
     assert sum(started) == apart
 
@@ -173,7 +173,7 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run() -> None:
 
 def test_an_unknown_error_of_a_worker_is_raised() -> None:
     with pytest.raises(ZeroDivisionError):
-        list(pool._follow({finished(ZeroDivisionError()): [job("a")]}, queue.Queue(), SilentProgress()))
+        list(pool._follow({finished(ZeroDivisionError()): [job("a")]}, queue.Queue(), StudyProgress()))
 
 
 @pytest.mark.parametrize("stopping", [False, True])

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from fingerslip.study.running import progress as progress_module
-from fingerslip.study.running.progress import BarProgress, LineProgress, SilentProgress, progress_for
+from fingerslip.study.running.progress import BarProgress, LineProgress, StudyProgress, progress_for
 
 
 def terminal() -> Console:
@@ -106,7 +106,7 @@ def test_bars_are_drawn_and_stopped() -> None:
 
 
 def test_silence(capfd: pytest.CaptureFixture[str]) -> None:
-    with SilentProgress() as shown:
+    with StudyProgress() as shown:
         shown.begin(["a"])
         shown.advance("a", 0.5)
         shown.finish("a", "done")

@@ -18,7 +18,7 @@ from fingerslip.report.page import assemble
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.storage.files import write_json
-from fingerslip.study.definition.settings import CameraSettings
+from fingerslip.study.definition.cameras import CameraSettings
 from fingerslip.study.running.pictures import film_history
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting

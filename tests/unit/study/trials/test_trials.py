@@ -9,8 +9,8 @@ import pytest
 
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
+from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import expand
-from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.trials.trials import Eyes, card_notes, drawn_cameras, drawn_eyes, simulated_trial, trial_plans
 from fingerslip.vision.cameras.point import pair_tracks

@@ -190,8 +190,7 @@ def _sizes(
     at_rods = min(sizes.contact_size, rod_size) + GROWTH * np.maximum(away, 0.0)
     of_skin = _OF_SKIN if sensor.part == "section" else np.inf
     through_skin = of_skin * sensor.skin.thickness + GROWTH * np.maximum(deep, 0.0)
-    wanted: Floats = np.min([np.full_like(away, sizes.bulk_size), in_skin, at_rods, through_skin], axis=0)
-    return wanted
+    return np.asarray(np.min([np.full_like(away, sizes.bulk_size), in_skin, at_rods, through_skin], axis=0))
 
 
 def _draw_section(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:

@@ -1,0 +1,125 @@
+"""One motion at large strain: see :mod:`fingerslip.dynamics.finite.newton` for a step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import is_dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.finite.factors import Factors
+from fingerslip.dynamics.finite.newton import advance_finite
+from fingerslip.dynamics.integrator import ByLength
+from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme
+from fingerslip.dynamics.system.system import System
+from fingerslip.errors import ConvergenceError
+from fingerslip.linear.solver import LinearSolver
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
+
+__all__ = ["Large"]
+
+Array = NDArray[np.float64]
+
+# How often a step may be halved.
+_DEEPEST = 6
+
+
+class Large:
+    """One motion at large strain; see :class:`fingerslip.dynamics.integrator.Integrator`.
+
+    A step of the model that is not solved is taken in halves.
+    """
+
+    def __init__(
+        self, model: Model, system: System, solver: LinearSolver, watch: Stopwatch, reserved_bytes: int
+    ) -> None:
+        self._time, self._damping, self._system = model.time, model.damping, system
+        self._solver, self._watch, self._reserved = solver, watch, reserved_bytes
+        is_adaptive = isinstance(model.time, Adaptive)
+        self._step = model.time.shortest if isinstance(model.time, Adaptive) else make_scheme(model.time).step
+        # In 3D more factors do not fit into the memory.
+        self._factors = ByLength(self._make, most=4 if is_adaptive else _DEEPEST + 1)
+        self._last = self._factors.at(self._step)
+        self._counts = {"newton_iterations": 0, "factorisations": 0, "halved_steps": 0}
+
+    @property
+    def steppers(self) -> Sequence[Stepper]:
+        """The stepper of the last step."""
+        return [self._last.current]
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What a history says of how it was computed."""
+        return {"basis": "full", **self._counts}
+
+    def start(self) -> dict[int, State]:
+        """Return the state at time zero."""
+        self._counts["factorisations"] += 1
+        return {0: first_state(self._last.renew(self._system.require_body().at_rest(self._step)))}
+
+    def advance(
+        self, states: Mapping[int, State], ends: Array, length: float | None = None
+    ) -> dict[int, tuple[State, list[State]]]:
+        """Take the next step."""
+        end = float(ends[0])
+        after = self._halves(states[0], end, 0) if length is None else self._whole(states[0], end, length)
+        return {0: (after, [after])}
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces or loads are others from now on."""
+        self._system = system
+        for _, factors in self._factors.entries():
+            factors.steer(system)
+
+    def saved_state(self) -> Any:
+        """Return what :meth:`restore` needs, as plain data and arrays."""
+        return self._counts, [(length, factors.saved_state()) for length, factors in self._factors.entries()]
+
+    def restore(self, saved: Any) -> None:
+        """Go on where :meth:`saved_state` was called."""
+        counts, kept = saved
+        self._counts = dict(counts)
+        for length, factors in kept:
+            self._factors.at(length).restore(*factors)
+
+    def _make(self, length: float) -> Factors:
+        arguments = self._damping, self._solver, self._watch, self._reserved
+        return Factors(self._system, self._scheme(length), *arguments)
+
+    def _scheme(self, length: float) -> Scheme:
+        """Return the scheme of steps of a length [s]; one of a user's own has no other than its own."""
+        time = self._time
+        if isinstance(time, Adaptive):
+            return make_scheme(time.fixed(length))
+        is_own = not is_dataclass(time) or length == self._step
+        return make_scheme(time if is_own else replace(time, step=length))  # type: ignore[type-var]
+
+    def _halves(self, state: State, end: float, depth: int) -> State:
+        """Take one step to a time [s], or two halves of it where it is not solved."""
+        try:
+            return self._whole(state, end, self._step / 2**depth)
+        except ConvergenceError:
+            # A scheme of one's own may have no shorter step.
+            if depth == _DEEPEST or not is_dataclass(self._time):
+                raise
+        self._counts["halved_steps"] += 1
+        middle = 0.5 * (state.time + end)
+        return self._halves(self._halves(state, middle, depth + 1), end, depth + 1)
+
+    def _whole(self, state: State, end: float, length: float) -> State:
+        """Take one step of a length [s] to a time [s]."""
+        self._last = self._factors.at(length)
+        before = self._last.count
+        try:
+            after, iterations = advance_finite(
+                self._last, state, end, self._system.displacements(end), watch=self._watch
+            )
+        finally:
+            self._counts["factorisations"] += self._last.count - before
+        self._counts["newton_iterations"] += iterations
+        return after

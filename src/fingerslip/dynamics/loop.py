@@ -1,0 +1,130 @@
+"""The one loop over time: it drives an integrator, records states, checks them and reports progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.integrator import Integrator
+from fingerslip.dynamics.recording.recorder import Recorder
+from fingerslip.dynamics.state_checks import OutsideCheck, RotationCheck
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.system.system import System
+
+__all__ = ["Check", "Loop", "Observer"]
+
+Array = NDArray[np.float64]
+
+
+class Check(Protocol):
+    """Looks at every state of a motion, the first included."""
+
+    def look(self, state: State) -> None:
+        """Look at a state, or at several, time first in their arrays."""
+
+    def finish(self) -> None:
+        """Look at what was put off."""
+
+
+class Observer:
+    """The records of one motion, and the checks of its states."""
+
+    def __init__(self, recorder: Recorder, system: System, checks: Sequence[Check] = ()) -> None:
+        self.recorder = recorder
+        self._checks: Sequence[Check] = (OutsideCheck(system), RotationCheck(system), *checks)
+
+    def record(self, state: State) -> None:
+        """Check and record the next state, or several.
+
+        Raises
+        ------
+        SlipOutsideContactError
+            Where a node that is no candidate has reached its counterface.
+        InputError
+            Where a body that is free about several axes has turned far.
+        """
+        self._look(state)
+        self.recorder.record(state)
+
+    def pass_by(self, state: State) -> None:
+        """Check a state between records."""
+        self._look(state)
+        self.recorder.pass_by(state)
+
+    def finish(self) -> None:
+        """Finish the checks."""
+        for check in self._checks:
+            check.finish()
+
+    def _look(self, state: State) -> None:
+        for check in self._checks:
+            check.look(state)
+
+
+class Loop:
+    """Motions on their way through time.
+
+    Parameters
+    ----------
+    integrator : Integrator
+        Takes their steps.
+    observers : sequence of Observer
+        Take the states of each.
+    times : sequence of (n_times,) array
+        Times of the steps of each, the start included [s]; equal but for their number.
+    watch : Stopwatch
+        Takes the times.
+    """
+
+    def __init__(
+        self, integrator: Integrator, observers: Sequence[Observer], times: Sequence[Array], watch: Stopwatch
+    ) -> None:
+        self.integrator, self._observers, self._times, self._watch = integrator, observers, times, watch
+        self.times = max(times, key=len)
+        self.taken = 0
+        self.states = integrator.start()
+        for number, state in self.states.items():
+            observers[number].record(state)
+
+    @property
+    def last(self) -> int:
+        """How many steps the longest motion has."""
+        return self.times.size - 1
+
+    @property
+    def time(self) -> float:
+        """Time that was reached [s]."""
+        return float(self.times[self.taken])
+
+    def step(self, most: int = 1) -> None:
+        """Take the next step, or up to `most` of them where the integrator takes several at once."""
+        moving = {number: state for number, state in self.states.items() if self.taken < self._times[number].size - 1}
+        ends = [self._times[number].size - 1 - self.taken for number in moving]
+        count = min(most, *ends, *(self._observers[number].recorder.room for number in moving))
+        after = self.integrator.advance(moving, self.times[self.taken + 1 : self.taken + 1 + count])
+        with self._watch.part("recording"):
+            for number, (state, steps) in after.items():
+                self.states[number] = state
+                for some in steps:
+                    self._observers[number].record(some)
+        self.taken += sum(np.size(some.time) for some in steps)
+
+    def run(self, progress: Callable[[float], None] | None = None) -> None:
+        """Take all steps, finish the checks and complete the records."""
+        while self.taken < self.last:
+            self.step(most=self.last)
+            if progress is not None:
+                progress(self.taken / self.last)
+        self.finish()
+        with self._watch.part("recording"):
+            for observer in self._observers:
+                observer.recorder.complete()
+
+    def finish(self) -> None:
+        """Finish the checks of the steps that were taken."""
+        for observer in self._observers:
+            observer.finish()

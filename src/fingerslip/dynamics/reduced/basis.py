@@ -1,0 +1,254 @@
+"""Motions in a reduced basis, as large as the tolerance needs, or none where the mesh is the better choice."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.motions import Motions, Outcome, compute
+from fingerslip.dynamics.reduced.reduction import (
+    further_shapes,
+    interface_unknowns,
+    observed_unknowns,
+    reduced_system,
+)
+from fingerslip.dynamics.reduced.residual import ResidualCheck
+from fingerslip.dynamics.system.system import System
+from fingerslip.errors import FingerslipError
+from fingerslip.fe.space import free_pieces
+from fingerslip.linear.craig_bampton import (
+    CraigBampton,
+    StaticResponses,
+    craig_bampton,
+    slow_motions,
+    static_responses,
+    vibrations,
+)
+from fingerslip.linear.resources import available_memory
+from fingerslip.model.model import ReducedBasis
+from fingerslip.storage.files import digest
+
+__all__ = ["BasisStore", "compute_in_basis", "in_basis"]
+
+Array = NDArray[np.float64]
+
+# Vibrations of the first basis and of the largest one, and how many times as many the next one has at most.
+_FEWEST, _MOST, _MOST_TIMES = 40, 320, 8
+# Slow motions that excite them: more vibrations for each bring more than more motions do (measured).
+_MOTIONS = 20
+# Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
+_SQUARES = 10
+_VERSION = 3
+# Vibrations of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
+_STEPWISE = 120
+
+_logger = logging.getLogger("fingerslip.dynamics")
+
+
+class BasisStore(Protocol):
+    """Where bases are kept."""
+
+    def load(self, key: str) -> Mapping[str, Array] | None:
+        """Return the arrays that were kept under a key, or None."""
+
+    def save(self, key: str, arrays: Mapping[str, Array]) -> None:
+        """Keep arrays under a key."""
+
+    def alone(self, key: str) -> AbstractContextManager[None]:
+        """Keep others from making the arrays of a key while a block looks for them, and makes them where none are."""
+
+
+class _UnsuitableError(Exception):
+    """A reduced basis is not the way to compute the motions; says why."""
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Makes the bases of motions, or takes those that are kept."""
+
+    motions: Motions
+    body: StaticResponses
+    rows: NDArray[np.int64]
+    store: BasisStore | None
+
+    @classmethod
+    def of(cls, motions: Motions, store: BasisStore | None) -> _Maker:
+        system = motions.systems[0]
+        body = StaticResponses(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
+        return cls(motions, body, observed_unknowns(motions.models, motions.systems), store)
+
+    def alone(self) -> AbstractContextManager[None]:
+        """Keep other processes from making the same basis in a block."""
+        return nullcontext() if self.store is None else self.store.alone(self._key)
+
+    def kept(self) -> CraigBampton | None:
+        """Return the basis that is kept, if any."""
+        arrays = None if self.store is None else self.store.load(self._key)
+        arguments: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
+        return CraigBampton(**arguments) if arguments else None
+
+    def keep(self, basis: CraigBampton) -> None:
+        """Keep a basis for other runs."""
+        if self.store is not None:
+            with self.motions.watch.part("basis"):
+                self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
+
+    def make(self, count: int) -> CraigBampton:
+        """Make a basis with some vibrations."""
+        further = further_shapes(self.body, self.motions.systems)
+        slow = slow_motions(self.body, self._responses[0], 2 * _MOTIONS)
+        start, faster = np.column_stack([slow[:, :_MOTIONS], *further]), slow[:, _MOTIONS:]
+        shapes = vibrations(self.body, start, count, following=max(start.shape[1], count // 2))
+        shapes = replace(shapes, following=np.hstack([shapes.following, self.body.give_way(self.body.mass @ faster)]))
+        return craig_bampton(self.body, self._responses, shapes, self.rows, further)
+
+    @cached_property
+    def _responses(self) -> tuple[Array, Array]:
+        return static_responses(self.body, self.rows)
+
+    @cached_property
+    def _key(self) -> str:
+        """What decides the basis, hashed: matrices, and with them mesh and materials, interface, loads."""
+        inputs: list[Any] = [_VERSION, self.body.interface, self.rows]
+        for matrix in (self.body.stiffness, self.body.mass):
+            inputs += [matrix.indptr, matrix.indices, matrix.data]
+        for system in self.motions.systems:
+            inputs += [system.initial_velocity, *(load.forces for load in system.loads)]
+        return digest(*inputs)
+
+
+def compute_in_basis(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Outcome | None:
+    """Compute motions in a reduced basis; None where the mesh is better."""
+    try:
+        _require_suitable(motions)
+        return _compute(motions, wanted, store)
+    except (_UnsuitableError, FingerslipError) as reason:
+        _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
+        return None
+
+
+def _require_suitable(motions: Motions) -> None:
+    system = motions.systems[0]
+    if free_pieces(system.space, system.free):
+        raise _UnsuitableError("supports leave rigid motions free")
+    if system.held_by_contact:
+        raise _UnsuitableError(f"contact alone holds the {', '.join(system.held_by_contact)}")
+    if system.relaxing:
+        raise _UnsuitableError("materials relax")
+    if system.moving_supports:
+        raise _UnsuitableError("supports move")
+    if system.dampers is not None:
+        raise _UnsuitableError("rigid bodies have other damping than the material")
+    interface = interface_unknowns(motions.systems)
+    if not interface.size or interface.size >= system.mass.shape[0] - 1:
+        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact")
+    rows = observed_unknowns(motions.models, motions.systems)
+    needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
+    available = available_memory()
+    if available is not None and needed > available:
+        raise _UnsuitableError(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
+
+
+def _compute(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Outcome:
+    """Compute with ever more vibrations, until the estimated errors are within the tolerances.
+
+    Where there is no basis yet, the first of several motions tries it out for all.
+    """
+    maker = _Maker.of(motions, store)
+    with maker.alone():
+        tried, basis = _begun(motions.part(slice(1)), maker, wanted)
+    if tried is not None and len(motions.models) == 1:
+        return tried
+    outcome, suitable = _suitable(motions, maker, basis, wanted)
+    if suitable is not basis:
+        maker.keep(suitable)
+    return outcome
+
+
+def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Outcome | None, CraigBampton]:
+    """Return the basis that is kept, or a motion and the basis that suffices for it, which is kept from now on."""
+    with first.watch.part("basis"):
+        stored = maker.kept()
+        basis = stored or maker.make(_FEWEST)
+    if stored is not None:
+        return None, stored
+    outcome, basis = _suitable(first, maker, basis, wanted)
+    maker.keep(basis)
+    return outcome, basis
+
+
+def _suitable(
+    motions: Motions, maker: _Maker, basis: CraigBampton, wanted: ReducedBasis
+) -> tuple[Outcome, CraigBampton]:
+    """Compute some motions in a basis, and in larger ones up to one that suffices for them; return it, too."""
+    tried = list[tuple[int, float]]()
+    while True:
+        outcome, check = _attempt(motions, maker, basis)
+        count, excess = basis.frequencies.size, _excess(check, wanted)
+        if excess <= 1.0:
+            return outcome, basis
+        tried.append((count, excess))
+        fault = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
+        _logger.info("%s", fault)
+        if not _is_promising(tried):
+            allowed = f"{wanted.tolerance:g} and {wanted.acceleration_tolerance:g}"
+            raise _UnsuitableError(f"{fault}, and the tolerances are {allowed}")
+        with motions.watch.part("basis"):
+            basis = maker.make(_next_count(count, excess))
+
+
+def _excess(check: ResidualCheck, wanted: ReducedBasis) -> float:
+    """Return the estimated errors over their tolerances, the larger of both."""
+    return max(check.error / wanted.tolerance, check.acceleration_error / wanted.acceleration_tolerance)
+
+
+def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
+    """Tell whether the most vibrations may bring an error to one, from the numbers tried and the errors they left."""
+    count, error = tried[-1]
+    if len(tried) < 2 or count >= _MOST:
+        return count < _MOST
+    before, larger = tried[-2]
+    order = np.log(larger / error) / np.log(count / before) if count > before else 0.0
+    return bool(error <= (_MOST / count) ** order)
+
+
+def _next_count(count: int, excess: float) -> int:
+    """Return how many vibrations to try after some that left `excess` times the error: it falls about like 1/count."""
+    times = 2.0 ** np.ceil(np.log2(max(excess, 2.0)))
+    return int(min(count * min(times, _MOST_TIMES), max(_MOST, count)))
+
+
+def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Outcome, ResidualCheck]:
+    """Compute in a basis and look at the residual."""
+    with motions.watch.part("basis"):
+        first = reduced_system(motions.systems[0], maker.body, basis)
+        systems = [first, *(reduced_system(system, maker.body, basis, first) for system in motions.systems[1:])]
+        coordinates: Sequence[Any] = [system.coordinates for system in systems]
+        check = ResidualCheck(motions.models, motions.systems, coordinates, basis)
+    outcome = compute(motions, systems, check.motions)
+    return replace(outcome, attributes=check.attributes), check
+
+
+def in_basis(motions: Motions, store: BasisStore | None = None) -> tuple[System, ResidualCheck] | None:
+    """Return the system of one motion in a basis, with the check of its errors; None where the mesh is better."""
+    try:
+        _require_suitable(motions)
+        maker = _Maker.of(motions, store)
+        with motions.watch.part("basis"), maker.alone():
+            stored = maker.kept()
+            basis = stored or maker.make(_STEPWISE)
+            if stored is None:
+                maker.keep(basis)
+            system = reduced_system(motions.systems[0], maker.body, basis)
+        coordinates: Any = system.coordinates
+        return system, ResidualCheck(motions.models, motions.systems, [coordinates], basis)
+    except (_UnsuitableError, FingerslipError) as reason:
+        _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
+        return None

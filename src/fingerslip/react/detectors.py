@@ -1,0 +1,135 @@
+"""Detectors: each takes what there is to see after a step, and says whether it noticed slip."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+import pydantic
+
+from fingerslip.parameters import Duration, Fraction, PositiveLength, one_of, parameters
+from fingerslip.react.moment import SLIPPED, Alarm, Moment
+from fingerslip.react.spikes import SpikeCount
+
+__all__ = ["AtOnce", "DetectorChoice", "ForceRatio", "Never", "SlippedArea", "StickRatio"]
+
+
+class _Stateless:
+    """A detector that remembers nothing from step to step, and needs no sites."""
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Return none."""
+        return ()
+
+    def start(self) -> Self:
+        """Return itself."""
+        return self
+
+
+@parameters
+class SlippedArea(_Stateless):
+    """The truth: a share of the contact area has slipped since the load began.
+
+    Parameters
+    ----------
+    fraction : float
+        The share [-]; people notice slip at 0.48 (Barrea et al. 2018).
+    tolerance : float
+        Slip from which a node counts [m].
+    delay : float
+        Time from what it measures to its alarm [s].
+    """
+
+    fraction: Fraction = 0.48
+    tolerance: PositiveLength = SLIPPED
+    delay: Duration = 0.0
+
+    def take(self, moment: Moment) -> Alarm | None:
+        """Return an alarm, or None, after a step."""
+        value = moment.slipped_fraction(self.tolerance)
+        return Alarm(moment.time, value) if value >= self.fraction else None
+
+
+@parameters
+class StickRatio(_Stateless):
+    """The truth: no more than a share of the contact area sticks.
+
+    Parameters
+    ----------
+    ratio : float
+        The share [-].
+    delay : float
+        Time from what it measures to its alarm [s].
+    """
+
+    ratio: Fraction = 0.5
+    delay: Duration = 0.0
+
+    def take(self, moment: Moment) -> Alarm | None:
+        """Return an alarm, or None, after a step."""
+        value = moment.stick_ratio
+        return Alarm(moment.time, value) if value <= self.ratio else None
+
+
+@parameters
+class ForceRatio(_Stateless):
+    """Normal and tangential force, and a friction coefficient that is known.
+
+    Parameters
+    ----------
+    friction : float
+        The coefficient that the detector believes in [-].
+    share : float
+        Share of it that the ratio of the forces has to reach [-].
+    delay : float
+        Time from what it measures to its alarm [s].
+    """
+
+    friction: Annotated[float, pydantic.Field(gt=0)]
+    share: Fraction = 0.9
+    delay: Duration = 0.0
+
+    def take(self, moment: Moment) -> Alarm | None:
+        """Return an alarm, or None, after a step."""
+        value = moment.force_ratio
+        return Alarm(moment.time, value) if value >= self.share * self.friction else None
+
+
+@parameters
+class AtOnce(_Stateless):
+    """An alarm as soon as the load begins.
+
+    Parameters
+    ----------
+    delay : float
+        Time from the load to the alarm [s].
+    """
+
+    delay: Duration = 0.0
+
+    def take(self, moment: Moment) -> Alarm | None:
+        """Return an alarm."""
+        return Alarm(moment.time, 1.0)
+
+
+@parameters
+class Never(_Stateless):
+    """No alarm, whatever happens.
+
+    Parameters
+    ----------
+    delay : float
+        Of no consequence [s].
+    """
+
+    delay: Duration = 0.0
+
+    def take(self, moment: Moment) -> Alarm | None:  # noqa: ARG002  as for all detectors
+        """Return None."""
+        return None
+
+
+BuiltInDetector = SlippedArea | StickRatio | ForceRatio | SpikeCount | AtOnce | Never
+_WORDS = "A detector, under the key that names its kind; exactly one is given."
+#: A detector as a parameter; files write ``slipped_area: {...}``.
+DetectorChoice = Annotated[BuiltInDetector, one_of(BuiltInDetector, "detector", "DetectorChoice", _WORDS)]

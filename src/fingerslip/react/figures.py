@@ -1,0 +1,154 @@
+"""Figures of a map: critical latencies over friction and rate of the load, and what a latency costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from fingerslip.react.mapping import MapResult
+from fingerslip.react.reflex import REACTIONS
+from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
+from fingerslip.report.figures.style import add_legend, figure_grid, with_style
+
+__all__ = ["map_figure", "margin_figure"]
+
+_PANEL, _PANEL_OF_LINES = (2.6, 2.2), (3.6, 2.8)  # inch
+_MAP_COLOURS = "cividis"
+_LEAST = 10e-3  # [s], the dark end of the colours
+_TICKS = (10e-3, 30e-3, 100e-3, 300e-3)
+# Frontiers that are drawn on the map: what is to the right of one is too fast for that reaction.
+_FRONTIERS: tuple[tuple[str, str, Any], ...] = (
+    ("robot-piezo", GREEN, (0, (1, 1))),
+    ("human-slip", VERMILLION, "solid"),
+    ("servo", ORANGE, (0, (4, 2))),
+)
+_LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
+_PHALANX_COLOURS = (BLUE, ORANGE, GREEN)
+_DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1, 1.5)))
+
+
+@with_style
+def map_figure(result: MapResult, detector: str | None = None) -> Figure:
+    """Draw the longest latency after a detector's alarm that saves the object, a panel for each phalanx."""
+    settings = result.settings
+    detector = detector or settings.detector
+    latencies = [result.latency(phalanx, detector) for phalanx in settings.phalanges]
+    finite = np.concatenate([values[np.isfinite(values)] for values in latencies])
+    colours = ScalarMappable(LogNorm(_LEAST, max(float(finite.max(initial=_LEAST)), 2 * _LEAST)), _MAP_COLOURS)
+    title = f"Longest latency after '{detector}' that saves the object"
+    labels = ("rate of the load [N/s]", "friction coefficient [-]")
+    figure, panels = figure_grid(len(latencies), 3, _PANEL, title, labels)
+    for axes, phalanx, values in zip(panels, settings.phalanges, latencies, strict=True):
+        _draw_cells(axes, values, colours)
+        for name, colour, dashes in _FRONTIERS:
+            _draw_frontier(axes, values >= REACTIONS.read(name).delay, colour, dashes)
+        axes.set_title(f"{phalanx} phalanx")
+        axes.set_xticks(range(len(settings.load_rates)), [f"{rate:g}" for rate in settings.load_rates])
+        axes.set_yticks(range(len(settings.friction)), [f"{friction:g}" for friction in settings.friction])
+        axes.tick_params(length=0.0)
+        axes.grid(visible=False)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+    bar = figure.colorbar(colours, ax=panels, label="critical latency [ms]", shrink=0.9, pad=0.01, extend="min")
+    bar.set_ticks(_TICKS, labels=[f"{1e3 * tick:g}" for tick in _TICKS])
+    bar.minorticks_off()
+    keys: dict[str, Artist] = {
+        f"{name} saves what is left of it ({1e3 * REACTIONS.read(name).delay:.0f} ms)": Line2D(
+            [], [], color=colour, linestyle=dashes, linewidth=2.0
+        )
+        for name, colour, dashes in _FRONTIERS
+    }
+    keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
+    add_legend(figure, keys)
+    return figure
+
+
+def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable) -> None:
+    """Draw critical latencies (n_frictions, n_rates) [s] as cells that say them in ms; NaN where none saves."""
+    bounded = np.where(np.isnan(values), _LEAST / 10, np.minimum(values, 1e3))
+    lightness: NDArray[np.float64] = np.asarray(colours.norm(bounded), dtype=np.float64)
+    axes.imshow(colours.to_rgba(bounded), origin="lower", aspect="auto")
+    size = 0.8 * mpl.rcParams["ytick.labelsize"]
+    for (row, column), value in np.ndenumerate(values):
+        text = "–" if np.isnan(value) else "∞" if np.isinf(value) else f"{1e3 * value:.0f}"
+        colour = "white" if lightness[row, column] < 0.5 else BLACK
+        axes.text(column, row, text, ha="center", va="center", fontsize=size, color=colour)
+
+
+def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], colour: str, dashes: Any) -> None:
+    """Draw the edge between cells that are saved and those that are not, (n_frictions, n_rates)."""
+    style: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 2.0, "solid_capstyle": "butt"}
+    rows, columns = saved.shape
+    for row in range(rows):
+        for column in range(columns):
+            if column + 1 < columns and saved[row, column] != saved[row, column + 1]:
+                axes.plot([column + 0.5] * 2, [row - 0.5, row + 0.5], **style)
+            if row + 1 < rows and saved[row, column] != saved[row + 1, column]:
+                axes.plot([column - 0.5, column + 0.5], [row + 0.5] * 2, **style)
+
+
+@with_style
+def margin_figure(result: MapResult) -> Figure:
+    """Draw critical latency against rate of the load, and travel against latency, at the friction of the centre."""
+    settings, centre = result.settings, result.settings.centre
+    title = f"Friction {centre.friction:g}, {1e3 * settings.held.mass:g} g"
+    figure, (rates, travels) = figure_grid(2, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
+    row = settings.friction.index(centre.friction)
+    keys: dict[str, Artist] = {}
+    for phalanx, colour in zip(settings.phalanges, _PHALANX_COLOURS, strict=False):
+        for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
+            values = 1e3 * result.latency(phalanx, detector)[row]
+            rates.plot(settings.load_rates, values, color=colour, linestyle=dashes, marker="o", markersize=3.0)
+        latencies, ways = 1e3 * np.array(settings.latencies), 1e3 * np.array(result.travels[phalanx])
+        last = int(np.searchsorted(ways, 1e3 * settings.held.travel_limit)) + 1
+        travels.plot(latencies[:last], ways[:last], color=colour, marker="o", markersize=3.0)
+        keys[f"{phalanx} phalanx"] = Line2D([], [], color=colour)
+    for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
+        keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes)
+    _finish_rates(rates, settings.load_rates)
+    _finish_travels(travels, 1e3 * settings.held.travel_limit, f"{centre.load_rate:g} N/s, after '{settings.detector}'")
+    add_legend(figure, keys)
+    return figure
+
+
+def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
+    """Give critical latencies their axes, and the delays of some reactions as lines."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
+    axes.set_xticks([], minor=True)
+    axes.set_ylim(bottom=_LOWEST)
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.set_xlabel("rate of the load [N/s]")
+    axes.set_ylabel("critical latency [ms]")
+    for name in ("robot-piezo", "human-slip", "prosthesis"):
+        delay = 1e3 * REACTIONS.read(name).delay
+        axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
+        axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", ha="right", va="bottom", color=GREY, fontsize=7.0)
+
+
+def _finish_travels(axes: Axes, limit: float, title: str) -> None:
+    """Give travels their axes, the limit [mm], and the delays of some reactions as lines."""
+    axes.set_title(title)
+    axes.set_xlabel("latency [ms]")
+    axes.set_ylabel("largest travel [mm]")
+    axes.set_ylim(0.0, 1.08 * limit)
+    axes.axhline(limit, color=VERMILLION, linewidth=0.9)
+    left, right = axes.get_xlim()
+    axes.text(left, limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)
+    for name in ("robot-piezo", "human-slip", "servo"):
+        delay = 1e3 * REACTIONS.read(name).delay
+        if delay < right:
+            axes.axvline(delay, color=GREY, linewidth=0.8, zorder=1)
+            label = f" {name}"
+            axes.text(delay, 0.93 * limit, label, rotation=90, ha="right", va="top", color=GREY, fontsize=7.0)

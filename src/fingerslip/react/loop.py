@@ -1,0 +1,382 @@
+"""The loop: an object is held, its load grows, something notices, the grip rises, the object is saved or lost.
+
+What happens before the grip rises is the same for all reactions. It is computed once, with no reaction at all, and
+saved at every alarm. A reaction is a branch that is restored there; to the last bit it is what a run of its own gives.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import tempfile
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.steering.commands import Command
+from fingerslip.dynamics.steering.steering import Observation, Simulation
+from fingerslip.errors import InputError
+from fingerslip.react.moment import Alarm, Detector, Moment
+from fingerslip.react.reflex import Reaction, Response
+from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Grasp", "MemoryBases", "OpenLoop", "Outcome"]
+
+Array = NDArray[np.float64]
+
+
+class MemoryBases:
+    """Reduced bases that are kept as long as the process lives, for all runs on one mesh."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, dict[str, Array]] = {}
+
+    def load(self, key: str) -> Mapping[str, Array] | None:
+        """Return the arrays of a key, or None."""
+        return self._arrays.get(key)
+
+    def save(self, key: str, arrays: Mapping[str, Array]) -> None:
+        """Keep arrays under a key."""
+        self._arrays[key] = dict(arrays)
+
+    def alone(self, key: str) -> AbstractContextManager[None]:  # noqa: ARG002  as for all stores
+        """Do nothing: no other process sees them."""
+        return contextlib.nullcontext()
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """What happens where nothing reacts.
+
+    Parameters
+    ----------
+    times : (n,) array
+        Times since the load began [s].
+    travel, speed : (n,) array
+        Travel [m] and speed [m/s] of the object along the load.
+    slipped : (n,) array
+        Share of the contact area that has slipped [-].
+    alarms : mapping of str to Alarm or None
+        What each detector says.
+    gross : float or None
+        From when on nothing sticks, up to the loss [s].
+    lost : float or None
+        When the travel exceeds its limit [s].
+    """
+
+    times: Array
+    travel: Array
+    speed: Array
+    slipped: Array
+    alarms: Mapping[str, Alarm | None]
+    gross: float | None
+    lost: float | None
+
+    def lead(self, name: str) -> float | None:
+        """Return the time from a detector's alarm to gross slip [s]; None where one of them is."""
+        alarm = self.alarms[name]
+        return None if alarm is None or self.gross is None else self.gross - alarm.time
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What comes of a reaction.
+
+    Parameters
+    ----------
+    saved : bool
+        Whether the travel stayed within its limit.
+    travel : float
+        Largest travel of the object since the load began, elastic shear of the skin included [m].
+    largest_slip : float
+        Largest slip of a node since the load began [m].
+    grip : float
+        Largest grip force [N].
+    grip_added : float
+        What of it the reaction added [N].
+    false_grip : bool
+        Whether the grip rose for an object that would have been held without it.
+    start : float or None
+        When the grip began to rise, since the load began [s]; None without a reaction.
+    end : float
+        When it was decided, since the load began [s].
+    times, travels : array
+        The travel [m] over time [s] since the load began, from the branch on.
+    """
+
+    saved: bool
+    travel: float
+    largest_slip: float
+    grip: float
+    grip_added: float
+    false_grip: bool
+    start: float | None
+    end: float
+    times: Array
+    travels: Array
+
+
+class Grasp:
+    """An object that is held, with detectors that watch it.
+
+    Parameters
+    ----------
+    held : HeldObject
+        The object and its load.
+    holder : Holder
+        What holds it.
+    detectors : mapping of str to Detector
+        The detectors, by name.
+    bases : BasisStore, optional
+        Where reduced bases are kept.
+
+    Examples
+    --------
+    A reflex of 74 ms, from the time at which people notice slip::
+
+        with fs.Grasp(held, fs.holder_of(fs.preset("wang2014-2d")), {"people": fs.SlippedArea(0.48)}) as grasp:
+            outcome = grasp.react(fs.reaction("human-slip"), "people")
+    """
+
+    def __init__(
+        self,
+        held: HeldObject,
+        holder: Holder,
+        detectors: Mapping[str, Detector],
+        *,
+        bases: MemoryBases | None = None,
+    ) -> None:
+        self.held, self.detectors = held, dict(detectors)
+        recorded = {site.kind for site in holder.sites}
+        for name, detector in self.detectors.items():
+            missing = next((group for group in detector.groups if group not in recorded), None)
+            if missing is not None:
+                fault, allowed = f"needs sites of the kind {missing}", f"the holder has {', '.join(recorded) or 'none'}"
+                raise InputError(f"detectors.{name}", fault, allowed, f"write holder_of(..., groups=['{missing}'])")
+        self.model = held_model(held, holder)
+        self._bases = bases or MemoryBases()
+        self._folder = tempfile.TemporaryDirectory(prefix="fingerslip-react-")
+        self._saved: list[tuple[float, Path]] = []
+
+    def __enter__(self) -> Grasp:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Remove what was saved, and give the memory of all runs back."""
+        self._folder.cleanup()
+        # Factors are no memory of Python's, which would let them wait.
+        gc.collect()
+
+    @cached_property
+    def open_loop(self) -> OpenLoop:
+        """What happens where nothing reacts."""
+        with Simulation(self.model, threads=1, bases=self._bases) as simulation:
+            return self._watch(simulation)
+
+    def react(self, reaction: Reaction, detector: str) -> Outcome:
+        """Return what comes of a reaction to the alarm of a detector.
+
+        Parameters
+        ----------
+        reaction : Reaction
+            The reflex and its actuator; its latency counts from the alarm.
+        detector : str
+            Name of the detector.
+
+        Returns
+        -------
+        Outcome
+            Saved or lost, and at what price; where there is no alarm, what happens without a reaction.
+
+        Raises
+        ------
+        InputError
+            For a detector that is not there, a latency that is shorter than a step, and an actuator that cannot hold
+            the grip.
+        """
+        start = self.start_of(reaction, detector)
+        return self.without_reaction() if start is None else self.branch(reaction.response(start, self.held.first_grip))
+
+    def start_of(self, reaction: Reaction, detector: str) -> float | None:
+        """Return when the grip begins to rise, since the load began [s]; None without an alarm."""
+        if detector not in self.detectors:
+            raise InputError("detector", f"got '{detector}'", f"needs one of {', '.join(self.detectors)}")
+        if 0.0 < reaction.reflex.latency < self.held.step:
+            fault, allowed = f"got {reaction.reflex.latency:g} s", f"needs 0 s or at least a step, {self.held.step:g} s"
+            raise InputError("reflex.latency", fault, allowed, "take a shorter step")
+        alarm = self.open_loop.alarms[detector]
+        return None if alarm is None else alarm.time + self.detectors[detector].delay + reaction.delay
+
+    def without_reaction(self) -> Outcome:
+        """Return what comes of no reaction."""
+        loop, grip = self.open_loop, self.held.first_grip
+        largest = float(loop.travel.max())
+        return Outcome(
+            saved=loop.lost is None,
+            travel=largest,
+            largest_slip=self._open_slip,
+            grip=grip,
+            grip_added=0.0,
+            false_grip=False,
+            start=None,
+            end=float(loop.times[-1]),
+            times=loop.times,
+            travels=loop.travel,
+        )
+
+    def branch(self, response: Response) -> Outcome:
+        """Return what comes of a response, from the last state before it that was saved on.
+
+        Raises
+        ------
+        InputError
+            For a response that begins before the first alarm.
+        """
+        return self._branch(response, self.held.load.series()[0][-1])
+
+    def saves(self, response: Response) -> bool:
+        """Tell whether a response saves the object; quicker than :meth:`branch`, whose travel goes on with the load."""
+        return self._branch(response, response.start).saved
+
+    def _branch(self, response: Response, earliest: float) -> Outcome:
+        """Return what comes of a response, saved not before a time since the load began [s]."""
+        loop = self.open_loop
+        earlier = [path for time, path in self._saved if time <= response.start]
+        if not earlier:
+            fault = f"begins {1e3 * response.start:.4g} ms after the load"
+            raise InputError("response.start", fault, "needs an alarm before it", "add a detector that is earlier")
+        if loop.lost is not None and response.start >= loop.lost:
+            return self.without_reaction()
+        with Simulation.restore(earlier[-1], self.model, threads=1, bases=self._bases) as simulation:
+            return self._follow(simulation, response, earliest)
+
+    def whole(self, response: Response) -> Outcome:
+        """Return what comes of a response, computed from the start of the run on."""
+        with Simulation(self.model, threads=1, bases=self._bases) as simulation:
+            for _ in range(round(self.held.begins / self.held.step)):
+                simulation.step()
+            return self._follow(simulation, response, self.held.load.series()[0][-1])
+
+    def history(self, response: Response | None) -> xr.Dataset:
+        """Return the whole history of a response, or of none, up to its decision: for films and figures."""
+        with Simulation(self.model, threads=1, bases=self._bases) as simulation:
+            last = (self.open_loop.times[-1] if response is None else self.branch(response).end) + self.held.begins
+            while simulation.time < last - 0.5 * self.held.step:
+                self._step(simulation, response)
+            return simulation.history()
+
+    def _step(self, simulation: Simulation, response: Response | None) -> Observation:
+        """Take a step under the force that a response has at its end."""
+        time = simulation.time + self.held.step - self.held.begins
+        if response is None or time <= response.start:
+            return simulation.step()
+        added = response.force(time) - self.held.first_grip
+        return simulation.step(Command(OBJECT, force=(0.0, added)))
+
+    def _motion(self, observation: Observation) -> tuple[float, float]:
+        """Return position [m] and speed [m/s] of the object along the load."""
+        position, speed = (observation[f"rigid_body_{name}"][0, 0] for name in ("displacement", "velocity"))
+        return self.held.direction * float(position), self.held.direction * float(speed)
+
+    def _watch(self, simulation: Simulation) -> OpenLoop:
+        """Take steps up to the loss, or the end; save a state at every alarm."""
+        held = self.held
+        for _ in range(round(held.begins / held.step)):
+            observation = simulation.step()
+        areas = simulation.history()["contact_area"].values
+        slips = self._first_slips = observation["slip_distance"].copy()
+        self._origin = self._motion(observation)[0]
+        alarms: dict[str, Alarm | None] = dict.fromkeys(self.detectors)
+        watches = {name: detector.start() for name, detector in self.detectors.items()}
+        rows: list[tuple[float, float, float, float, bool]] = []
+        while True:
+            moment = Moment(simulation.time - held.begins, observation, areas, slips)
+            position, speed = self._motion(observation)
+            rows.append(
+                (moment.time, position - self._origin, speed, moment.slipped_fraction(), moment.stick_ratio == 0.0)
+            )
+            for name, watch in watches.items():
+                if alarms[name] is None:
+                    alarms[name] = watch.take(moment)
+                    if alarms[name] is not None:
+                        self._save(simulation, moment.time)
+            if simulation.is_finished or rows[-1][1] > held.travel_limit:
+                break
+            observation = simulation.step()
+        self._open_slip = float((observation["slip_distance"] - slips).max())
+        columns = np.array(rows)
+        is_lost = bool(columns[-1, 1] > held.travel_limit)
+        times, slides = columns[:, 0], columns[:, 4] > 0.0
+        sticking = np.flatnonzero(~slides)
+        first = int(sticking[-1]) + 1 if sticking.size else 0
+        gross = float(times[first]) if is_lost and first < times.size else None
+        lost = float(times[-1]) if is_lost else None
+        return OpenLoop(times, columns[:, 1], columns[:, 2], columns[:, 3], alarms, gross, lost)
+
+    def _save(self, simulation: Simulation, time: float) -> None:
+        if self._saved and self._saved[-1][0] == time:
+            return
+        path = Path(self._folder.name) / f"{len(self._saved)}"
+        simulation.save(path)
+        self._saved.append((time, path))
+
+    def _follow(self, simulation: Simulation, response: Response, earliest: float) -> Outcome:
+        """Take steps under a response until the object is lost, or saved at a time or later [s]."""
+        held, loop = self.held, self.open_loop
+        times, travels = [], []
+        observation, grip = simulation.observation, response.grip
+        while not simulation.is_finished:
+            observation = self._step(simulation, response)
+            time = simulation.time - held.begins
+            position, speed = self._motion(observation)
+            grip = max(grip, response.force(time))
+            times.append(time)
+            travels.append(position - self._origin)
+            if travels[-1] > held.travel_limit:
+                break
+            if time >= max(earliest, response.start) and speed <= 0.0 and self._is_safe(response, time):
+                break
+        within = travels[-1] <= held.travel_limit
+        return Outcome(
+            saved=within,
+            travel=max(travels),
+            largest_slip=float((observation["slip_distance"] - self._first_slips).max()),
+            grip=grip,
+            grip_added=grip - held.first_grip,
+            false_grip=loop.lost is None,
+            start=response.start,
+            end=times[-1],
+            times=np.array(times),
+            travels=np.array(travels),
+        )
+
+    def _is_safe(self, response: Response, time: float) -> bool:
+        """Tell whether friction bears the load at a time [s] and ever after."""
+        knots, _ = self.held.load.series()
+        later = _later_times(time, self.held.duration, knots)
+        bears = (2.0 * self.held.friction * response.force(moment) for moment in later)
+        return all(limit > self.held.total_load(moment) for limit, moment in zip(bears, later, strict=True))
+
+
+_LOOKS_AHEAD = 64
+
+
+def _later_times(time: float, end: float, knots: Sequence[float]) -> list[float]:
+    """Return times from one on [s] at which a load between knots and a grip are compared."""
+    even = np.linspace(time, max(end, time), _LOOKS_AHEAD)
+    return [*even.tolist(), *(knot for knot in knots if knot > time)]

@@ -1,0 +1,105 @@
+"""What a detector sees after a step, and what it says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.states import OPEN, STICK
+from fingerslip.dynamics.steering.steering import Observation
+from fingerslip.slip.settings import EventSettings
+
+__all__ = ["SLIPPED", "Alarm", "Detector", "Moment", "Watch"]
+
+Array = NDArray[np.float64]
+
+#: Slip from which a node counts as slipped [m].
+SLIPPED = EventSettings().slip_tolerance
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """What a detector says when it notices slip.
+
+    Parameters
+    ----------
+    time : float
+        When, since the load began [s].
+    value : float
+        What it measured, such as the share of the contact that has slipped.
+    """
+
+    time: float
+    value: float
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What there is to see after a step.
+
+    Parameters
+    ----------
+    time : float
+        Time since the load began [s].
+    observation : Observation
+        All that was recorded of the step, by the names of the history.
+    areas : (n,) array
+        Tributary areas of the contact candidates [m^2].
+    slips : (n,) array
+        Their slip distances when the load began [m].
+    """
+
+    time: float
+    observation: Observation
+    areas: Array
+    slips: Array
+
+    @cached_property
+    def touching(self) -> NDArray[np.bool_]:
+        """Which candidates touch, (n,)."""
+        return np.asarray(self.observation["contact_state"] != OPEN)
+
+    def slipped_fraction(self, tolerance: float = SLIPPED) -> float:
+        """Return the share of the contact area that has slipped by more than a tolerance [m] since the load began."""
+        return self._share(self.observation["slip_distance"] - self.slips > tolerance)
+
+    @property
+    def stick_ratio(self) -> float:
+        """Share of the contact area that sticks."""
+        return self._share(self.observation["contact_state"] == STICK)
+
+    @property
+    def force_ratio(self) -> float:
+        """Tangential over normal force."""
+        tangential, normal = np.abs(self.observation["counterface_force"][0])
+        return float(tangential / normal) if normal > 0.0 else 0.0
+
+    def _share(self, nodes: NDArray[np.bool_]) -> float:
+        area = float(self.areas[self.touching].sum())
+        return float(self.areas[nodes & self.touching].sum() / area) if area > 0.0 else 0.0
+
+
+class Watch(Protocol):
+    """A detector at work in one run; it may keep what it saw."""
+
+    def take(self, moment: Moment) -> Alarm | None:
+        """Return an alarm, or None, after a step; it may read all that was recorded, `moment.observation`."""
+
+
+class Detector(Protocol):
+    """What notices slip."""
+
+    @property
+    def delay(self) -> float:
+        """Time from what it measures to its alarm [s], apart from the latency of the reflex."""
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Kinds of sites that the holder has to record for it."""
+
+    def start(self) -> Watch:
+        """Return what watches one run."""

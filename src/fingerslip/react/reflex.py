@@ -1,0 +1,207 @@
+"""What follows an alarm: a latency, a dead time, then a grip that rises at the rate of its actuator.
+
+The grip force is a function of time in seconds; it may begin to rise inside a step of the solver.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Annotated, Literal
+
+import pydantic
+
+from fingerslip.errors import InputError
+from fingerslip.parameters import Duration, Force, NonNegativeNumber, parameters
+from fingerslip.parameters.presets import Presets
+from fingerslip.units import Unit
+
+__all__ = ["REACTIONS", "Actuator", "Reaction", "Reflex", "Response", "reaction", "reaction_names"]
+
+ForceRate = Annotated[float, Unit("N/s"), pydantic.Field(gt=0)]
+_PositiveForce = Annotated[Force, pydantic.Field(gt=0)]
+
+_ROUNDING = 1e-9
+
+
+@parameters
+class Reflex:
+    """What an alarm sets off.
+
+    Parameters
+    ----------
+    latency : float
+        Time from the alarm to the command [s].
+    jitter : float
+        Standard deviation of the latency from trial to trial [s].
+    gain : float
+        Grip force that is added, as a share of that at the alarm [-].
+    shape : {'ramp', 'smooth', 'exponential'}
+        How the force rises: evenly, with a smooth start and end, or ever slower. None is ever faster than the actuator.
+
+    Examples
+    --------
+    >>> reflex = Reflex(latency=74e-3, jitter=9e-3)
+    >>> f"{reflex.share_within(83e-3):.2f}"
+    '0.84'
+    """
+
+    latency: Duration = 0.0
+    jitter: Duration = 0.0
+    gain: NonNegativeNumber = 1.0
+    shape: Literal["ramp", "smooth", "exponential"] = "ramp"
+
+    def share_within(self, latency: float) -> float:
+        """Return the share of trials that are no later than a latency [s]; latencies are normally distributed."""
+        if self.jitter == 0.0:
+            return float(self.latency <= latency)
+        return 0.5 * (1.0 + math.erf((latency - self.latency) / (math.sqrt(2.0) * self.jitter)))
+
+
+@parameters
+class Actuator:
+    """What moves the fingers.
+
+    Parameters
+    ----------
+    dead_time : float
+        Time from the command to the first change of the force [s].
+    force_rate : float
+        Largest rate of the grip force [N/s].
+    largest_force : float
+        Largest grip force [N].
+    update_period : float
+        Time between changes of the force [s]; 0 for one that changes continuously.
+    """
+
+    dead_time: Duration = 0.0
+    force_rate: ForceRate = 20.0
+    largest_force: _PositiveForce = 40.0
+    update_period: Duration = 0.0
+
+
+@parameters
+class Reaction:
+    """A reflex and the actuator that it drives.
+
+    Parameters
+    ----------
+    reflex : Reflex
+        What an alarm sets off.
+    actuator : Actuator
+        What moves the fingers.
+
+    Examples
+    --------
+    >>> reaction("human-slip").delay
+    0.074
+    """
+
+    reflex: Reflex = Reflex()
+    actuator: Actuator = Actuator()
+
+    @property
+    def delay(self) -> float:
+        """Time from the alarm to the first change of the force [s]."""
+        return self.reflex.latency + self.actuator.dead_time
+
+    def response(self, start: float, grip: float) -> Response:
+        """Return the grip force over time.
+
+        Parameters
+        ----------
+        start : float
+            When the force begins to rise [s].
+        grip : float
+            The force until then [N].
+
+        Raises
+        ------
+        InputError
+            Where the actuator cannot even hold the force that there is.
+        """
+        if self.actuator.largest_force < grip:
+            fault, allowed = f"got {self.actuator.largest_force:.4g} N", f"needs at least the grip force, {grip:.4g} N"
+            raise InputError("actuator.largest_force", fault, allowed)
+        return Response(start, grip, self.reflex, self.actuator)
+
+
+@dataclass(frozen=True)
+class Response:
+    """The grip force over time that a reaction brings."""
+
+    start: float  # when it begins to rise [s]
+    grip: float  # until then [N]
+    reflex: Reflex
+    actuator: Actuator
+
+    @property
+    def addition(self) -> float:
+        """Force that is added in the end [N]."""
+        return min(self.reflex.gain * self.grip, self.actuator.largest_force - self.grip)
+
+    def force(self, time: float) -> float:
+        """Return the grip force at a time [s], in N."""
+        since, period = time - self.start, self.actuator.update_period
+        if since <= 0.0 or self.addition <= 0.0:
+            return self.grip
+        if period > 0.0:
+            since = math.floor(since / period + _ROUNDING) * period
+        return self.grip + self.addition * _SHAPES[self.reflex.shape](since * self.actuator.force_rate / self.addition)
+
+
+def _ramp(progress: float) -> float:
+    return min(progress, 1.0)
+
+
+def _smooth(progress: float) -> float:
+    # The slope of 3 s^2 - 2 s^3 is at most 3/2.
+    share = min(progress / 1.5, 1.0)
+    return share * share * (3.0 - 2.0 * share)
+
+
+def _exponential(progress: float) -> float:
+    return -math.expm1(-progress)
+
+
+# Share of the added force by time over the shortest time that the actuator needs for it; no slope exceeds one.
+_SHAPES: Mapping[str, Callable[[float], float]] = MappingProxyType(
+    {"ramp": _ramp, "smooth": _smooth, "exponential": _exponential}
+)
+
+#: Reactions that ship, every value with its source.
+REACTIONS = Presets(Reaction, "fingerslip.react")
+
+
+def reaction_names() -> tuple[str, ...]:
+    """Return the names of the reactions that ship, of people, robots and a prosthesis."""
+    return REACTIONS.names
+
+
+def reaction(name: str) -> Reaction:
+    """Return a reaction that ships.
+
+    Parameters
+    ----------
+    name : str
+        Its name, one of :func:`reaction_names`.
+
+    Returns
+    -------
+    Reaction
+        Its reflex and actuator. What is not published, above all rates of force, is assumed; `fingerslip react` writes
+        the source of every value into `sources.csv`.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+
+    Examples
+    --------
+    >>> reaction("prosthesis").reflex.latency
+    0.3
+    """
+    return REACTIONS.read(name)

@@ -1,0 +1,160 @@
+"""A detector that counts the spikes of afferents, step by step.
+
+Each afferent is that of :mod:`fingerslip.afferents.integrate_and_fire`, whose filter and membrane carry on from one
+step to the next; between two steps its stimulus is linear.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections import deque
+from typing import Annotated
+
+import numpy as np
+import pydantic
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import signal
+
+from fingerslip.afferents.integrate_and_fire import AFFERENTS, IntegrateAndFire
+from fingerslip.afferents.signals import BandwidthWarning
+from fingerslip.afferents.stimuli import STIMULI
+from fingerslip.history import VARIABLES
+from fingerslip.parameters import Duration, PositiveDuration, parameters
+from fingerslip.react.moment import Alarm, Moment
+from fingerslip.sites import ReceptorKind
+
+__all__ = ["SpikeCount", "SpikeStream"]
+
+Array = NDArray[np.float64]
+
+# The longest substep, as shares of the membrane's time constant and of the rest after a spike.
+_OF_MEMBRANE, _OF_REST = 0.02, 0.2
+_ORDER, _STEPS_A_PERIOD = 3, 20.0
+_SIGNALS = ("strain", "stress", "strain_energy_density", "velocity", "acceleration")
+
+
+@parameters
+class SpikeCount:
+    """Spikes of a population of afferents.
+
+    Parameters
+    ----------
+    kind : {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
+        Type of the afferents; the holder has to record their receptors.
+    count : int
+        Spikes of all of them together, since the load began, that are an alarm.
+    window : float
+        Time within which they have to arrive [s].
+    delay : float
+        Time from where spikes are counted, after each afferent's own conduction, to the alarm [s].
+    """
+
+    kind: ReceptorKind = "FA-I"
+    count: Annotated[int, pydantic.Field(gt=0)] = 10
+    window: PositiveDuration = 20e-3
+    delay: Duration = 0.0
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """The kind of the receptors."""
+        return (self.kind,)
+
+    def start(self) -> _SpikeWatch:
+        """Return what watches one run."""
+        return _SpikeWatch(self)
+
+
+class _SpikeWatch:
+    """Counts the spikes of one run."""
+
+    def __init__(self, settings: SpikeCount) -> None:
+        self._settings, self._model = settings, AFFERENTS.read(settings.kind.lower())
+        self._stream: SpikeStream | None = None
+        self._arrivals: deque[float] = deque()
+        self._began, self._has_warned = 0.0, False
+
+    def take(self, moment: Moment) -> Alarm | None:
+        """Return an alarm, or None, after a step."""
+        stimulus = self._stimulus(moment)
+        if self._stream is None:
+            self._stream, self._began = SpikeStream(self._model, moment.time, stimulus), moment.time
+            return None
+        self._warn_of_long_steps(moment.time)
+        self._arrivals.extend(self._stream.advance(moment.time, stimulus))
+        while self._arrivals and self._arrivals[0] < self._arrivals[-1] - self._settings.window:
+            self._arrivals.popleft()
+        count = len(self._arrivals)
+        return Alarm(max(self._arrivals[-1], moment.time), count) if count >= self._settings.count else None
+
+    def _warn_of_long_steps(self, time: float) -> None:
+        """Warn once where the first step to a time [s] does not resolve what the afferents respond to."""
+        longest = 1.0 / (_STEPS_A_PERIOD * self._model.highest_frequency)
+        if time - self._began > longest * (1.0 + 1e-6) and not self._has_warned:
+            text = f"{self._settings.kind} responds to {self._model.highest_frequency:g} Hz, which needs steps of"
+            warnings.warn(f"{text} {longest:.1g} s", BandwidthWarning, stacklevel=2)
+        self._has_warned = True
+
+    def _stimulus(self, moment: Moment) -> Array:
+        """Return the stimulus of each afferent, (k,) in its SI unit."""
+        recorded = moment.observation.recorder.values
+        rows = np.flatnonzero(np.asarray(recorded["site_kind"]) == self._settings.kind)
+        values = {
+            name: (VARIABLES[name].dims, np.asarray(moment.observation[name])[None][:, rows]) for name in _SIGNALS
+        }
+        at = xr.Dataset(values, {"stress_component": recorded["stress_component"]})
+        stimulus: Array = np.asarray(STIMULI[self._model.stimulus][2](at))[0]
+        return stimulus
+
+
+class SpikeStream:
+    """Afferents of one type whose stimuli come step by step."""
+
+    def __init__(self, model: IntegrateAndFire, time: float, stimuli: Array) -> None:
+        """Begin at rest under stimuli (k,) at a time [s]."""
+        self._model, self._time, self._stimuli = model, time, stimuli
+        self._low, self._membrane, self._free_from = stimuli, np.zeros(stimuli.size), np.full(stimuli.size, -np.inf)
+        self._drive = self._drive_of(stimuli, np.zeros(stimuli.size))
+        self._sections: Array | None = None
+        self._left = np.zeros(0)
+
+    def advance(self, time: float, stimuli: Array) -> list[float]:
+        """Take the stimuli (k,) at the next time [s], and return the times at which spikes arrive [s]."""
+        model, length = self._model, time - self._time
+        finest = min(_OF_MEMBRANE * model.membrane_time, _OF_REST * model.rest or np.inf)
+        count = int(np.ceil(length / finest - 1e-9))
+        step = length / count
+        shares = np.arange(1, count + 1)[:, None] / count
+        low = self._filtered(self._stimuli + shares * (stimuli - self._stimuli), 1.0 / step)
+        decay, arrivals = np.exp(-step / model.membrane_time), []
+        for number, values in enumerate(low, start=1):
+            drive = self._drive_of(values, (values - self._low) / step)
+            target, now = 0.5 * (drive + self._drive), self._time + number * step
+            membrane = np.where(now > self._free_from, target + (self._membrane - target) * decay, 0.0)
+            fires = membrane >= 1.0
+            arrivals += [now + model.delay] * int(fires.sum())
+            self._membrane = np.where(fires, 0.0, membrane)
+            self._free_from = np.where(fires, now + model.rest, self._free_from)
+            self._low, self._drive = values, drive
+        self._time, self._stimuli = time, stimuli
+        return arrivals
+
+    def _drive_of(self, values: Array, rates: Array) -> Array:
+        """Return what drives the membranes, (k,) [-]."""
+        drive = np.zeros(values.size)
+        if self._model.least_steady is not None:
+            drive += np.abs(values) / self._model.least_steady
+        if self._model.least_rate is not None:
+            drive += np.abs(rates) / self._model.least_rate
+        return drive
+
+    def _filtered(self, values: Array, rate: float) -> Array:
+        """Return values (m, k) at a rate [1/s] without what is above the highest frequency, on from the last ones."""
+        if self._model.highest_frequency >= 0.5 * rate:
+            return values
+        if self._sections is None:
+            self._sections = signal.butter(_ORDER, self._model.highest_frequency, fs=rate, output="sos")
+            self._left = signal.sosfilt_zi(self._sections)[:, :, None] * self._stimuli
+        smoothed, self._left = signal.sosfilt(self._sections, values, axis=0, zi=self._left)
+        low: Array = smoothed
+        return low

@@ -1,0 +1,214 @@
+"""Every figure of speed that the documentation names, in one table: ``python tests/benchmarks/bench_all.py``.
+
+Each case runs in a process of its own, after what it needs was compiled. Beside each figure stand its goal and what
+``results/reference/benchmark_all.json`` has of the version before. The machine's speed is measured by fixed work before
+each case, and figures of another day are scaled by it. ``--write FILE`` writes such a file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import multiprocessing
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from bench_basis import Memory
+from rows import line, options_of, reference, table, write
+from threadpoolctl import threadpool_limits
+
+import fingerslip as fs
+from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.prepare import prepare
+
+ROOT = Path(__file__).parents[2]
+# CPU seconds, but where the name says something else.
+Figures = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A measurement, and what its figures should be at most."""
+
+    measure: Callable[[], Figures]
+    goals: Figures
+
+
+@contextlib.contextmanager
+def seconds(figures: Figures, name: str) -> Iterator[None]:
+    """Write the CPU seconds of a block, those of its children too, and those of the clock."""
+    cpu, clock = sum(os.times()[:4]), time.perf_counter()
+    yield
+    figures[name] = sum(os.times()[:4]) - cpu
+    figures[f"{name}, clock"] = time.perf_counter() - clock
+
+
+def speed() -> float:
+    """Return the CPU seconds of fixed work: products in the cache, and passes over more than the cache holds."""
+    small, large = np.ones((400, 400)), np.ones(8_000_000)
+    with threadpool_limits(limits=1):
+        start = time.process_time()
+        for _ in range(20):
+            small @ small
+            large += 1.0
+        return time.process_time() - start
+
+
+def model_of(study: str, number: int = 0) -> fs.Model:
+    plan = plan_study(ROOT / "studies" / f"{study}.yaml", "results")
+    return prepare(plan, plan.runs[number : number + 1])[0].model
+
+
+def push_and_slide(step: float) -> fs.Model:
+    """Return the push and slide of the paper's section on elements of 0.15 mm, in a basis."""
+    finger = fs.preset("wang2014-2d")
+    return fs.Model(
+        mesh=fs.build_section(finger, contact_size=0.15e-3),
+        materials=finger.materials,
+        formulation=finger.formulation,
+        depth=finger.depth,
+        supports={"phalanx": ("x", "y")},
+        contacts=(fs.Contact(boundary="skin", friction=fs.Coulomb(0.6)),),
+        programme=(fs.Press(1.5e-3, 1.5e-3), fs.Slide(6e-3, 3e-3)),
+        time=fs.TimeStepping(step),
+        record=fs.Recording(sites=fs.receptor_sites(finger)),
+        basis=fs.ReducedBasis(1e-2, 0.5),
+    )
+
+
+def plane() -> Figures:
+    """Run 600 steps with everything recorded: in a basis that is made, in one that is kept, and on the mesh."""
+    figures: Figures = {}
+    model = push_and_slide(5e-3)
+    fs.simulate(replace(model, time=fs.TimeStepping(5e-3, end=0.1)), bases=Memory())
+    store = Memory()
+    for name in ("basis made", "basis kept"):
+        with seconds(figures, name):
+            fs.simulate(model, bases=store)
+    with seconds(figures, "mesh"):
+        fs.simulate(replace(model, basis=None))
+    return figures
+
+
+def control() -> Figures:
+    """Step 1 ms at a time from outside and read the slip of each node: milliseconds a step."""
+    model, store = push_and_slide(1e-3), Memory()
+    clocks = []
+    with fs.Simulation(model, threads=1, bases=store) as simulation:
+        for _ in range(200):
+            simulation.step()
+        cpu = time.process_time()
+        for _ in range(1500):
+            start = time.perf_counter()
+            simulation.step()["contact_state"]
+            clocks.append(1e3 * (time.perf_counter() - start))
+        cpu = 1e3 * (time.process_time() - cpu) / 1500
+    centiles = statistics.quantiles(clocks, n=20)
+    return {
+        "a step [ms]": cpu,
+        "median [ms], clock": statistics.median(clocks),
+        "95 % [ms], clock": centiles[-1],
+        "largest [ms], clock": max(clocks),
+    }
+
+
+def command(name: str, *arguments: str) -> Figures:
+    """Run the command line once to compile, and once for the figures."""
+    figures: Figures = {}
+    with tempfile.TemporaryDirectory() as folder:
+        words = [sys.executable, "-m", "fingerslip", *arguments, "--quiet", "--force", "--results", folder]
+        subprocess.run(words, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+        with seconds(figures, name):
+            subprocess.run(words, check=True, cwd=ROOT, stdout=subprocess.DEVNULL)
+    return figures
+
+
+def sweep() -> Figures:
+    """Run 16 frictions and 4 depths from start to summary, without figures."""
+    figures: Figures = {}
+    subprocess.run([sys.executable, str(Path(__file__).with_name("bench_sweep.py")), "--help"], check=True, stdout=-3)
+    with seconds(figures, "64 runs and a single one"):
+        subprocess.run(
+            [sys.executable, str(Path(__file__).with_name("bench_sweep.py")), "--bases", "automatic"],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+    return figures
+
+
+def solid() -> Figures:
+    """Run the shipped tetrahedra in one direction, and in eight together."""
+    figures: Figures = {}
+    model = replace(model_of("wang2014_3d_tetrahedra"), basis=None)
+    fs.simulate(replace(model, time=replace(model.time, end=20 * model.time.step)))
+    with seconds(figures, "one direction"):
+        fs.simulate(model)
+    angles = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+    press, slide = model.programme[0], model.programme[-1]
+    turned = [replace(slide, direction=(float(np.cos(angle)), 0.0, float(np.sin(angle)))) for angle in angles]
+    with seconds(figures, "eight directions"):
+        fs.simulate_together([replace(model, programme=(press, direction)) for direction in turned])
+    figures["eight over one"] = figures["eight directions"] / figures["one direction"]
+    return figures
+
+
+def large() -> Figures:
+    """Run the study of large strain in 2D, and the same motion at small strain on the mesh."""
+    figures: Figures = {}
+    model = model_of("finite_strain")
+    plan = plan_study(ROOT / "studies" / "finite_strain.yaml", "results")
+    small = next(job.model for job in prepare(plan, plan.runs) if not job.model.is_finite)
+    finite = next(job.model for job in prepare(plan, plan.runs) if job.model.is_finite)
+    for name, each in (("small strain", replace(small, basis=None)), ("large strain", finite)):
+        fs.simulate(replace(each, time=replace(each.time, end=20 * model.time.step)))
+        with seconds(figures, name):
+            fs.simulate(each)
+    figures["large over small"] = figures["large strain"] / figures["small strain"]
+    return figures
+
+
+CASES = {
+    "2D": Case(plane, {"basis made": 0.7, "basis kept": 0.3}),
+    "control": Case(control, {"a step [ms]": 0.5, "95 % [ms], clock": 1.0}),
+    "table 2": Case(partial(command, "run", "run", "studies/wang2014_table2.yaml"), {"run": 12.0}),
+    "sweep": Case(sweep, {"64 runs and a single one": 15.0}),
+    "3D": Case(solid, {"one direction": 15.0, "eight over one": 2.0}),
+    "large strain": Case(large, {"large over small": 4.0}),
+}
+
+
+def measured(name: str) -> tuple[float, Figures]:
+    logging.disable(logging.WARNING)
+    return min(speed() for _ in range(3)), CASES[name].measure()
+
+
+def main() -> None:
+    parser = options_of(__doc__, writes=True)
+    parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
+    options = parser.parse_args()
+    stored, results = reference("benchmark_all"), {}
+    table("case", "figure [s]", "now", "goal", "before", "before, at this speed")
+    for name in options.cases:
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            fixed, figures = pool.apply(measured, (name,))
+        results[name] = {"fixed work": fixed, **figures}
+        before = stored.get(name, {})
+        scale = fixed / before["fixed work"] if before else 1.0
+        for figure, value in results[name].items():
+            goal, earlier = CASES[name].goals.get(figure, ""), before.get(figure, "")
+            is_ratio = " over " in figure or not before
+            line(name, figure, value, goal, earlier, earlier if is_ratio else earlier * scale, digits=3)
+    write(options.write, results)
+
+
+if __name__ == "__main__":
+    main()
