@@ -1,8 +1,10 @@
 """The tables of docs/tracking.md: error, identities, what is kept, drift and speed, on clips with known truth.
 
-Run it as it is: ``python tests/benchmarks/bench_tracking.py [--cases error directions bad vanish drift speed]``. Every
-table is printed in Markdown. The plain tracker beside ours takes the nearest blob in each frame. ``--seed`` gives the
-bad clips other noise, texture and reflections.
+Run it as it is: ``python tests/benchmarks/bench_tracking.py``, or with some of its cases only (``--cases``). Every
+table is printed in Markdown. The plain tracker beside ours takes the nearest blob in each frame. ``--seed`` gives
+the bad clips other noise, texture and reflections. ``--clips FOLDER`` follows recordings instead, whose truth nobody
+knows, and judges by what is known: where the sensor looks as in the first frame, markers are back at their places.
+NAME.mask.png beside a recording is its mask.
 """
 
 from __future__ import annotations
@@ -27,10 +29,10 @@ from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.reference import first_frames, reference_of
 from fingerslip.vision.video import frame_state, open_frames, rest_exposure, write_video
 from problems import clips
-from problems.nearest import track_nearest
+from problems.nearest import track_flow, track_nearest, track_trackpy
 
 REST, RATE = 20, 60.0
-line = functools.partial(rows.line, digits=3)
+line, table = functools.partial(rows.line, digits=3), rows.table
 WORST = clips.with_look(clips.BAD, marker=150.0, background=50.0)
 
 
@@ -170,6 +172,92 @@ def vanish() -> None:
              percent(score.kept), score.swapped)  # fmt: skip
 
 
+def trackers() -> None:
+    """Trackers side by side: kept [%] / swaps, all of them started where the markers are, ours without any hint."""
+    table("clip", "ours", "nearest blob", "optical flow", "trackpy")
+    rings, lattice = clips.field(), clips.field(layout="hex", rings=6)
+    lost = np.zeros((80, 81), dtype=bool)
+    lost[40:60, np.random.default_rng(1).choice(81, 16, replace=False)] = True
+    cases = {
+        "pressed": (clips.press(rings), clips.DEFAULT, None),
+        "halves part by half a distance": (clips.part(rings, 0.5), clips.DEFAULT, None),
+        "halves part by a whole distance": (clips.part(rings, 1.0), clips.DEFAULT, None),
+        "the same, hexagonal lattice": (clips.part(lattice, 1.0), clips.with_look(clips.DEFAULT, radius=4.0), None),
+        "reflections, flicker, JPEG": (clips.slide(rings, 0.0, count=80), WORST, None),
+        "a fifth is hidden for 20 frames": (clips.slide(rings, 0.5, count=80), clips.DEFAULT, lost),
+        "markers touch and part": (clips.pinch(rings, 0.7), clips.with_look(clips.DEFAULT, radius=11.0), None),
+    }
+    for name, (path, look, hidden) in cases.items():
+        frames, truth = list(clips.filmed(path, look, hidden=hidden)), clips.truth_of(path, look)
+        start, bright = truth[0], look.marker > look.background
+        tracks = (
+            ours(frames, truth),
+            track_nearest(frames, start, look.radius, bright),
+            track_flow(frames, start),
+            track_trackpy(frames, start, look.radius, bright),
+        )
+        scores = [clips.scored(position, truth, hidden) for position in tracks]
+        line(name, *(f"{percent(score.kept)} / {score.swapped}" for score in scores))
+
+
+def recordings(folder: Path) -> None:
+    """Print for each recording which shares [%] of the markers are home at rest, wrong, and home at the last rest."""
+    table(
+        "recording", "hint", "tracker", "markers", "rest frames", "seen", "home", "wrong", "last home", "CPU ms a frame"
+    )
+    for video in sorted(path for path in folder.iterdir() if path.suffix in {".avi", ".mp4", ".mkv"}):
+        masks = [mask for mask in [video.with_suffix(".mask.png")] if mask.exists()]
+        frames = list(open_frames(video).read())
+        for mask in [*masks, None]:
+            image = first_frames(frames, 10)[0]
+            allowed = None if mask is None else cv2.imread(str(mask), cv2.IMREAD_GRAYSCALE) > 0
+            markers = reference_of(image, allowed, None, "auto", None, video.name).markers
+            rest = _at_rest(frames, _region(image.shape, markers.position) if allowed is None else allowed)
+            hint = "mask" if mask else "none"
+            for name, call in _trackers(markers, frames, allowed).items():
+                begin = time.process_time()
+                judged = _judged(call(), rest)
+                cost = 1e3 * (time.process_time() - begin) / len(frames)
+                line(video.stem, hint, name, len(markers.position), int(rest.sum()), *judged, cost)
+
+
+def _trackers(markers, frames, mask) -> dict[str, functools.partial]:
+    start, radius, bright = markers.position, float(np.median(markers.radius)), markers.polarity > 0.0
+    return {
+        "ours": functools.partial(_follow, markers, frames, mask),
+        "nearest blob": functools.partial(track_nearest, frames, start, radius, bright),
+        "optical flow": functools.partial(track_flow, frames, start),
+        "trackpy": functools.partial(track_trackpy, frames, start, radius, bright),
+    }
+
+
+def _region(shape, points) -> np.ndarray:
+    hull = cv2.convexHull(points.astype(np.float32)).astype(np.int32)
+    return cv2.fillConvexPoly(np.zeros(shape, dtype=np.uint8), hull, 1) > 0
+
+
+def _at_rest(frames, region) -> np.ndarray:
+    """Tell which frames look as the first does in a region, whatever the light: what varies over a few pixels."""
+    bands = []
+    for frame in frames:
+        fine, coarse = (cv2.GaussianBlur(frame.astype(np.float32), (0, 0), width)[region] for width in (2.0, 8.0))
+        bands.append((fine - coarse) - (fine - coarse).mean())
+    alike = [float(band @ bands[0] / np.sqrt((band @ band) * (bands[0] @ bands[0]))) for band in bands]
+    return (np.array(alike) > 0.85) & (np.arange(len(frames)) >= 5)
+
+
+def _judged(position, rest) -> tuple[float, ...]:
+    off = np.linalg.norm(position - np.nanmean(position[:5], axis=0), axis=2)
+    with np.errstate(invalid="ignore"):
+        shares = (
+            np.isfinite(off).mean(),
+            (off[rest] < 4.0).mean(),
+            (off[rest] >= 6.0).mean(),
+            (off[rest][-1] < 4.0).mean(),
+        )
+    return tuple(round(100.0 * float(share), 1) for share in shares)
+
+
 def drift() -> None:
     """Drift over an hour of rest at 30 frames a second, of which every 600th frame is made and tracked."""
     head("light", "frames tracked", "largest drift of a marker [px]", "rms drift [px]", "noise of a frame [px]")
@@ -200,7 +288,7 @@ def speed() -> None:
         reference = reference_of(first_frames(frames, 10)[0], None, 81, "rings", None, "clip")
         follow(reference.markers, rest_state(reference.markers), frames[0], None)
         head("part", "CPU ms a frame", "frames a second")
-        parts = {"follow 81 markers": _timed(lambda: _follow(reference, frames), len(frames))}
+        parts = {"follow 81 markers": _timed(lambda: _follow(reference.markers, frames), len(frames))}
         rest = rest_exposure(frames[0])
         parts["judge the exposure"] = _timed(
             lambda: [frame_state(b, a, rest) for a, b in itertools.pairwise(frames)], len(frames)
@@ -216,10 +304,12 @@ def speed() -> None:
         line("plain tracker, without decoding", 1e3 * plain, 1.0 / plain)
 
 
-def _follow(reference, frames) -> None:
-    state = rest_state(reference.markers)
+def _follow(markers, frames, mask=None) -> np.ndarray:
+    state, course = rest_state(markers), []
     for frame in frames:
-        state, _, _ = follow(reference.markers, state, frame, None)
+        state, position, _ = follow(markers, state, frame, mask)
+        course.append(position)
+    return np.array(course)
 
 
 def _timed(call, count) -> float:
@@ -231,15 +321,19 @@ def _timed(call, count) -> float:
     return best / count
 
 
-CASES = {case.__name__: case for case in (error, directions, bad, vanish, drift, speed)}
+CASES = {case.__name__: case for case in (error, directions, bad, vanish, trackers, drift, speed)}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", nargs="*", choices=CASES, default=list(CASES))
     parser.add_argument("--seed", type=int, default=10, help="first seed of the bad clips")
+    parser.add_argument("--clips", type=Path, metavar="FOLDER", help="recordings to follow instead")
     cv2.setNumThreads(1)
     given = parser.parse_args()
+    if given.clips is not None:
+        recordings(given.clips)
+        return
     for name in given.cases:
         sys.stdout.write(f"\n{CASES[name].__doc__}\n")
         bad(given.seed) if name == "bad" else CASES[name]()

@@ -93,6 +93,26 @@ def press(points: Floats, *, spread: float = 0.06, count: int = 80, rest: int = 
     return middle + (points - middle)[None] * (1.0 + spread * np.sin(0.5 * np.pi * phase))[:, None, None]
 
 
+def part(points: Floats, apart: float, *, count: int = 80, rest: int = 20) -> Floats:
+    """Return markers of which one half slips past the other, by a share of their distance, (count, n, 2) [px]."""
+    steps = np.linalg.norm(points[:, None] - points[None], axis=2)
+    spacing = float(np.median(np.sort(steps, axis=1)[:, 1]))
+    phase = np.clip((np.arange(count) - rest) / (0.8 * (count - rest)), 0.0, 1.0)
+    slips = points[:, 1] > np.median(points[:, 1])
+    slip = apart * spacing * phase[:, None] * slips
+    return points[None] + np.stack([slip + 10.0 * phase[:, None], np.zeros_like(slip)], axis=2)
+
+
+def pinch(points: Floats, share: float = 0.35, *, count: int = 80, rest: int = 20) -> Floats:
+    """Return markers that come together around the middle until they touch, and part again, (count, n, 2) [px]."""
+    middle = points.mean(axis=0)
+    offset = points - middle
+    reach = np.linalg.norm(offset, axis=1).max()
+    phase = np.sin(np.pi * np.clip((np.arange(count) - rest) / (count - rest - 8), 0.0, 1.0))
+    pull = np.exp(-(((offset / (0.5 * reach)) ** 2).sum(axis=1)))[:, None]
+    return np.asarray(middle + offset[None] * (1.0 - share * phase[:, None, None] * pull[None]))
+
+
 def truth_of(positions: Floats, look: Look) -> Floats:
     """Return where the markers are in the middle of the exposure (t, n, 2) [px]."""
     return positions + 0.5 * look.exposure * _steps(positions)

@@ -16,6 +16,8 @@ Integers = NDArray[np.intp]
 _COUNT = 8
 _BINS = 6  # bins of shifts that are counted, to a distance between markers
 _ROUNDS = 4
+# So many neighbours that are displaced alike, within this share of what is allowed, are enough.
+_SOME, _ALIKE = 2, 0.25
 
 
 def nearest_neighbours(points: Floats) -> tuple[Integers, Floats]:
@@ -43,18 +45,21 @@ def expected_displacement(displacement: Floats, usable: Flags, neighbours: Integ
 
 
 def consistent(displacement: Floats, sure: Flags, neighbours: Integers, allowed: Floats) -> Flags:
-    """Tell which markers are displaced by no more than is allowed from the median of their neighbours.
+    """Tell which markers are displaced as their neighbours are: about as the median of them, or as some of them.
 
-    Arrays: displacement (n, 2) [px]; sure (n,); neighbours (n, k); allowed (n,) [px].
+    Where a contact slips in part, markers at its edge go with the few on their side. Arrays: displacement (n, 2) [px];
+    sure (n,); neighbours (n, k); allowed (n,) [px].
     """
     accepted = sure.copy()
     for _ in range(_ROUNDS):
         expected, count = expected_displacement(displacement, accepted, neighbours)
-        apart = np.linalg.norm(displacement - expected, axis=1)
-        strange = accepted & (count > 2) & (apart > allowed)
-        if not strange.any():
+        far = accepted & (count > 2) & (np.linalg.norm(displacement - expected, axis=1) > allowed)
+        apart = np.linalg.norm(displacement[neighbours[far]] - displacement[far, None], axis=2)
+        alike = (accepted[neighbours[far]] & (apart < _ALIKE * allowed[far, None])).sum(axis=1)
+        far[far] = alike < _SOME
+        if not far.any():
             break
-        accepted &= ~strange
+        accepted &= ~far
     return accepted
 
 

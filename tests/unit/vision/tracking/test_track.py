@@ -113,6 +113,27 @@ def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
     assert (score.swapped, score.kept) == (0, 1.0)
 
 
+@pytest.mark.parametrize("layout", ["rings", pytest.param("hex", marks=pytest.mark.slow)])
+def test_halves_that_part_by_a_whole_distance_between_markers_are_kept(layout: str) -> None:
+    points = clips.field(layout=layout, rings=4 if layout == "rings" else 5)
+    made = tracked(clips.part(points, 1.0, count=50, rest=REST), n_markers=None)
+    score = clips.scored(clips.in_true_order(made.tracks["position"].values, made.truth), made.truth)
+    assert made.tracks.attrs["layout"] == layout
+    assert (score.swapped, score.kept) == (0, 1.0)
+
+
+@pytest.mark.filterwarnings("ignore:.*not seen in more than a tenth:fingerslip.vision.tracking.track.TrackingWarning")
+@pytest.mark.parametrize(("radius", "share"), [(9.0, 0.99), (11.0, 0.97)])
+def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: float, share: float) -> None:
+    path, look = clips.pinch(clips.field(), 0.7, count=50, rest=REST), clips.with_look(clips.DEFAULT, radius=radius)
+    assert 20.0 < np.linalg.norm(path[:, 1:5] - path[:, :1], axis=2).min() < 20.2
+    made = tracked(path, look)
+    score = clips.scored(made.tracks["position"].values, made.truth)
+    assert score.swapped == 0
+    assert score.kept >= share
+    assert clips.scored(made.tracks["position"].values[-8:], made.truth[-8:]).kept == 1.0
+
+
 def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
     positions = clips.slide(clips.field(), 0.5, count=50, rest=REST)
     hidden = np.zeros((50, 81), dtype=bool)
