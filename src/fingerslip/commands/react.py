@@ -25,10 +25,10 @@ def react(
 
     Answer, tables and figures are written into a folder with the name of the file.
     """
-    from fingerslip.react.answer import answer, map_file
+    from fingerslip.react.answer import answer, map_file, trial_table
 
     with typer.progressbar(length=1000, label="reactions", hidden=quiet or as_json, file=sys.stderr) as bar:
         result, folder = map_file(file, results, workers, lambda share: bar.update(int(1000 * share) - bar.pos))
-    print_tables([answer.trial_table(result)], as_json)
+    print_tables([trial_table(result)], as_json)
     if not as_json:
-        typer.echo(f"{answer.answer(result)}\nfigures and tables: {folder}")
+        typer.echo(f"{answer(result)}\nfigures and tables: {folder}")
