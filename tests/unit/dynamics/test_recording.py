@@ -258,7 +258,7 @@ def pulled(step, count, every):
     return fs.simulate(fs.Model(mesh=mesh, supports={"bottom": ("x", "y")}, time=time, record=record, **elastic))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(deadline=None)
 @given(st.integers(1, 40), st.sampled_from([1e-3, 5e-3, 0.1]), st.floats(0.3, 50.0))
 def test_snapshots_are_at_the_steps_nearest_to_multiples_of_the_interval_with_both_ends(count, step, ratio):
     """What compares every time with every multiple."""

@@ -27,7 +27,8 @@ def resting(dim=2, *, pull=0.0, gap=0.0, poisson_ratio=0.0, step=0.1, end=0.3, *
     return fs.Model(**(values | changes))
 
 
-@pytest.mark.parametrize(("dim", "gap"), [(2, 0.0), (2, 3e-3), (3, 0.1e-3)])
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("gap", [0.0, 0.1e-3, 3e-3])
 def test_a_block_rests_on_the_springs_of_its_contact(dim, gap):
     """Without Poisson's effect, the pressure is uniform, and the plate gives way by pressure over penalty."""
     history = fs.simulate(resting(dim, gap=gap))
@@ -39,7 +40,8 @@ def test_a_block_rests_on_the_springs_of_its_contact(dim, gap):
     assert np.abs(history["counterface_force"].values[:, 0, :-1]).max() < 1e-9 * pressure * area
 
 
-@pytest.mark.parametrize(("dim", "poisson_ratio"), [(2, 0.0), (3, 0.45)])
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.45])
 def test_friction_carries_a_pull_below_its_limit(dim, poisson_ratio):
     history = fs.simulate(resting(dim, pull=40.0, poisson_ratio=poisson_ratio))
     side = HEIGHT * (1.0 if dim == 2 else SIDE)
@@ -103,7 +105,7 @@ def test_bodies_with_inertia_may_fly():
     assert fs.simulate(free)["kinetic_energy"].values[-1] > 0.0
 
 
-@pytest.mark.parametrize("mass", [1e-3, 1e-18])
+@pytest.mark.parametrize("mass", [1e-3, 1e-9, 1e-18])
 def test_the_mass_of_a_body_does_not_matter_without_inertia(mass):
     """A plate that presses a pad with 0.1 N, pad and plate of any mass."""
     pad, plate = (fs.simulate(_pressed(of_pad=own, of_plate=other)) for own, other in ((mass, 1.0), (1.0, mass)))

@@ -168,7 +168,7 @@ def test_a_reduced_basis_moves_the_body_as_the_mesh_does(body, counterface, basi
     assert ("rigid bodies have other damping than the material" in caplog.text) == (basis == "full")
     for name in ("rigid_body_displacement", "rigid_body_rotation", "counterface_force"):
         if "rz" in body.free or name == "rigid_body_displacement":
-            assert error_of(reduced, full, name) < 1e-3, name
+            assert error_of(reduced, full, name) < (1e-3 if "rz" in body.free else 1e-4), name
 
 
 def test_an_object_and_a_finger_that_only_contact_holds_come_to_rest():
