@@ -20,7 +20,7 @@ Flags = NDArray[np.bool_]
 # Radii that are tried [px]. Larger blobs than the finest are looked for in an image that is as much smaller.
 _RADII = tuple(1.7 * 2.0 ** (step / 3.0) for step in range(14))
 _FINEST = 4.0
-_SMALLEST_SIDE = 24  # px of a reduced image
+_SMALLEST_SIDE = 12  # px of a reduced image
 # Hessians of edges and lines have one large eigenvalue; 1 is a round blob.
 _ROUNDNESS = 0.35
 _FAINTEST = 1.0  # grey levels
@@ -55,11 +55,9 @@ def blobs_of(image: NDArray[np.generic], radius: float, polarity: float, least: 
     size = (round(width / shrink), round(height / shrink))
     if min(size) < _SMALLEST_SIDE:
         return Blobs(np.empty((0, 2)), np.empty(0), np.empty(0))
-    reduced = image.astype(np.float32)
-    if shrink > 1.0:
-        reduced = cv2.resize(reduced, size, interpolation=cv2.INTER_AREA)
+    reduced = cv2.resize(image, size, interpolation=cv2.INTER_AREA) if shrink > 1.0 else image
     sigma = radius / shrink / math.sqrt(2.0)
-    smooth = cv2.GaussianBlur(reduced, (0, 0), sigma)
+    smooth = cv2.GaussianBlur(reduced.astype(np.float32), (0, 0), sigma)
     answer = cv2.Laplacian(smooth, cv2.CV_32F, ksize=1, scale=-polarity * sigma**2)
     side = 2 * math.ceil(0.8 * radius / shrink) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
