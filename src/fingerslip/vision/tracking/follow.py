@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fingerslip.vision.tracking.blobs import Blobs, blobs_of
+from fingerslip.vision.tracking.blobs import Blobs, blobs_of, reduced_to
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.tracking.neighbours import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.video import opencv
@@ -42,7 +42,7 @@ _OF_BLOBS = 0.3  # quality of a marker whose blob is seen, but no profile in it 
 _LOST = 0.1  # share of the markers that are lost at once where all may have leapt
 _ADAPTION = 0.05  # what a frame adds to the memory of the light
 _MARGIN = 2.0  # distances between neighbours around the markers that are looked at
-_FLOW_WINDOW, _FLOW_LEVELS, _FLOW_RADIUS = 21, 4, 5.0  # radius of markers [px]
+_FLOW_WINDOW, _FLOW_LEVELS = 21, 4
 
 
 @dataclass(frozen=True)
@@ -129,16 +129,13 @@ def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, sl
     """Return where the neighbours' optical flow since the last frame takes each marker (n, 2) [px]."""
     if state.image is None:
         return state.position
-    # Of large markers a coarser image is enough.
-    cv2, share = opencv(), min(1.0, _FLOW_RADIUS / markers.size)
-    before, now = (
-        cv2.resize(frame[window], None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-        for frame in (state.image, image)
-    )
-    start = (share * (state.position - _corner(window))).astype(np.float32)
+    (before, shrink), (now, _) = (reduced_to(frame[window], markers.size) for frame in (state.image, image))
+    start = ((state.position - _corner(window)) / shrink).astype(np.float32)
     size = (_FLOW_WINDOW, _FLOW_WINDOW)
-    moved, status, _ = cv2.calcOpticalFlowPyrLK(before, now, start[:, None], None, winSize=size, maxLevel=_FLOW_LEVELS)
-    step, is_right = (moved[:, 0] - start).astype(np.float64) / share, status[:, 0] == 1
+    moved, status, _ = opencv().calcOpticalFlowPyrLK(
+        before, now, start[:, None], None, winSize=size, maxLevel=_FLOW_LEVELS
+    )
+    step, is_right = (moved[:, 0] - start).astype(np.float64) * shrink, status[:, 0] == 1
     expected, _ = expected_displacement(step, is_right, markers.neighbours)
     own = np.where(is_right[:, None], step, 0.0)
     return np.asarray(state.position + np.where(np.isfinite(expected), expected, own))
