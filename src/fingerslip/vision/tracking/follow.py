@@ -31,7 +31,7 @@ Frame = NDArray[np.uint8]
 _REACH, _STRANGE = 0.45, 0.6
 # A marker farther than the first from where its neighbours expect it is taken back to a free blob within the second.
 _OWN_WAY, _BACK = 0.25, 0.2
-# Blobs below the first share of the weakest marker's strength are none; above the second of a marker's own, it is seen.
+# Blobs of a smaller share of the markers' strength are none.
 _FAINT = 0.3
 _LEAST_QUALITY = 0.5
 # Without a blob a marker needs a better fit, a contrast within this logarithm of its own, and a place so near.
@@ -82,12 +82,9 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     exact = np.where(fits[:, None], measured.position, position)
     strength = np.median(blobs.strength[used[sure]] / markers.strength[sure])
     quality = np.where(fits, np.clip(measured.quality, 0.0, 1.0), np.where(sure, _OF_BLOBS, 0.0))
-    others = np.delete(np.arange(len(blobs.strength)), used[sure])
-    usual = blobs.strength[others] / (float(np.median(markers.strength)) * state.light)
-    apart = cKDTree(exact[seen]).query(blobs.position[others])[0]
-    alike = (np.abs(np.log(usual)) < _USUAL) & (apart > markers.size) & (apart < _BESIDE * spacing)
-    light = state.light + _ADAPTION * (float(strength) - state.light)
-    new = State(exact, seen, light, image, int(seen.sum() + alike.sum()))
+    free = blobs.select(np.delete(np.arange(len(blobs.strength)), used[sure]))
+    visible = int(seen.sum()) + _count_alike(markers, free, exact[seen], state.light)
+    new = State(exact, seen, state.light + _ADAPTION * (float(strength) - state.light), image, visible)
     # The first sight of a marker that was lost counts half.
     return new, np.where(seen[:, None], exact, np.nan), np.where(state.seen, quality, 0.5 * quality)
 
@@ -100,6 +97,13 @@ def _fits(markers: Markers, state: State, measured: Measured, position: Floats, 
     alone = np.linalg.norm(measured.position[:, None] - position[sure][None], axis=2).min(axis=1) > markers.radius
     again = (measured.quality >= _LEAST_AGAIN) & (np.abs(np.log(np.maximum(contrast, 1e-3))) < _CONTRAST)
     return np.asarray(np.where(sure, fits, again & alone & (apart < _NEAR * markers.spacing)))
+
+
+def _count_alike(markers: Markers, free: Blobs, seen: Floats, light: float) -> int:
+    """Count the blobs that no marker has, but look like one and are among or beside those seen (n, 2) [px]."""
+    apart = cKDTree(seen).query(free.position)[0]
+    alike = np.abs(np.log(free.strength / (float(np.median(markers.strength)) * light))) < _USUAL
+    return int((alike & (apart > markers.size) & (apart < _BESIDE * float(np.median(markers.spacing)))).sum())
 
 
 def _around(points: Floats, margin: float, shape: tuple[int, ...]) -> tuple[slice, slice]:
@@ -137,8 +141,8 @@ def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, sl
     )
     step, is_right = (moved[:, 0] - start).astype(np.float64) * shrink, status[:, 0] == 1
     expected, _ = expected_displacement(step, is_right, markers.neighbours)
-    own = np.where(is_right[:, None], step, 0.0)
-    return np.asarray(state.position + np.where(np.isfinite(expected), expected, own))
+    alone = np.where(is_right[:, None], step, 0.0)
+    return np.asarray(state.position + np.where(np.isfinite(expected), expected, alone))
 
 
 def _match(markers: Markers, state: State, flown: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp]]:
