@@ -57,8 +57,8 @@ format: $(READY)  ## format the code
 docs: $(READY)  ## build the documentation into docs/_build/html
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
-bench: $(READY)  ## measure the solver
-	$(BIN)/python tests/benchmarks/bench_push_and_slide.py
+bench: $(READY)  ## measure all figures of speed
+	$(BIN)/python tests/benchmarks/bench_all.py
 
 validate: $(READY)  ## compare with the published numbers
 	$(BIN)/fingerslip validate

@@ -27,13 +27,10 @@ def react(
 
     Answer, tables and figures are written into a folder with the name of the file.
     """
-    from fingerslip.react.answer import answer, trial_table, write_map
-    from fingerslip.react.mapping import reaction_map, read_reaction_map
+    from fingerslip.react.answer import answer, map_file, trial_table
 
-    settings = read_reaction_map(file)
     with typer.progressbar(length=1000, label="reactions", hidden=quiet or as_json, file=sys.stderr) as bar:
-        result = reaction_map(settings, workers=workers, progress=lambda share: bar.update(int(1000 * share) - bar.pos))
-    folder = write_map(result, results / file.stem)
+        result, folder = map_file(file, results, workers, lambda share: bar.update(int(1000 * share) - bar.pos))
     print_tables([trial_table(result)], as_json)
     if not as_json:
         typer.echo(f"{answer(result)}\nfigures and tables: {folder}")

@@ -1,12 +1,12 @@
 """Stiffness, mass and load of small-strain laws, assembled from the matrices of the cells.
 
-Layers that relax alike have one set of matrices. With the displacement u and y = sum s_i z_i of dashpots z_i in the
+Viscoelastic layers alike have one set of matrices. With the displacement u and y = sum s_i z_i of dashpots z_i in the
 nodes (:mod:`fingerslip.materials.prony`) their elastic force K u becomes K u - S y. In solids and plane strain S
 belongs to the deviator of the strain.
 
 In plane stress the strain across the plane adjusts itself, so that it has a history of its own: it is -div w with a
-displacement w of dashpots q_i, that of :class:`~fingerslip.materials.viscoelastic.Across` in every node. With R of a
-field that field less sum s_i times its dashpots, the force is that of the stress along the plane less that across it,
+displacement w of dashpots q_i, that of :class:`~fingerslip.materials.viscoelastic.OutOfPlane` in every node. With R of
+a field that field less sum s_i times its dashpots, the force is that of the stress along the plane less that across it,
 A R[u] + B R[w]: S is A, and T, which is B, times w - c u - sum s_i q_i comes on top.
 """
 
@@ -28,7 +28,7 @@ from fingerslip.fe.space import Space, nodal_areas
 from fingerslip.materials.elastic import Elastic, hooke_tangent
 from fingerslip.materials.material import STRAIN_COMPONENTS, Material
 from fingerslip.materials.prony import Prony
-from fingerslip.materials.viscoelastic import Across, across_of
+from fingerslip.materials.viscoelastic import OutOfPlane, across_of
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
@@ -169,29 +169,29 @@ def traction_load(space: Space, tractions: Mapping[str, tuple[float, ...]], dept
 
 
 @dataclass(frozen=True)
-class Relaxing:
-    """The matrices of layers that relax alike."""
+class ViscoelasticLayers:
+    """The matrices of viscoelastic layers alike."""
 
     prony: Prony  # their terms
     shape: sparse.csr_matrix  # S [N/m]
     thickness: sparse.csr_matrix | None = None  # T [N/m]
-    across: Across | None = None  # of plane stress
+    across: OutOfPlane | None = None  # of plane stress
 
     def belongs_to(self, material: Elastic) -> bool:
         """Tell whether layers of a material are among these."""
         alike = self.across is None or self.across == across_of(material.poisson_ratio)
         return alike and material.prony == self.prony
 
-    def apply_map(self, function: Callable[[sparse.csr_matrix], Any]) -> Relaxing:
+    def apply_map(self, function: Callable[[sparse.csr_matrix], Any]) -> ViscoelasticLayers:
         """Return the layers with a function of their matrices in place of these."""
         thickness = None if self.thickness is None else sparse.csr_matrix(function(self.thickness))
         return replace(self, shape=sparse.csr_matrix(function(self.shape)), thickness=thickness)
 
 
-def relaxing_layers(
+def viscoelastic_layers(
     space: Space, materials: CellMaterials[Material], depth: float, integration: Integration
-) -> tuple[Relaxing, ...]:
-    """Assemble the matrices of all layers that relax."""
+) -> tuple[ViscoelasticLayers, ...]:
+    """Assemble the matrices of all viscoelastic layers."""
     in_plane = materials.formulation == "plane_stress"
     groups: dict[tuple[Prony, float | None], Array] = {}
     for material, cells in materials:
@@ -202,7 +202,7 @@ def relaxing_layers(
     for (prony, ratio), moduli in groups.items():
         shear, dilatation = shear_matrices(space, moduli, depth, integration)
         if ratio is None:
-            layers.append(Relaxing(prony, sparse.csr_matrix(shear - dilatation / 3.0)))
+            layers.append(ViscoelasticLayers(prony, sparse.csr_matrix(shear - dilatation / 3.0)))
         else:
-            layers.append(Relaxing(prony, shear, dilatation, across_of(ratio)))
+            layers.append(ViscoelasticLayers(prony, shear, dilatation, across_of(ratio)))
     return tuple(layers)

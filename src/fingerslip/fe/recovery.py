@@ -139,7 +139,7 @@ class Recovery:
         In plane stress the strain across the plane is NaN where a law does not say what it is.
         """
         if self.formulation == "plane_stress":
-            result = self._mean(strains, 4, _with_thinning, lambda _, relaxed: relaxed.strains)
+            result = self._mean(strains, 4, _with_thickness_strain, lambda _, relaxed: relaxed.strains)
         else:
             result = with_across(strains).copy()
         result[..., 3:] *= 0.5
@@ -171,7 +171,7 @@ class Recovery:
         return mean
 
 
-def _with_thinning(material: Material, strains: Array) -> Array:
+def _with_thickness_strain(material: Material, strains: Array) -> Array:
     """Return strains in plane stress (k, 3) [-] with the one across the plane, shape (k, 4)."""
     along = across_of(material.poisson_ratio).along if isinstance(material, Elastic) else np.nan
     return with_across(strains, -along * strains[:, :2].sum(axis=1))

@@ -1,13 +1,13 @@
-"""A reduced basis of a linear body: its static responses to motion of some unknowns, and vibrations that these excite.
+"""A reduced basis of a linear body: constraint modes of some unknowns, and the normal modes that these excite.
 
 The unknowns are split into the interface b, where forces act and motion is read, and the inner ones i. The basis is ::
 
-    u = T u_b + V q,    T = [1; -K_ii^-1 K_ib],    V = [0; fixed-interface vibrations and static responses to loads]
+    u = T u_b + V q,    T = [1; -K_ii^-1 K_ib],    V = [0; fixed-interface normal modes and responses to loads]
 
 after Craig & Bampton (1968). T moves the interface and lets the inside follow statically, so every static response to
-forces on the interface is exact. The vibrations add what inertia does inside. Those that matter are in the span of
+forces on the interface is exact. The normal modes add what inertia does inside. Those that matter are in the span of
 K_ii^-1 (M T y)_i, of K_ii^-1 M_ii times that, and so on, for the slowest motions y of the interface with the inside
-following statically: each of these corrects the motion by one more power of its frequency over that of the vibrations
+following statically: each of these corrects the motion by one more power of its frequency over that of the normal modes
 (load-dependent Ritz vectors; Wilson, Yuan & Dickens 1982). Stiffness and mass of the reduced body are ::
 
     K_r = [S, 0; 0, V^T K V],    M_r = [T^T M T, T^T M V; V^T M T, V^T M V]
@@ -37,7 +37,7 @@ _NOTHING_NEW = 1e-6
 
 
 @dataclass(frozen=True)
-class StaticResponses:
+class ConstraintModes:
     """A body and what it does when its interface is moved, statically."""
 
     stiffness: sparse.csr_matrix  # K [N/m]
@@ -82,10 +82,10 @@ class StaticResponses:
         return self._factors[0].backward(halfway)
 
 
-def static_responses(
-    body: StaticResponses, rows: Indices, *, columns_at_once: int = _COLUMNS_AT_ONCE
+def constraint_modes(
+    body: ConstraintModes, rows: Indices, *, columns_at_once: int = _COLUMNS_AT_ONCE
 ) -> tuple[Array, Array]:
-    """Return the mass of the static responses, T^T M T (p, p) [kg], and T at the unknowns `rows`, (r, p) [-].
+    """Return the mass of the constraint modes, T^T M T (p, p) [kg], and T at the unknowns `rows`, (r, p) [-].
 
     All columns of T exist only some at a time, so that memory stays small: T^T M T is gathered from M T.
     """
@@ -100,23 +100,23 @@ def static_responses(
 
 
 @dataclass(frozen=True)
-class Vibrations:
-    """Vibrations of a body while its interface is held, the slow ones of them as they are, the fast ones about so."""
+class NormalModes:
+    """Normal modes of a body while its interface is held, the slow ones of them as they are, the fast ones about so."""
 
     frequencies: Array  # (s,), angular frequencies, ascending [rad/s]
     shapes: Array  # (n, s), their shapes, orthonormal in the mass, zero at the interface [kg^-1/2]
     following: Array  # (n, k), what the motions excite next, likewise [kg^-1/2]
 
 
-def slow_motions(body: StaticResponses, mass: Array, count: int) -> Array:
+def slow_motions(body: ConstraintModes, mass: Array, count: int) -> Array:
     """Return the slowest motions (n, k) [kg^-1/2] of a body whose inside follows its interface of mass (p, p) [kg]."""
     last = min(count, body.interface.size) - 1
     _, vectors = linalg.eigh(body.schur, mass, subset_by_index=[0, last], check_finite=False)
     return body.follow(vectors)
 
 
-def vibrations(body: StaticResponses, start: Array, count: int, following: int = 0) -> Vibrations:
-    """Return vibrations that motions `start` (n, k) excite while the interface is held: block Lanczos, Ritz vectors.
+def normal_modes(body: ConstraintModes, start: Array, count: int, following: int = 0) -> NormalModes:
+    """Return normal modes that motions `start` (n, k) excite while the interface is held: block Lanczos, Ritz vectors.
 
     Static displacement under the inertia of a motion is the first correction of one whose inside followed statically,
     and that under the inertia of the correction the next one.
@@ -126,10 +126,10 @@ def vibrations(body: StaticResponses, start: Array, count: int, following: int =
         excited = _additions(body, body.give_way(body.mass @ excited), shapes)
         shapes = np.hstack([shapes, excited])
     squares, slow = _ritz(body, shapes[:, :count])
-    return Vibrations(np.sqrt(squares), slow, shapes[:, count : count + following])
+    return NormalModes(np.sqrt(squares), slow, shapes[:, count : count + following])
 
 
-def _ritz(body: StaticResponses, shapes: Array) -> tuple[Array, Array]:
+def _ritz(body: ConstraintModes, shapes: Array) -> tuple[Array, Array]:
     """Return squared frequencies (s,) [1/s^2], and shapes (n, s) that make the stiffness diagonal, too."""
     if not shapes.shape[1]:
         return np.zeros(0), shapes
@@ -137,7 +137,7 @@ def _ritz(body: StaticResponses, shapes: Array) -> tuple[Array, Array]:
     return squares, np.asfortranarray(shapes @ vectors)
 
 
-def _additions(body: StaticResponses, fields: Array, shapes: Array) -> Array:
+def _additions(body: ConstraintModes, fields: Array, shapes: Array) -> Array:
     """Return what fields (n, k) add to shapes (n, s), orthonormal in the mass, what they add most of first."""
     lengths = np.sqrt(np.einsum("ij,ij->j", fields, body.mass @ fields))
     fields = fields[:, lengths > 0.0] / lengths[lengths > 0.0]
@@ -163,36 +163,36 @@ class CraigBampton:
     at_rows: Array  # (r, m), displacement of these per coordinate [kg^-1/2]
     shapes: Array  # (n, s), V
     of_shapes: Array  # (s, m), q per coordinate
-    frequencies: Array  # (s',), angular frequencies of the vibrations among the shapes [rad/s]
+    frequencies: Array  # (s',), angular frequencies of the normal modes among the shapes [rad/s]
     following: Array  # (n, k) [kg^-1/2]
     following_squares: Array  # (k,), their stiffness W^T K W, which is diagonal [1/s^2]
     following_mass: Array  # (k, m), their mass with each coordinate [-]
     following_stiffness: Array  # (k, m), their stiffness with each coordinate [1/s^2]
 
-    def field(self, body: StaticResponses, coordinates: Array) -> Array:
+    def field(self, body: ConstraintModes, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
         field = body.follow(self.at_interface @ coordinates)
         # Of several fields, each is contiguous.
         field += ((self.of_shapes @ coordinates).T @ self.shapes.T).T
         return field
 
-    def project(self, body: StaticResponses, forces: Array) -> Array:
+    def project(self, body: ConstraintModes, forces: Array) -> Array:
         """Return the forces on the coordinates, (m,) or (m, k), of forces on all unknowns, (n,) or (n, k) [N]."""
         return np.asarray(self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces))
 
 
 def craig_bampton(
-    body: StaticResponses,
+    body: ConstraintModes,
     responses: tuple[Array, Array],
-    vibrations: Vibrations,
+    modes: NormalModes,
     rows: Indices,
     further: Sequence[Array] = (),
 ) -> CraigBampton:
-    """Reduce a body by its static responses, with T at the unknowns `rows` (r,), and the vibrations that are kept.
+    """Reduce a body by its constraint modes, with T at the unknowns `rows` (r,), and the normal modes that are kept.
 
     `further` are shapes (n,) that the basis has to hold, such as the responses to loads; only their inner part counts.
     """
-    shapes = vibrations.shapes
+    shapes = modes.shapes
     if further:
         inner = np.stack(further, axis=1)
         inner[body.interface] = 0.0
@@ -205,7 +205,7 @@ def craig_bampton(
     whole = np.block([[mass, coupling], [coupling.T, shapes.T @ heavy]])
     squares, vectors = linalg.eigh(stiffness, whole, overwrite_a=True, overwrite_b=True, check_finite=False)
     of_shapes, at_interface = np.ascontiguousarray(vectors[size:]), np.ascontiguousarray(vectors[:size])
-    following_squares, following = _ritz(body, _additions(body, vibrations.following, shapes))
+    following_squares, following = _ritz(body, _additions(body, modes.following, shapes))
     return CraigBampton(
         eigenvalues=np.maximum(squares, 0.0),
         interface=body.interface,
@@ -214,7 +214,7 @@ def craig_bampton(
         at_rows=at_rows @ at_interface + shapes[rows] @ of_shapes,
         shapes=shapes,
         of_shapes=of_shapes,
-        frequencies=vibrations.frequencies,
+        frequencies=modes.frequencies,
         following=following,
         following_squares=following_squares,
         following_mass=body.gather(body.mass @ following).T @ at_interface,

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Across:
+class OutOfPlane:
     """What the strain across a plane without stress across follows from.
 
     No stress across means, with strains u along the plane (their sum) and -w across, dashpots z_i and q_i, and R of a
@@ -48,18 +48,18 @@ class Relaxed:
     dashpots: Array  # (t, ..., k), dashpots of t terms [-]
 
 
-def across_of(poisson_ratio: float) -> Across:
+def across_of(poisson_ratio: float) -> OutOfPlane:
     """Return what the strain across follows from, for Poisson's ratio at once [-].
 
     Examples
     --------
     >>> across_of(0.25)
-    Across(along=0.3333333333333333, relaxed=0.2222222222222222, bulk=0.8333333333333334)
+    OutOfPlane(along=0.3333333333333333, relaxed=0.2222222222222222, bulk=0.8333333333333334)
     """
     if poisson_ratio == 0.5:
-        return Across(1.0, 0.0, np.inf)
+        return OutOfPlane(1.0, 0.0, np.inf)
     bulk = (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))
-    return Across((bulk - 1.0 / 3.0) / (bulk + 2.0 / 3.0), 1.0 / (3.0 * bulk + 2.0), bulk)
+    return OutOfPlane((bulk - 1.0 / 3.0) / (bulk + 2.0 / 3.0), 1.0 / (3.0 * bulk + 2.0), bulk)
 
 
 def with_across(strains: Array, across: Array | float = 0.0) -> Array:
@@ -78,8 +78,8 @@ def follow_strains(material: Elastic, strains: Array, formulation: Formulation, 
     if formulation != "plane_stress":
         return Relaxed(with_across(strains), with_across(dashpots))
     along, of_dashpots = strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1)
-    thinned, thinning = _thickness_strain(material, along, of_dashpots, follow)
-    return Relaxed(with_across(strains, -thinned), with_across(dashpots, -thinning))
+    thickness_strain, of_thickness = _thickness_strain(material, along, of_dashpots, follow)
+    return Relaxed(with_across(strains, -thickness_strain), with_across(dashpots, -of_thickness))
 
 
 def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: Recurrence) -> tuple[Array, Array]:
@@ -87,16 +87,16 @@ def _thickness_strain(material: Elastic, along: Array, dashpots: Array, follow: 
     across, count = across_of(material.poisson_ratio), len(follow.shares)
     share = float(follow.shares @ follow.end)
     whole = 1.0 - 2.0 * across.relaxed * share
-    thinned, thinning = np.zeros_like(along), np.zeros_like(dashpots)
+    thickness_strain, of_thickness = np.zeros_like(along), np.zeros_like(dashpots)
     shape, weights = (count, *[1] * (along.ndim - 1)), (follow.decay, follow.end, follow.start)
     decay, end, start = (weight.reshape(shape) for weight in weights)
     for now in range(1, len(along)):
         # The dashpots of w but for w at the end of the step itself.
-        explicit = start * thinned[now - 1] + decay * thinning[:, now - 1]
+        explicit = start * thickness_strain[now - 1] + decay * of_thickness[:, now - 1]
         relaxed = np.tensordot(follow.shares, dashpots[:, now] + 2.0 * explicit, axes=1)
-        thinned[now] = (across.along * along[now] + across.relaxed * relaxed) / whole
-        thinning[:, now] = end * thinned[now] + explicit
-    return thinned, thinning
+        thickness_strain[now] = (across.along * along[now] + across.relaxed * relaxed) / whole
+        of_thickness[:, now] = end * thickness_strain[now] + explicit
+    return thickness_strain, of_thickness
 
 
 def stress(material: Elastic, relaxed: Relaxed) -> Array:

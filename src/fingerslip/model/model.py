@@ -184,7 +184,7 @@ _A_TIMING = pydantic.PlainValidator(conforms(Timing, "the time integration: Time
 
 @parameters
 class ReducedBasis:
-    """A reduced basis in place of the mesh: static responses to contact, exactly, and a few vibrations.
+    """A reduced basis in place of the mesh: constraint modes of the contact, exactly, and a few normal modes.
 
     Those that slow motions of the contact excite are taken, as many as the tolerance needs. Where they do not suffice,
     the motion is computed on the mesh. See docs/solver.md.
@@ -192,8 +192,8 @@ class ReducedBasis:
     Parameters
     ----------
     tolerance : float
-        Largest error that the vibrations left out may leave in the displacement, estimated during the motion, over the
-        largest displacement.
+        Largest error that the normal modes left out may leave in the displacement, estimated during the motion, over
+        the largest displacement.
     acceleration_tolerance : float
         The same of accelerations, in the root of the mean square over the body.
     """

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from fingerslip.react.figures import map_figure, margin_figure
-from fingerslip.react.mapping import MapResult, Trial
-from fingerslip.react.reflex import REACTIONS
+from fingerslip.react.mapping import MapResult, Trial, reaction_map, read_reaction_map
+from fingerslip.react.reflex import REACTIONS, reaction
 from fingerslip.report.figures.style import save_figure
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
 
-__all__ = ["answer", "cell_table", "source_table", "trial_table", "write_map"]
+__all__ = ["answer", "cell_table", "map_file", "source_table", "trial_table", "write_map"]
 
 
 def answer(result: MapResult) -> str:
@@ -28,13 +29,18 @@ def answer(result: MapResult) -> str:
         return f"{where} the grip holds the object; no reflex is needed."
     longest, lost = 1e3 * critical, 1e3 * (critical + result.cell(centre).error)
     texts = [
-        f"{verb} {', '.join(f'{trial.reaction} ({1e3 * trial.delay:.0f} ms)' for trial in trials)}"
+        f"{verb} {', '.join(map(_name, trials))}"
         for verb, trials in (("saved by", _of(tried, True)), ("lost by", _of(tried, False)))
         if trials
     ]
     first = f"{where} a grip that rises {longest:.0f} ms after '{settings.detector}' saves the object"
     bar = f"± {1e3 * result.uncertainty:.0f} ms of search, step and mesh"
     return f"{first}, {lost:.0f} ms loses it ({bar}). It is {'; '.join(texts)}."
+
+
+def _name(trial: Trial) -> str:
+    since = " since the load" if reaction(trial.reaction).reflex.since == "load" else ""
+    return f"{trial.reaction} ({1e3 * trial.delay:.0f} ms{since})"
 
 
 def _of(trials: list[Trial], saved: bool) -> list[Trial]:
@@ -59,7 +65,7 @@ def trial_table(result: MapResult) -> Table:
     )
     centre = result.settings.centre
     title = f"Reactions at friction {centre.friction:g}, {centre.load_rate:g} N/s, {centre.phalanx} phalanx"
-    note = "delay: from the alarm to the first change of the force; chance: of saving it, by the jitter of the reflex."
+    note = "delay: from the alarm, or the load, to the first change of the force; chance: by the jitter of the reflex."
     return Table(title, columns, rows, note)
 
 
@@ -67,8 +73,8 @@ def _chance(trial: Trial) -> Cell:
     """Return the share of trials that save the object [%]."""
     if trial.critical is None:
         return 0.0
-    reaction = REACTIONS.read(trial.reaction)
-    return 100.0 * reaction.reflex.share_within(trial.critical - reaction.actuator.dead_time)
+    tried = reaction(trial.reaction)
+    return 100.0 * tried.reflex.share_within(trial.critical - tried.actuator.dead_time)
 
 
 def cell_table(result: MapResult) -> Table:
@@ -119,3 +125,9 @@ def write_map(result: MapResult, folder: str | Path) -> Path:
     save_figure(map_figure(result), folder / "reaction-map.png")
     save_figure(margin_figure(result), folder / "reaction-margin.png")
     return folder
+
+
+def map_file(path: Path, results: Path, workers: int, progress: Callable[[float], None]) -> tuple[MapResult, Path]:
+    """Compute the map of a file and write it into a folder of its name; return it and the folder."""
+    result = reaction_map(read_reaction_map(path), workers=workers, progress=progress)
+    return result, write_map(result, results / path.stem)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -15,12 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from fingerslip.react.loop import Grasp
 from fingerslip.react.mapping import MapResult
-from fingerslip.react.reflex import REACTIONS
+from fingerslip.react.reflex import REACTIONS, Reaction
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 
-__all__ = ["map_figure", "margin_figure"]
+__all__ = ["map_figure", "margin_figure", "timeline_figure"]
 
 _PANEL, _PANEL_OF_LINES = (2.6, 2.2), (3.6, 2.8)  # inch
 _MAP_COLOURS = "cividis"
@@ -152,3 +153,41 @@ def _finish_travels(axes: Axes, limit: float, title: str) -> None:
             axes.axvline(delay, color=GREY, linewidth=0.8, zorder=1)
             label = f" {name}"
             axes.text(delay, 0.93 * limit, label, rotation=90, ha="right", va="top", color=GREY, fontsize=7.0)
+
+
+@with_style
+def timeline_figure(grasp: Grasp, detector: str, reactions: Mapping[str, Reaction]) -> Figure:
+    """Draw load and grip, and the travel of the object, over time: without a reaction, and with some by name."""
+    held, loop = grasp.held, grasp.open_loop
+    title = f"{1e3 * held.mass:g} g, friction {held.friction:g}"
+    figure, (forces, travels) = figure_grid(
+        2, 2, _PANEL_OF_LINES, title, ("time since the load began [ms]", ""), share="x"
+    )
+    times = np.linspace(0.0, 1.4 * (loop.lost or loop.times[-1]), 400)
+    loads = [held.total_load(time) for time in times.tolist()]
+    forces.plot(1e3 * times, loads, color=BLACK)
+    travels.plot(1e3 * loop.times, 1e3 * loop.travel, color=BLACK, linestyle=_DASHES[2], zorder=3)
+    keys: dict[str, Artist] = {
+        "load": Line2D([], [], color=BLACK),
+        "no reaction": Line2D([], [], color=BLACK, linestyle=_DASHES[2]),
+    }
+    for (name, reaction), colour in zip(reactions.items(), (GREEN, VERMILLION, BLUE, ORANGE), strict=False):
+        start = grasp.start_of(reaction, detector)
+        if start is None:
+            continue
+        response, outcome = reaction.response(start, held.first_grip), grasp.react(reaction, detector)
+        bears = [2.0 * held.friction * response.force(time) for time in times.tolist()]
+        forces.plot(1e3 * times, bears, color=colour)
+        travels.plot(1e3 * outcome.times, 1e3 * outcome.travels, color=colour)
+        keys[f"{name}: {'saved' if outcome.saved else 'lost'}"] = Line2D([], [], color=colour)
+    alarm = loop.alarms[detector]
+    for axes in (forces, travels) if alarm is not None else ():
+        axes.axvline(1e3 * alarm.time, color=GREY, linewidth=0.8)  # type: ignore[union-attr]
+        axes.text(1e3 * alarm.time, 0.97, f" {detector}", transform=axes.get_xaxis_transform(), va="top", color=GREY)  # type: ignore[union-attr]
+    forces.set_ylabel("load, and what friction bears [N]")
+    travels.set_ylabel("travel [mm]")
+    travels.axhline(1e3 * held.travel_limit, color=GREY, linewidth=0.8)
+    travels.set_ylim(0.0, 1.1e3 * held.travel_limit)
+    forces.set_xlim(0.0, 1e3 * times[-1])
+    add_legend(figure, keys)
+    return figure

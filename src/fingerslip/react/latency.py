@@ -25,7 +25,7 @@ class CriticalStart:
     Parameters
     ----------
     time : float or None
-        That time [s]; None where not even the first alarm saves the object, infinite where nothing has to.
+        That time [s]; None where not even a grip that rises with the load saves the object, infinite where none has to.
     error : float
         How much later it may be [s].
     runs : int
@@ -90,7 +90,7 @@ def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) ->
     Parameters
     ----------
     grasp : Grasp
-        The object; its detectors say from when on is searched.
+        The object.
     reaction : Reaction
         How the grip rises; its latency and dead time do not matter.
     tolerance : float
@@ -102,16 +102,15 @@ def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) ->
         The time.
     """
     loop = grasp.open_loop
-    alarms = [alarm.time for alarm in loop.alarms.values() if alarm is not None]
-    if loop.lost is None or not alarms:
-        return CriticalStart(np.inf if loop.lost is None else None, 0.0, 0)
+    if loop.lost is None:
+        return CriticalStart(np.inf, 0.0, 0)
     starts: list[float] = []
 
     def saves(start: float) -> bool:
         starts.append(start)
         return grasp.saves(reaction.response(start, grasp.held.first_grip))
 
-    time, error = search_edge(saves, min(alarms), loop.lost, _guess(grasp, reaction), tolerance)
+    time, error = search_edge(saves, 0.0, loop.lost, _guess(grasp, reaction), tolerance)
     return CriticalStart(time, error, len(starts))
 
 

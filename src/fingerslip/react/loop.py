@@ -219,6 +219,8 @@ class Grasp:
         if 0.0 < reaction.reflex.latency < self.held.step:
             fault, allowed = f"got {reaction.reflex.latency:g} s", f"needs 0 s or at least a step, {self.held.step:g} s"
             raise InputError("reflex.latency", fault, allowed, "take a shorter step")
+        if reaction.reflex.since == "load":
+            return reaction.delay
         alarm = self.open_loop.alarms[detector]
         return None if alarm is None else alarm.time + self.detectors[detector].delay + reaction.delay
 
@@ -245,7 +247,7 @@ class Grasp:
         Raises
         ------
         InputError
-            For a response that begins before the first alarm.
+            For a response that begins before the load.
         """
         return self._branch(response, self.held.load.series()[0][-1])
 
@@ -258,8 +260,7 @@ class Grasp:
         loop = self.open_loop
         earlier = [path for time, path in self._saved if time <= response.start]
         if not earlier:
-            fault = f"begins {1e3 * response.start:.4g} ms after the load"
-            raise InputError("response.start", fault, "needs an alarm before it", "add a detector that is earlier")
+            raise InputError("response.start", f"got {response.start:.4g} s", "needs 0 s or more since the load began")
         if loop.lost is not None and response.start >= loop.lost:
             return self.without_reaction()
         with Simulation.restore(earlier[-1], self.model, threads=1, bases=self._bases) as simulation:
@@ -301,6 +302,7 @@ class Grasp:
         areas = simulation.history()["contact_area"].values
         slips = self._first_slips = observation["slip_distance"].copy()
         self._origin = self._motion(observation)[0]
+        self._save(simulation, 0.0)
         alarms: dict[str, Alarm | None] = dict.fromkeys(self.detectors)
         watches = {name: detector.start() for name, detector in self.detectors.items()}
         rows: list[tuple[float, float, float, float, bool]] = []
@@ -329,7 +331,7 @@ class Grasp:
         return OpenLoop(times, columns[:, 1], columns[:, 2], columns[:, 3], alarms, gross, lost)
 
     def _save(self, simulation: Simulation, time: float) -> None:
-        if self._saved and self._saved[-1][0] == time:
+        if self._saved and self._saved[-1][0] >= time:
             return
         path = Path(self._folder.name) / f"{len(self._saved)}"
         simulation.save(path)

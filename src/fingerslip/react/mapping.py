@@ -158,7 +158,7 @@ class Trial:
 
     reaction: str
     detector: str
-    delay: float  # from the alarm to the first change of the force [s]
+    delay: float  # from the alarm, or the load, to the first change of the force [s]
     critical: float | None  # the longest such delay that saves the object [s]
     outcome: Outcome
 
@@ -329,13 +329,10 @@ def _compute_centre(settings: ReactionMap) -> tuple[Trial, ...]:
         rows: list[Trial] = []
         for name in settings.reactions:
             reaction = REACTIONS.read(name)
-            critical = critical_start(grasp, reaction, settings.tolerance)
-            rows += [
-                Trial(
-                    name, detector, reaction.delay, critical.latency(grasp, detector), grasp.react(reaction, detector)
-                )
-                for detector in settings.detectors
-            ]
+            critical, since_load = critical_start(grasp, reaction, settings.tolerance), reaction.reflex.since == "load"
+            for detector in settings.detectors:
+                longest = critical.time if since_load else critical.latency(grasp, detector)
+                rows.append(Trial(name, detector, reaction.delay, longest, grasp.react(reaction, detector)))
         return tuple(rows)
 
 

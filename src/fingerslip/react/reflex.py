@@ -33,7 +33,9 @@ class Reflex:
     Parameters
     ----------
     latency : float
-        Time from the alarm to the command [s].
+        Time to the command [s].
+    since : {'alarm', 'load'}
+        From when it counts: the alarm of a detector, or the start of the load, as in experiments without a detector.
     jitter : float
         Standard deviation of the latency from trial to trial [s].
     gain : float
@@ -49,6 +51,7 @@ class Reflex:
     """
 
     latency: Duration = 0.0
+    since: Literal["alarm", "load"] = "alarm"
     jitter: Duration = 0.0
     gain: NonNegativeNumber = 1.0
     shape: Literal["ramp", "smooth", "exponential"] = "ramp"

@@ -1,4 +1,4 @@
-"""A reduced basis moves as the mesh does, with as many vibrations as the tolerance needs, or leaves it to the mesh."""
+"""A reduced basis moves as the mesh does, with as many modes as the tolerance needs, or leaves it to the mesh."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from problems.pushed import push_and_slide
 from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, random_model
 from unit.dynamics.models import ROUNDING, assert_same_history, error_of
 
-# What shows the acceleration that few vibrations give.
+# What shows the acceleration that few normal modes give.
 COARSE = {"velocity", "acceleration", "contact_velocity", "contact_acceleration", "snapshot_velocity"}
 COARSE |= {"kinetic_energy", "numerical_dissipation"}
 LOOSE = fs.ReducedBasis(0.5, 0.99)
@@ -168,13 +168,13 @@ def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
     assert check_estimates(map(random_model, range(60)), caplog) > 20
 
 
-# As many vibrations as the tolerances need.
+# As many normal modes as the tolerances need.
 
 
 def test_a_history_says_which_basis_it_has():
     attrs = fs.simulate(with_basis()).attrs
-    assert (attrs["basis"], attrs["basis_vibrations"]) == ("reduced", 40)
-    assert attrs["basis_static_responses"] == 2 * attrs["n_contact_candidates"]
+    assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 40)
+    assert attrs["basis_constraint_modes"] == 2 * attrs["n_contact_candidates"]
     assert 0.0 < attrs["basis_error"] < 1e-3
     assert attrs["basis_highest_frequency"] > 100.0
     assert attrs["condensation"].startswith("reduced basis")
@@ -182,27 +182,27 @@ def test_a_history_says_which_basis_it_has():
 
 
 @pytest.fixture
-def few_vibrations(monkeypatch):
+def few_normal_modes(monkeypatch):
     """Have the first basis be small, so that it has to grow."""
     monkeypatch.setattr(bases, "_FEWEST", 4)
 
 
-@pytest.mark.usefixtures("few_vibrations")
+@pytest.mark.usefixtures("few_normal_modes")
 @pytest.mark.parametrize("kind", ["basis_error", "basis_acceleration_error"])
-def test_vibrations_are_added_until_they_suffice_for_displacements_and_accelerations(kind):
+def test_normal_modes_are_added_until_they_suffice_for_displacements_and_accelerations(kind):
     loose = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=LOOSE)).attrs
     limits = (0.3 * loose[kind], 0.99) if kind == "basis_error" else (0.5, 0.3 * loose[kind])
     tight = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=fs.ReducedBasis(*limits))).attrs
-    assert loose["basis_vibrations"] == 4 < tight["basis_vibrations"] <= 64
+    assert loose["basis_normal_modes"] == 4 < tight["basis_normal_modes"] <= 64
     assert tight[kind] <= 0.3 * loose[kind]
 
 
-def test_the_more_vibrations_the_nearer(monkeypatch):
+def test_the_more_normal_modes_the_nearer(monkeypatch):
     full, moved = fs.simulate(deep_push_and_slide()), []
     for count in (5, 40, 160):
         monkeypatch.setattr(bases, "_FEWEST", count)
         reduced = fs.simulate(deep_push_and_slide(basis=LOOSE))
-        assert reduced.attrs["basis_vibrations"] == count
+        assert reduced.attrs["basis_normal_modes"] == count
         moved.append(difference(reduced, full, "displacement"))
     assert moved[0] > 2.0 * moved[1] > 2.0 * moved[2]
     assert moved[2] < 1e-5
@@ -239,7 +239,7 @@ def test_a_kept_basis_is_used_again():
     assert_same_history(fs.simulate(model, bases=store), first, 0.0)
 
 
-@pytest.mark.usefixtures("few_vibrations")
+@pytest.mark.usefixtures("few_normal_modes")
 def test_the_first_of_several_motions_tries_a_basis_out_for_all(monkeypatch):
     """Progress goes back to the start with every attempt; a basis that is kept suffices at once."""
     loose = fs.simulate(with_basis(0.5)).attrs["basis_error"]

@@ -1,4 +1,4 @@
-"""Matrices of small strain: the material of every cell, stiffness, mass, loads, and layers that relax."""
+"""Matrices of small strain: the material of every cell, stiffness, mass, loads, and viscoelastic layers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import cell_materials, small_strain_law
-from fingerslip.fe.forms import mass_matrix, relaxing_layers, stiffness_matrix, traction_load
+from fingerslip.fe.forms import mass_matrix, stiffness_matrix, traction_load, viscoelastic_layers
 from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
 from fingerslip.fe.recovery import cell_recovery, von_mises
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
@@ -369,7 +369,7 @@ def test_stiffness_less_a_share_of_the_shape_is_that_of_relaxed_moduli(element, 
     space, formulation = space_of(element), "solid" if element in ("H8", "T4") else "plane_strain"
     law, elastic = Elastic(34e3, 0.45, 1000.0, prony=SOME), Elastic(1e5, 0.3, 1000.0)
     materials = cell_materials(space, {"a": law, "b": elastic}, formulation)
-    (layers,) = relaxing_layers(space, materials, 1.0, integration)
+    (layers,) = viscoelastic_layers(space, materials, 1.0, integration)
     assert (layers.prony, layers.thickness, layers.across) == (SOME, None, None)
     slow = cell_materials(space, {"a": relaxed(law, 0.7), "b": elastic}, formulation)
     expected = stiffness_matrix(space, slow, 1.0, integration)
@@ -381,7 +381,7 @@ def test_stiffness_less_a_share_of_the_shape_is_that_of_relaxed_moduli(element, 
 def test_in_plane_stress_both_parts_make_the_elastic_stiffness(integration):
     space, law = space_of("Q4"), Elastic(34e3, 0.45, 1000.0, prony=SOME)
     materials = cell_materials(space, {"a": law, "b": law}, "plane_stress")
-    (layers,) = relaxing_layers(space, materials, 2.0, integration)
+    (layers,) = viscoelastic_layers(space, materials, 2.0, integration)
     expected = stiffness_matrix(space, materials, 2.0, integration)
     found = layers.shape + layers.across.along * layers.thickness
     np.testing.assert_allclose(found.toarray(), expected.toarray(), atol=1e-9 * np.abs(expected).max())
@@ -392,7 +392,7 @@ def test_layers_are_joined_where_they_relax_alike():
     soft, stiff = Elastic(1e4, 0.4, 1.0, prony=SOME), Elastic(1e5, 0.3, 1.0, prony=SOME)
 
     def count(a, b, formulation):
-        return len(relaxing_layers(space, cell_materials(space, {"a": a, "b": b}, formulation), 1.0, "selective"))
+        return len(viscoelastic_layers(space, cell_materials(space, {"a": a, "b": b}, formulation), 1.0, "selective"))
 
     assert count(soft, stiff, "plane_strain") == 1
     assert count(soft, stiff, "plane_stress") == 2, "the strain across is another one"
@@ -402,7 +402,8 @@ def test_layers_are_joined_where_they_relax_alike():
 
 def test_layers_know_their_materials_and_take_maps():
     space, law = space_of("Q4"), Elastic(34e3, 0.45, 1000.0, prony=SOME)
-    (layers,) = relaxing_layers(space, cell_materials(space, {"a": law, "b": law}, "plane_stress"), 1.0, "selective")
+    materials = cell_materials(space, {"a": law, "b": law}, "plane_stress")
+    (layers,) = viscoelastic_layers(space, materials, 1.0, "selective")
     assert layers.belongs_to(law)
     assert not layers.belongs_to(Elastic(34e3, 0.3, 1000.0, prony=SOME))
     assert not layers.belongs_to(Elastic(34e3, 0.45, 1000.0, prony=OTHER))

@@ -1,4 +1,4 @@
-"""Static responses are exact, vibrations are those with the interface held, and the coordinates are diagonal."""
+"""Constraint modes are exact, normal modes are those with the interface held, and the coordinates are diagonal."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from scipy import linalg, sparse
 
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.craig_bampton import (
-    StaticResponses,
-    Vibrations,
+    ConstraintModes,
+    NormalModes,
+    constraint_modes,
     craig_bampton,
+    normal_modes,
     slow_motions,
-    static_responses,
-    vibrations,
 )
 from problems.matrices import SOLVERS
 from problems.pushed import push_and_slide
@@ -24,7 +24,7 @@ INTERFACE, ROWS = np.array([0, 3, 4, 20, 41]), np.array([1, 2, 10])
 @pytest.fixture(scope="module", params=SOLVERS)
 def body(request):
     system = build_system(push_and_slide())
-    return StaticResponses(system.stiffness, system.mass, INTERFACE, request.param)
+    return ConstraintModes(system.stiffness, system.mass, INTERFACE, request.param)
 
 
 def inner(body):
@@ -40,14 +40,14 @@ def dense_responses(body):
     return found
 
 
-def all_vibrations(body):
+def all_normal_modes(body):
     """Return every vibration, which Lanczos's method cannot find."""
     others = inner(body)
     stiffness, mass = (matrix.toarray()[np.ix_(others, others)] for matrix in (body.stiffness, body.mass))
     squares, vectors = linalg.eigh(stiffness, mass)
     shapes = np.zeros((body.stiffness.shape[0], others.size))
     shapes[others] = vectors
-    return Vibrations(np.sqrt(squares), shapes, shapes[:, :0])
+    return NormalModes(np.sqrt(squares), shapes, shapes[:, :0])
 
 
 def test_the_inside_follows_the_interface_statically(body):
@@ -72,20 +72,20 @@ def test_no_fields_give_none(body):
 
 
 @pytest.mark.parametrize("columns_at_once", [2, 64])
-def test_mass_of_static_responses_is_gathered_some_columns_at_a_time(body, columns_at_once):
+def test_mass_of_constraint_modes_is_gathered_some_columns_at_a_time(body, columns_at_once):
     exact = dense_responses(body)
-    mass, at_rows = static_responses(body, ROWS, columns_at_once=columns_at_once)
+    mass, at_rows = constraint_modes(body, ROWS, columns_at_once=columns_at_once)
     np.testing.assert_allclose(mass, exact.T @ body.mass @ exact, atol=1e-12 * mass.max())
     np.testing.assert_allclose(at_rows, exact[ROWS], atol=1e-12)
 
 
 def excited(body, count, following=0):
-    """Return vibrations that the slow motions of a body excite."""
-    return vibrations(body, slow_motions(body, static_responses(body, ROWS)[0], 3), count, following)
+    """Return normal modes that the slow motions of a body excite."""
+    return normal_modes(body, slow_motions(body, constraint_modes(body, ROWS)[0], 3), count, following)
 
 
 def test_slow_motions_follow_the_interface(body):
-    mass, _ = static_responses(body, ROWS)
+    mass, _ = constraint_modes(body, ROWS)
     squares, vectors = linalg.eigh(body.schur, mass)
     found = slow_motions(body, mass, 3)
     np.testing.assert_allclose(found, body.follow(found[INTERFACE]), atol=1e-9 * np.abs(found).max())
@@ -94,8 +94,8 @@ def test_slow_motions_follow_the_interface(body):
     assert slow_motions(body, mass, 100).shape[1] == INTERFACE.size
 
 
-def test_slow_vibrations_are_as_they_are_and_fast_ones_about_so(body):
-    found, every = excited(body, 24), all_vibrations(body)
+def test_slow_normal_modes_are_as_they_are_and_fast_ones_about_so(body):
+    found, every = excited(body, 24), all_normal_modes(body)
     np.testing.assert_allclose(found.frequencies[:4], every.frequencies[:4], rtol=1e-6)
     assert (np.diff(found.frequencies) > 0.0).all()
     np.testing.assert_allclose(found.shapes.T @ (body.mass @ found.shapes), np.eye(24), atol=1e-10)
@@ -104,21 +104,21 @@ def test_slow_vibrations_are_as_they_are_and_fast_ones_about_so(body):
     np.testing.assert_array_equal(found.shapes[INTERFACE], 0.0)
 
 
-def test_the_first_vibrations_hold_what_inertia_of_slow_motions_does(body):
-    moved = slow_motions(body, static_responses(body, ROWS)[0], 3)
+def test_the_first_normal_modes_hold_what_inertia_of_slow_motions_does(body):
+    moved = slow_motions(body, constraint_modes(body, ROWS)[0], 3)
     correction, few = body.give_way(body.mass @ moved), excited(body, 3)
     left = correction - few.shapes @ (few.shapes.T @ (body.mass @ correction))
     assert np.abs(left).max() < 1e-9 * np.abs(correction).max()
 
 
-def test_no_more_vibrations_than_there_are(body):
+def test_no_more_normal_modes_than_there_are(body):
     every = inner(body).size
     assert excited(body, 10 * every).frequencies.size <= every
-    assert vibrations(body, np.zeros((body.mass.shape[0], 2)), 5).frequencies.size == 0
+    assert normal_modes(body, np.zeros((body.mass.shape[0], 2)), 5).frequencies.size == 0
 
 
 def test_stiffness_and_mass_are_diagonal_in_the_coordinates(body):
-    basis = craig_bampton(body, static_responses(body, ROWS), excited(body, 6), ROWS)
+    basis = craig_bampton(body, constraint_modes(body, ROWS), excited(body, 6), ROWS)
     field = basis.field(body, np.eye(basis.eigenvalues.size))
     assert field.shape == (body.mass.shape[0], 11)
     np.testing.assert_allclose(field.T @ body.mass @ field, np.eye(11), atol=1e-10)
@@ -130,8 +130,8 @@ def test_stiffness_and_mass_are_diagonal_in_the_coordinates(body):
     np.testing.assert_allclose(basis.project(body, forces), field.T @ forces, atol=1e-9 * np.abs(field).max())
 
 
-def test_static_responses_to_forces_on_the_interface_are_exact_without_any_vibration(body):
-    basis = craig_bampton(body, static_responses(body, ROWS), excited(body, 0), ROWS)
+def test_responses_to_forces_on_the_interface_are_exact_without_any_normal_mode(body):
+    basis = craig_bampton(body, constraint_modes(body, ROWS), excited(body, 0), ROWS)
     force = np.zeros(body.mass.shape[0])
     force[INTERFACE] = [1.0, -2.0, 0.5, 3.0, 1.0]
     exact = np.linalg.solve(body.stiffness.toarray(), force)
@@ -143,7 +143,7 @@ def test_further_shapes_are_held_and_what_adds_nothing_is_left_out(body):
     load = np.random.default_rng(5).normal(size=body.mass.shape[0])
     response = body.give_way(load)
     few = excited(body, 3)
-    basis = craig_bampton(body, static_responses(body, ROWS), few, ROWS, [response, 2.0 * response, few.shapes[:, 0]])
+    basis = craig_bampton(body, constraint_modes(body, ROWS), few, ROWS, [response, 2.0 * response, few.shapes[:, 0]])
     assert basis.eigenvalues.size == INTERFACE.size + 3 + 1
     exact = np.linalg.solve(body.stiffness.toarray(), load)
     found = basis.field(body, basis.project(body, load) / basis.eigenvalues)
@@ -151,7 +151,7 @@ def test_further_shapes_are_held_and_what_adds_nothing_is_left_out(body):
 
 
 def test_what_follows_is_beside_the_basis_and_known_with_it(body):
-    basis = craig_bampton(body, static_responses(body, ROWS), excited(body, 6, following=5), ROWS)
+    basis = craig_bampton(body, constraint_modes(body, ROWS), excited(body, 6, following=5), ROWS)
     field, following = basis.field(body, np.eye(basis.eigenvalues.size)), basis.following
     assert following.shape[1] == 5
     np.testing.assert_allclose(following.T @ body.mass @ following, np.eye(5), atol=1e-10)
@@ -164,8 +164,8 @@ def test_what_follows_is_beside_the_basis_and_known_with_it(body):
     np.testing.assert_allclose(excited(body, 6, following=5).shapes, excited(body, 6).shapes, rtol=1e-9, atol=1e-9)
 
 
-def test_all_vibrations_make_the_basis_the_whole_body(body):
-    basis = craig_bampton(body, static_responses(body, ROWS), all_vibrations(body), ROWS)
+def test_all_normal_modes_make_the_basis_the_whole_body(body):
+    basis = craig_bampton(body, constraint_modes(body, ROWS), all_normal_modes(body), ROWS)
     exact = linalg.eigh(body.stiffness.toarray(), body.mass.toarray(), eigvals_only=True)
     np.testing.assert_allclose(basis.eigenvalues, exact, rtol=1e-8)
 
@@ -174,8 +174,8 @@ def test_an_unknown_without_stiffness_is_part_of_the_interface(body):
     """A driven counterface has mass alone."""
     stiffness = sparse.block_diag([body.stiffness, [[0.0]]], format="csr")
     mass = sparse.block_diag([body.mass, [[4.0]]], format="csr")
-    driven = StaticResponses(stiffness, mass, np.append(INTERFACE, body.mass.shape[0]), body.solver)
+    driven = ConstraintModes(stiffness, mass, np.append(INTERFACE, body.mass.shape[0]), body.solver)
     assert driven.schur[-1, -1] == pytest.approx(0.0, abs=1e-12)
-    basis = craig_bampton(driven, static_responses(driven, ROWS), excited(driven, 2), ROWS)
+    basis = craig_bampton(driven, constraint_modes(driven, ROWS), excited(driven, 2), ROWS)
     assert basis.eigenvalues[0] == pytest.approx(0.0, abs=1e-6 * basis.eigenvalues[1])
     np.testing.assert_allclose(np.abs(basis.at_interface[-1, 0]), 0.5, rtol=1e-9)

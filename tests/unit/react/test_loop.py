@@ -10,6 +10,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.react.detectors import AtOnce, ForceRatio, Never, SlippedArea
+from fingerslip.react.figures import timeline_figure
 from fingerslip.react.latency import critical_start, search_edge
 from fingerslip.react.loads import RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
@@ -133,6 +134,14 @@ def test_object_that_would_be_held_anyway_makes_a_false_grip() -> None:
         assert critical_start(grasp, reaction(0.0)).latency(grasp, "at once") == np.inf
 
 
+def test_reflex_that_counts_from_the_load_needs_no_alarm(grasp: Grasp) -> None:
+    outcome = grasp.react(Reaction(Reflex(latency=30e-3, since="load"), FAST), "never")
+    assert outcome.start == 30e-3
+    assert outcome.saved
+    with pytest.raises(InputError, match=r"^response.start: got -0.01 s, needs 0 s or more since the load began$"):
+        grasp.branch(reaction(0.0).response(-0.01, HELD.first_grip))
+
+
 def test_grip_that_adds_too_little_loses_at_any_latency(grasp: Grasp) -> None:
     weak = Reaction(Reflex(gain=0.05), FAST)
     assert not grasp.react(weak, "at once").saved
@@ -159,6 +168,17 @@ def test_history_of_a_response_ends_with_its_decision(grasp: Grasp) -> None:
     place = history["rigid_body_displacement"].values[:, 0, 0]
     first = round(HELD.begins / HELD.step)
     assert (place - place[first])[first:].max() == outcome.travel
+
+
+def test_figure_of_a_reaction_has_its_travel_and_says_what_came_of_it(grasp: Grasp) -> None:
+    figure = timeline_figure(grasp, "force", {"quick": reaction(10e-3), "slow": reaction(0.15)})
+    _, travels = figure.axes
+    quick = grasp.react(reaction(10e-3), "force")
+    drawn = [np.asarray(line.get_ydata()) for line in travels.lines]
+    assert any(line.shape == quick.travels.shape and np.allclose(line, 1e3 * quick.travels) for line in drawn)
+    texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert texts == ["load", "no reaction", "quick: saved", "slow: lost"]
+    assert len(timeline_figure(grasp, "never", {"quick": reaction(10e-3)}).legends[0].get_texts()) == 2
 
 
 @pytest.mark.parametrize("edge", [0.0, 0.013, 0.5, 0.77, 0.9995])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import xarray as xr
 
@@ -17,7 +19,12 @@ from fingerslip.verification.meshes import box
 
 
 def block_history(element: str = "T4") -> xr.Dataset:
-    """Return the history of a 10 mm block on a plate, skin below 3 mm and tissue above."""
+    """Return the history of a 10 mm block on a plate, skin below 3 mm and tissue above, which a test may change."""
+    return _block_history(element).copy(deep=True)
+
+
+@functools.cache
+def _block_history(element: str) -> xr.Dataset:
     axes = (np.linspace(0.0, 10e-3, 5),) * (3 if element in {"T4", "T10", "H8"} else 2)
     layers = {"skin": lambda centre: centre[-1] < 3e-3, "tissue": lambda centre: centre[-1] >= 3e-3}
     mesh = box(element, *axes, regions=layers)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +14,9 @@ import yaml
 
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.model import Model
+from fingerslip.study.inspection.check import compiling_seconds
 from fingerslip.study.running import compute, runner
+from fingerslip.study.storage import store, summary
 from unit import synthetic
 from unit.study.block import block_mesh, block_values
 
@@ -57,6 +60,16 @@ def write_study(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
+
+
+commit = functools.cache(store.commit)
+
+
+@pytest.fixture(autouse=True)
+def settled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let all be compiled already, which a fresh clone would say that it does first, and ask git but once."""
+    monkeypatch.setitem(compiling_seconds.__globals__, "_has_cache", lambda _: True)
+    monkeypatch.setattr(summary, "commit", commit)
 
 
 @pytest.fixture

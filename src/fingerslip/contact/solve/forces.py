@@ -19,7 +19,7 @@ from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.partition import Partition, first_partition, solve_in_partitions
 from fingerslip.contact.solve.projection import project, step_lengths
-from fingerslip.contact.solve.working_set import WorkingSet, first_guess, gather, next_past
+from fingerslip.contact.solve.working_set import WorkingSet, first_guess, gather, next_warm_start
 
 __all__ = ["solve_contact"]
 
@@ -56,15 +56,15 @@ def solve_contact(
     if free.size > _FEW:
         old = working_set if isinstance(working_set, WorkingSet) else None
         problem = _problem(compliance, free, friction_coefficient)
-        past = None if old is None else old.past
-        if past is not None and (
-            old is None or old.edition != compliance.edition or not past.has_frames_of(compliance)
+        warm_start = None if old is None else old.warm_start
+        if warm_start is not None and (
+            old is None or old.edition != compliance.edition or not warm_start.has_frames_of(compliance)
         ):
-            past = past.under_other_compliance()
-        check = problem.check(*first_guess(compliance, past, start, origin))
+            warm_start = warm_start.under_other_compliance()
+        check = problem.check(*first_guess(compliance, warm_start, start, origin))
         solution, used = _solve_on_working_set(problem, check, tolerance, old)
-        left = next_past(past, solution.forces, solution.response, start, origin)
-        return solution, replace(used, past=replace(left, frames=compliance.frames))
+        left = next_warm_start(warm_start, solution.forces, solution.response, start, origin)
+        return solution, replace(used, warm_start=replace(left, frames=compliance.frames))
     matrix = compliance.matrix
     if free.shape[1] != 2:
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None

@@ -24,13 +24,13 @@ from fingerslip.contact.solve.preconditioner import (
     unit_forces,
 )
 
-__all__ = ["Past", "WorkingSet", "first_guess", "gather", "next_past"]
+__all__ = ["WarmStart", "WorkingSet", "first_guess", "gather", "next_warm_start"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Past:
+class WarmStart:
     """Contact forces of all n_c candidates that were found last."""
 
     forces: Array  # (n_c, dim), those found last, and those one step before [N]
@@ -45,40 +45,44 @@ class Past:
             return self.frames is compliance.frames
         return self.frames is compliance.frames or np.array_equal(self.frames, compliance.frames)
 
-    def under_other_compliance(self) -> Past:
+    def under_other_compliance(self) -> WarmStart:
         """Return the forces without responses, which another compliance makes others."""
         return replace(self, response=None, response_before=None)
 
 
 def first_guess(
-    compliance: Compliance, past: Past | None, start: Array, origin: Array | None
+    compliance: Compliance, warm_start: WarmStart | None, start: Array, origin: Array | None
 ) -> tuple[Array, Array | None]:
     """Return forces (n_c, dim) [N] to begin a step with, and the body's response to them [m] where it is known.
 
     Arrays: start (n_c, dim) [N]; origin (n_c, dim) [N].
     """
-    if past is None:
+    if warm_start is None:
         return start, None
-    response = past.response if np.array_equal(start, past.forces) else None
+    response = warm_start.response if np.array_equal(start, warm_start.forces) else None
     if origin is not None:
         return start, response
-    guess = 2.0 * start - past.before
+    guess = 2.0 * start - warm_start.before
     opens = (start[:, 0] <= 0.0) | (guess[:, 0] <= 0.0)
     lost = np.where(opens[:, None], guess, 0.0)
     guess[opens] = 0.0
-    if response is None or past.response_before is None:
+    if response is None or warm_start.response_before is None:
         return guess, None
-    of_guess = 2.0 * response - past.response_before
+    of_guess = 2.0 * response - warm_start.response_before
     return guess, of_guess - compliance.response(lost) if lost.any() else of_guess
 
 
-def next_past(past: Past | None, forces: Array, response: Array | None, start: Array, origin: Array | None) -> Past:
+def next_warm_start(
+    warm_start: WarmStart | None, forces: Array, response: Array | None, start: Array, origin: Array | None
+) -> WarmStart:
     """Return what a step leaves for the next one; `forces` were found, the others as in :func:`first_guess`."""
     if origin is not None:
-        is_same = past is not None and np.array_equal(origin, past.before)
-        return Past(forces, origin, response, past.response_before if past is not None and is_same else None)
-    is_same = past is not None and np.array_equal(start, past.forces)
-    return Past(forces, start, response, past.response if past is not None and is_same else None)
+        is_same = warm_start is not None and np.array_equal(origin, warm_start.before)
+        return WarmStart(
+            forces, origin, response, warm_start.response_before if warm_start is not None and is_same else None
+        )
+    is_same = warm_start is not None and np.array_equal(start, warm_start.forces)
+    return WarmStart(forces, start, response, warm_start.response if warm_start is not None and is_same else None)
 
 
 Single = NDArray[np.float32]
@@ -98,7 +102,7 @@ class WorkingSet:
     coupling: Coupled  # for all candidates those to which the body couples them most
     inverse: LocalInverse  # preconditioner
     coarse: CoarseSpace  # what the preconditioner has beside it
-    past: Past | None = None  # the forces that were found last
+    warm_start: WarmStart | None = None  # the forces that were found last
     edition: tuple[float, ...] = ()  # of the compliance that `body` was taken from
     is_exact: bool = False  # whether the entries of that compliance are of single precision themselves
 
@@ -141,7 +145,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         coupling=coupling,
         inverse=_taken_over(LocalInverse.empty(position[coupling.near[nodes]], dim), position, old),
         coarse=CoarseSpace(columns, np.zeros((0, 0), dtype=np.float32)),
-        past=None if old is None else old.past,
+        warm_start=None if old is None else old.warm_start,
         edition=compliance.edition,
         is_exact=compliance.is_single,
     )

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.step.memory import relaxed_force, viscous_steps
 from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.viscoelastic import relaxed_force, viscous_steps
 from fingerslip.dynamics.system.bodies import RigidFreedom, body_centres, faces_of
 from fingerslip.dynamics.system.scheme import Scheme, start_push
 from fingerslip.dynamics.system.system import System
@@ -120,7 +120,7 @@ class SupportRecords:
 
     def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, n_times: int) -> None:
         self._supports, self._scheme, self._damping = system.supports, scheme, damping
-        self._viscous = viscous_steps(system.relaxing, scheme.step)
+        self._viscous = viscous_steps(system.viscoelastic, scheme.step)
         self._is_elastic = system.body is None
         self.near = self._supports.columns
         self._near_maps = self._supports.stiffness[:, self.near], self._supports.mass[:, self.near]
@@ -154,8 +154,8 @@ class SupportRecords:
             others -= (supports.contact @ forces.T).T
         if state.body is not None:
             others += supports.rows @ state.body.nodal
-        if state.memories:
-            others -= relaxed_force(supports.relaxing, self._viscous, state.memories)
+        if state.history_variables:
+            others -= relaxed_force(supports.viscoelastic, self._viscous, state.history_variables)
 
     def _take_up(self, acceleration: Array) -> None:
         scheme, (stiffness, mass) = self._scheme, self._near_maps

@@ -18,8 +18,8 @@ from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecor
 from fingerslip.dynamics.recording.labels import record_coordinates, rotation_axes
 from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, dashpots_reader
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
-from fingerslip.dynamics.step.memory import viscous_steps
 from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.viscoelastic import viscous_steps
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import finite_site_recovery
@@ -83,7 +83,7 @@ class Recorder:
         self._energies = np.zeros((times.size, len(_ENERGIES)))
         self._strains = np.zeros((times.size, *self._at_sites.strain_shape))
         self._scheme = make_scheme(model.time)
-        self._viscous = viscous_steps(system.relaxing, self._scheme.step)
+        self._viscous = viscous_steps(system.viscoelastic, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
         self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
         self._supports = SupportRecords(system, self._scheme, model.damping, times.size)
@@ -286,7 +286,7 @@ class Recorder:
             self._friction[step] = interface.forces[..., 1:]
 
     def _record_viscoelastic(self, step: int | slice, state: State) -> None:
-        """Record stresses of materials that relax, from what a state remembers."""
+        """Record stresses of viscoelastic materials, from what a state remembers."""
         strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
         sites = replace(self._sites, relax=dashpots_reader(self._system, self._viscous, state, self._sites))
         for name, method in _OF_STRAINS.items():

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.contact.candidates import node_operator
-from fingerslip.dynamics.step.memory import Viscous
 from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.viscoelastic import Viscous
 from fingerslip.dynamics.system.operators import NodalComponents
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery
@@ -87,12 +87,12 @@ def dashpots_reader(system: System, viscous: Sequence[Viscous], state: State, re
         return strains
 
     def relax(material: Elastic, strains: Array, points: NDArray[np.int64]) -> Relaxed:
-        pairs = zip(viscous, state.memories, strict=True)
-        memory = next(memory for layer, memory in pairs if layer.layers.belongs_to(material))
-        dashpots = np.stack([read(field, points) for field in memory.dashpots[:, 0]])
-        if not memory.across.size:
+        pairs = zip(viscous, state.history_variables, strict=True)
+        variables = next(variables for layer, variables in pairs if layer.layers.belongs_to(material))
+        dashpots = np.stack([read(field, points) for field in variables.dashpots[:, 0]])
+        if not variables.across.size:
             return Relaxed(with_across(strains), with_across(dashpots))
-        fields = [memory.across[0], *memory.across_dashpots[:, 0]]
+        fields = [variables.across[0], *variables.across_dashpots[:, 0]]
         thinned = [-read(field, points)[:, :2].sum(axis=-1) for field in fields]
         return Relaxed(with_across(strains, thinned[0]), with_across(dashpots, np.stack(thinned[1:])))
 
@@ -112,7 +112,7 @@ class SnapshotRecords:
         self._system, self._recoveries, self._viscous = system, recoveries, viscous
         self._numbers = {step: number for number, step in enumerate(steps)}
         self._waiting: list[tuple[int, Array, Array]] = []
-        # Of large strain and of materials that relax, stresses follow from more than what is kept of a state.
+        # Of large strain and of viscoelastic materials, stresses follow from more than what is kept of a state.
         self._of_states = system.body is not None or bool(viscous)
 
     def __contains__(self, step: int) -> bool:

@@ -24,12 +24,12 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.space import free_pieces
 from fingerslip.linear.craig_bampton import (
+    ConstraintModes,
     CraigBampton,
-    StaticResponses,
+    constraint_modes,
     craig_bampton,
+    normal_modes,
     slow_motions,
-    static_responses,
-    vibrations,
 )
 from fingerslip.linear.resources import available_memory
 from fingerslip.model.model import ReducedBasis
@@ -39,14 +39,14 @@ __all__ = ["BasisStore", "compute_in_basis", "in_basis"]
 
 Array = NDArray[np.float64]
 
-# Vibrations of the first basis and of the largest one, and how many times as many the next one has at most.
+# Normal modes of the first basis and of the largest one, and how many times as many the next one has at most.
 _FEWEST, _MOST, _MOST_TIMES = 40, 320, 8
-# Slow motions that excite them: more vibrations for each bring more than more motions do (measured).
+# Slow motions that excite them: more normal modes for each bring more than more motions do (measured).
 _MOTIONS = 20
-# Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
+# Square matrices of the interface's size that exist at once: constraint modes, eigenvectors, compliances.
 _SQUARES = 10
 _VERSION = 3
-# Vibrations of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
+# Normal modes of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
 _STEPWISE = 120
 
 _logger = logging.getLogger("fingerslip.dynamics")
@@ -74,14 +74,14 @@ class _Maker:
     """Makes the bases of motions, or takes those that are kept."""
 
     motions: Motions
-    body: StaticResponses
+    body: ConstraintModes
     rows: NDArray[np.int64]
     store: BasisStore | None
 
     @classmethod
     def of(cls, motions: Motions, store: BasisStore | None) -> _Maker:
         system = motions.systems[0]
-        body = StaticResponses(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
+        body = ConstraintModes(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
         return cls(motions, body, observed_unknowns(motions.models, motions.systems), store)
 
     def alone(self) -> AbstractContextManager[None]:
@@ -101,17 +101,17 @@ class _Maker:
                 self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
 
     def make(self, count: int) -> CraigBampton:
-        """Make a basis with some vibrations."""
+        """Make a basis with some normal modes."""
         further = further_shapes(self.body, self.motions.systems)
         slow = slow_motions(self.body, self._responses[0], 2 * _MOTIONS)
         start, faster = np.column_stack([slow[:, :_MOTIONS], *further]), slow[:, _MOTIONS:]
-        shapes = vibrations(self.body, start, count, following=max(start.shape[1], count // 2))
+        shapes = normal_modes(self.body, start, count, following=max(start.shape[1], count // 2))
         shapes = replace(shapes, following=np.hstack([shapes.following, self.body.give_way(self.body.mass @ faster)]))
         return craig_bampton(self.body, self._responses, shapes, self.rows, further)
 
     @cached_property
     def _responses(self) -> tuple[Array, Array]:
-        return static_responses(self.body, self.rows)
+        return constraint_modes(self.body, self.rows)
 
     @cached_property
     def _key(self) -> str:
@@ -140,7 +140,7 @@ def _require_suitable(motions: Motions) -> None:
         raise _UnsuitableError("supports leave rigid motions free")
     if system.held_by_contact:
         raise _UnsuitableError(f"contact alone holds the {', '.join(system.held_by_contact)}")
-    if system.relaxing:
+    if system.viscoelastic:
         raise _UnsuitableError("materials relax")
     if system.moving_supports:
         raise _UnsuitableError("supports move")
@@ -157,7 +157,7 @@ def _require_suitable(motions: Motions) -> None:
 
 
 def _compute(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Outcome:
-    """Compute with ever more vibrations, until the estimated errors are within the tolerances.
+    """Compute with ever more normal modes, until the estimated errors are within the tolerances.
 
     Where there is no basis yet, the first of several motions tries it out for all.
     """
@@ -195,7 +195,7 @@ def _suitable(
         if excess <= 1.0:
             return outcome, basis
         tried.append((count, excess))
-        fault = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
+        fault = f"{count} normal modes leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
         _logger.info("%s", fault)
         if not _is_promising(tried):
             allowed = f"{wanted.tolerance:g} and {wanted.acceleration_tolerance:g}"
@@ -210,7 +210,7 @@ def _excess(check: ResidualCheck, wanted: ReducedBasis) -> float:
 
 
 def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
-    """Tell whether the most vibrations may bring an error to one, from the numbers tried and the errors they left."""
+    """Tell whether the most normal modes may bring an error to one, from the numbers tried and the errors they left."""
     count, error = tried[-1]
     if len(tried) < 2 or count >= _MOST:
         return count < _MOST
@@ -220,7 +220,7 @@ def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
 
 
 def _next_count(count: int, excess: float) -> int:
-    """Return how many vibrations to try after some that left `excess` times the error: it falls about like 1/count."""
+    """Return how many normal modes to try after some that left `excess` times the error: it falls like 1/count."""
     times = 2.0 ** np.ceil(np.log2(max(excess, 2.0)))
     return int(min(count * min(times, _MOST_TIMES), max(_MOST, count)))
 

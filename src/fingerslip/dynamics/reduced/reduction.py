@@ -1,7 +1,7 @@
 """A system in the coordinates of a reduced body, which a step treats as it treats one on a mesh.
 
 The interface of the basis holds all degrees of freedom of the contact candidates and those of rigid bodies: their
-static responses are exact. An unknown of the reduced system is a coordinate of the basis or the displacement of an
+constraint modes are exact. An unknown of the reduced system is a coordinate of the basis or the displacement of an
 interface unknown, which follows from the coordinates but is kept beside them, so that contact reads it as it does on a
 mesh.
 
@@ -28,7 +28,7 @@ from fingerslip.dynamics.system.operators import NodalComponents, Outsiders
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.recovery import site_recovery
 from fingerslip.fe.space import vector_dofs
-from fingerslip.linear.craig_bampton import CraigBampton, StaticResponses
+from fingerslip.linear.craig_bampton import ConstraintModes, CraigBampton
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.symmetric import add_rows
 from fingerslip.model.model import Model
@@ -127,7 +127,7 @@ class ReducedCoordinates:
     """Coordinates of a reduced body with the displacement of its interface; see :class:`.coordinates.Coordinates`."""
 
     system: System  # the system on the mesh
-    body: StaticResponses  # its body and interface
+    body: ConstraintModes  # its body and interface
     basis: CraigBampton  # the reduced basis
     checks_at_once = 32
     snapshots_at_once = 16
@@ -218,8 +218,8 @@ def _unknowns_of_sites(system: System, regions: Sequence[str | None]) -> Indices
     return unknowns
 
 
-def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Array]:
-    """Return what a basis has to hold beside contact and vibrations: responses to loads, and how motions start."""
+def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Array]:
+    """Return what a basis has to hold beside contact and normal modes: responses to loads, and how motions start."""
     forces = {load.forces.tobytes(): load.forces for system in systems for load in system.loads if load.forces.any()}
     velocities = {
         element.tobytes(): element for element in (system.initial_velocity for system in systems) if element.any()
@@ -234,7 +234,7 @@ def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Arr
     return responses + [field - body.follow(field[body.interface]) for field in fields]
 
 
-def reduced_system(system: System, body: StaticResponses, basis: CraigBampton, twin: System | None = None) -> System:
+def reduced_system(system: System, body: ConstraintModes, basis: CraigBampton, twin: System | None = None) -> System:
     """Return a system in the coordinates of a reduced body."""
     coordinates, velocity = ReducedCoordinates(system, body, basis), system.initial_velocity
     (stiffness, mass), (held_stiffness, held_mass) = _taken_over(twin) if twin else _matrices(system, body, basis)
@@ -262,7 +262,7 @@ def _taken_over(twin: System) -> _Matrices:
     return (twin.stiffness, twin.mass), (np.asarray(held.stiffness), np.asarray(held.mass))
 
 
-def _matrices(system: System, body: StaticResponses, basis: CraigBampton) -> _Matrices:
+def _matrices(system: System, body: ConstraintModes, basis: CraigBampton) -> _Matrices:
     """Return stiffness and mass of a reduced body, with none on its interface, and their rows at what supports hold."""
     behind = np.zeros(basis.interface.size)
     diagonals = basis.eigenvalues, np.ones_like(basis.eigenvalues)
@@ -271,7 +271,7 @@ def _matrices(system: System, body: StaticResponses, basis: CraigBampton) -> _Ma
     return (stiffness, mass), (_reduced_rows(held[0], body, basis), _reduced_rows(held[1], body, basis))
 
 
-def _reduced_rows(rows: sparse.csr_matrix | Array, body: StaticResponses, basis: CraigBampton) -> Array:
+def _reduced_rows(rows: sparse.csr_matrix | Array, body: ConstraintModes, basis: CraigBampton) -> Array:
     """Return a linear map (r, n) of the mesh's unknowns as one of coordinates and interface, shape (r, m + p)."""
     projected = basis.project(body, np.asarray(sparse.csr_matrix(rows).T.todense()))
     return np.hstack([projected.T, np.zeros((rows.shape[0], basis.interface.size))])
@@ -285,7 +285,7 @@ def _spread(coordinates: Array, basis: CraigBampton) -> Array:
     return np.concatenate([coordinates, basis.at_interface @ coordinates])
 
 
-def _reduced_load(load: Load, body: StaticResponses, basis: CraigBampton) -> Load:
+def _reduced_load(load: Load, body: ConstraintModes, basis: CraigBampton) -> Load:
     if not load.forces.any():
         return Load(_none(basis), load.ramp)
     forces = basis.project(body, load.forces)

@@ -74,7 +74,7 @@ class ResidualCheck:
         errors, limits = (self.error, self.acceleration_error), (wanted.tolerance, wanted.acceleration_tolerance)
         if any(error > limit for error, limit in zip(errors, limits, strict=True)):
             count = self._basis.frequencies.size
-            _logger.warning("basis: %d vibrations leave errors of %.2g and %.2g", count, *errors)
+            _logger.warning("basis: %d normal modes leave errors of %.2g and %.2g", count, *errors)
 
     @property
     def attributes(self) -> dict[str, object]:
@@ -82,8 +82,8 @@ class ResidualCheck:
         basis = self._basis
         return {
             "basis": "reduced",
-            "basis_static_responses": basis.interface.size,
-            "basis_vibrations": basis.frequencies.size,
+            "basis_constraint_modes": basis.interface.size,
+            "basis_normal_modes": basis.frequencies.size,
             "basis_highest_frequency": float(basis.frequencies.max(initial=0.0)) / (2.0 * np.pi),
             "basis_error": self.error,
             "basis_acceleration_error": self.acceleration_error,

@@ -183,7 +183,7 @@ def _check_kind(model: Model) -> None:
 
 def _split_boundary(model: Model, system: System, reach: float, hidden: float) -> tuple[Integers, Integers]:
     """Return the nodes of the boundary that may touch, and the others within reach."""
-    if system.relaxing:
+    if system.viscoelastic:
         raise InputError("materials", "relax", "needs elastic ones", "simulate the model step by step")
     plane = system.counterfaces.shapes[0]
     if not plane.is_flat:

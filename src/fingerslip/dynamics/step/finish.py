@@ -14,10 +14,10 @@ from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.contact_step import ContactStep
 from fingerslip.dynamics.step.energy import Energies
-from fingerslip.dynamics.step.memory import Memory
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
+from fingerslip.dynamics.step.viscoelastic import HistoryVariables
 from fingerslip.dynamics.system.scheme import StepChange
 from fingerslip.linear.symmetric import as_rows, row_products
 
@@ -121,9 +121,8 @@ class _Contact:
 def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _End, body: BodyState | None) -> State:
     """Return the state of a motion at the end of a step, from its fields and its contact."""
     before, settled = start.before, _contact_record(stepper, start, contact, end)
-    memories = tuple(
-        layer.after(memory, end.displacement) for layer, memory in zip(stepper.viscous, before.memories, strict=True)
-    )
+    layers = zip(stepper.viscous, before.history_variables, strict=True)
+    history_variables = tuple(layer.after(variables, end.displacement) for layer, variables in layers)
     after = State(
         time=start.time,
         step=stepper.scheme.step,
@@ -139,13 +138,13 @@ def _end_state(stepper: Stepper, start: Prediction, contact: ContactStep, end: _
         contact_forces=contact.forces,
         contact_forces_before=before.contact_forces,
         interface=settled.outcome.state,
-        energies=_energies(stepper, start, end, settled, (memories, body)),
+        energies=_energies(stepper, start, end, settled, (history_variables, body)),
         moments=settled.moments,
         iterations=contact.solution.iterations,
         residual=contact.solution.residual,
         working_set=contact.working_set,
         release=contact.release,
-        memories=memories,
+        history_variables=history_variables,
         body=body,
     )
     return _with_supports(stepper, before, after, end.change.displacement)
@@ -184,19 +183,19 @@ def _energies(
     start: Prediction,
     end: _End,
     contact: _Contact,
-    material: tuple[Sequence[Memory], BodyState | None],
+    material: tuple[Sequence[HistoryVariables], BodyState | None],
 ) -> Energies:
     """Complete the energy balance of a step, but for the work of moving supports."""
-    before, change, (memories, body) = start.before, end.change, material
+    before, change, (history_variables, body) = start.before, end.change, material
     lost, relaxes = _elastic_loss(before, body, change.displacement), _relaxes(stepper)
     settled = contact.outcome
     return before.energies.after(
         kinetic=end.kinetic,
-        strain=body.energy if body is not None else end.elastic + sum(memory.stored for memory in memories),
+        strain=end.elastic + sum(variables.stored for variables in history_variables) if body is None else body.energy,
         contact=settled.stored,
         friction=settled.friction,
         damping=_damping_energy(stepper, before, end),
-        viscous=sum(memory.dissipated for memory in memories) + (lost if relaxes else 0.0),
+        viscous=sum(variables.dissipated for variables in history_variables) + (lost if relaxes else 0.0),
         numerical=stepper.scheme.dissipation(change) + settled.numerical + (0.0 if relaxes else lost),
         work=0.5 * float((before.load + start.load) @ change.displacement) + contact.external_work,
     )

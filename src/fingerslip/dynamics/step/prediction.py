@@ -88,8 +88,8 @@ def _right_hand_side(stepper: Stepper, start: Prediction, resisting: Array) -> A
     """Return the right-hand side (n,) of a step from what resists its free end, (n,) [N]."""
     scheme, system, before = stepper.scheme, stepper.system, start.before
     force = start.load - resisting
-    for layer, memory in zip(stepper.viscous, before.memories, strict=True):
-        force += layer.force(memory)
+    for layer, variables in zip(stepper.viscous, before.history_variables, strict=True):
+        force += layer.force(variables)
     side: Array = scheme.end_weight * force + scheme.start_weight * before.unbalance
     if start.prescribed is not None:
         # The inertia of moving supports is known; their own equations are empty.

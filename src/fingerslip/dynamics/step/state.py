@@ -12,9 +12,9 @@ from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.energy import Energies
-from fingerslip.dynamics.step.memory import Memory, no_memory
 from fingerslip.dynamics.step.release import Release
 from fingerslip.dynamics.step.stepper import Stepper, with_known
+from fingerslip.dynamics.step.viscoelastic import HistoryVariables, variables_at_rest
 from fingerslip.dynamics.system.scheme import Scheme, start_push
 
 __all__ = ["State", "first_state"]
@@ -46,7 +46,7 @@ class State:
     residual: float = 0.0  # its relative residual [-]
     working_set: WorkingSet | Partition | None = None  # what the contact solver keeps for the next step
     release: Release | None = None  # what nodes that have left a counterface still feel
-    memories: tuple[Memory, ...] = ()  # what layers that relax remember
+    history_variables: tuple[HistoryVariables, ...] = ()  # what viscoelastic layers remember
     body: BodyState | None = None  # the body at large strain
 
     @property
@@ -86,7 +86,7 @@ def first_state(stepper: Stepper) -> State:
         interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
         energies=Energies(kinetic=kinetic, initial=kinetic),
         moments=np.zeros(0 if system.rotations is None else system.rotations.at.size),
-        memories=tuple(map(no_memory, stepper.viscous)),
+        history_variables=tuple(map(variables_at_rest, stepper.viscous)),
         body=None if system.body is None else system.body.at_rest(stepper.scheme.step),
     )
 

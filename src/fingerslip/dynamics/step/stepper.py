@@ -17,8 +17,14 @@ from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.condensation import Condensed
-from fingerslip.dynamics.step.memory import Memory, Viscous, relaxed_force, stiffness_of_step, viscous_steps
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
+from fingerslip.dynamics.step.viscoelastic import (
+    HistoryVariables,
+    Viscous,
+    relaxed_force,
+    stiffness_of_step,
+    viscous_steps,
+)
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
@@ -67,8 +73,8 @@ class Forces(Protocol):
         """Contact forces in global components, shape (n_c, dim) [N]."""
 
     @property
-    def memories(self) -> tuple[Memory, ...]:
-        """What layers that relax remember."""
+    def history_variables(self) -> tuple[HistoryVariables, ...]:
+        """What viscoelastic layers remember."""
 
     @property
     def body(self) -> BodyState | None:
@@ -119,7 +125,7 @@ class Stepper:
     constant_frames: Array | None  # (n_c, dim, dim), frames of the candidates where they never turn
     turning: Array  # (n, r) [1/(N m)]
     anchoring: Array | None = None  # (n,), springs [N/m] or [N m] between what only contact holds and an anchor
-    viscous: tuple[Viscous, ...] = ()  # the layers that relax
+    viscous: tuple[Viscous, ...] = ()  # the viscoelastic layers
 
     def has_all(self, size: int) -> bool:
         """Tell whether its rows are all of the joint ones, of which there are `size`, in their order."""
@@ -131,7 +137,7 @@ class Stepper:
 
     @cached_property
     def stiffness(self) -> sparse.csr_matrix:
-        """Stiffness of the force at the end of a step (n, n) [N/m]; see :mod:`fingerslip.dynamics.step.memory`."""
+        """Stiffness of the force at the end of a step (n, n) [N/m], that of viscoelastic layers included."""
         return stiffness_of_step(self.system.stiffness, self.viscous)
 
     @cached_property
@@ -220,7 +226,7 @@ class Stepper:
             force += self.damping.mass * (system.mass[moving] @ state.velocity)
         if self.viscous:
             rows = [layer.layers.apply_map(lambda matrix: matrix[moving]) for layer in self.viscous]
-            force -= relaxed_force(rows, self.viscous, state.memories)
+            force -= relaxed_force(rows, self.viscous, state.history_variables)
         force_of_supports: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
         return force_of_supports
 
@@ -261,7 +267,7 @@ def _build(
 ) -> list[Stepper]:
     local, rows = _joint_rows(systems)
     anchoring = _anchoring(systems[0])
-    viscous = viscous_steps(systems[0].relaxing, scheme.step)
+    viscous = viscous_steps(systems[0].viscoelastic, scheme.step)
     effective = _effective_matrix(systems[0], scheme, damping, viscous)
     if anchoring is not None:
         effective += sparse.diags(anchoring)

@@ -18,7 +18,7 @@ from scipy import sparse
 
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials
-from fingerslip.fe.forms import Relaxing, mass_matrix, traction_load
+from fingerslip.fe.forms import ViscoelasticLayers, mass_matrix, traction_load
 from fingerslip.fe.space import Space, vector_dofs
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model, SupportMotion, Traction
@@ -63,7 +63,7 @@ class Supports:
     mass: sparse.csr_matrix | Array  # [N/m]
     contact: sparse.csr_matrix  # map from the contact forces to those that act on what is held at once
     loads: tuple[Load, ...]  # loads on what is held, (m * dim,) each [N]
-    relaxing: tuple[Relaxing, ...] = ()  # maps (m * dim, n) of the layers that relax
+    viscoelastic: tuple[ViscoelasticLayers, ...] = ()  # maps (m * dim, n) of the viscoelastic layers
 
     @property
     def columns(self) -> Indices:
@@ -138,7 +138,7 @@ def supports_of(
     candidates: Indices,
     dim: int,
     *,
-    relaxing: tuple[Relaxing, ...] = (),
+    viscoelastic: tuple[ViscoelasticLayers, ...] = (),
 ) -> Supports:
     """Return what acts on what is held.
 
@@ -150,5 +150,5 @@ def supports_of(
         mass=matrices[1],
         contact=sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()]),
         loads=tuple(Load(rows @ load.forces, load.ramp) for load in loads),
-        relaxing=relaxing,
+        viscoelastic=viscoelastic,
     )

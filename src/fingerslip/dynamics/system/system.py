@@ -30,7 +30,7 @@ from fingerslip.dynamics.system.operators import (
 )
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
-from fingerslip.fe.forms import Relaxing, mass_matrix, relaxing_layers, stiffness_matrix
+from fingerslip.fe.forms import ViscoelasticLayers, mass_matrix, stiffness_matrix, viscoelastic_layers
 from fingerslip.fe.space import Space, carrying_nodes
 from fingerslip.linear.symmetric import CompiledMatrix, compiled_parts
 from fingerslip.materials.material import Material
@@ -69,7 +69,7 @@ class System:
     supports: Supports  # what acts on what supports hold
     # the components of supports that move as prescribed, the last unknowns
     moving_supports: tuple[MovingComponent, ...] = ()
-    relaxing: tuple[Relaxing, ...] = ()  # matrices (n, n) of the layers that relax
+    viscoelastic: tuple[ViscoelasticLayers, ...] = ()  # matrices (n, n) of the viscoelastic layers
     body: Body | None = None  # the deformable body at large strain
     dampers: Array | None = None  # (n,) [N s/m]
     commanded: tuple[Load, ...] = ()  # forces that commands have added to the loads
@@ -173,7 +173,9 @@ def build_system(model: Model, twin: System | None = None) -> System:
     moving = tuple(moving_components(model.support_motions, rows, list(checked_model.held)))
     unknowns = Unknowns(checked_model.free, rigid_freedoms(model), tuple(motion.dofs for motion in moving))
     (stiffness, mass), held = _taken_over(twin) if twin else _matrices(model, checked_model, unknowns, rows)
-    relaxing, held_relaxing = _taken_relaxing(twin) if twin else _relaxing(model, checked_model, unknowns, rows)
+    viscoelastic, held_viscoelastic = (
+        _taken_layers(twin) if twin else _viscoelastic(model, checked_model, unknowns, rows)
+    )
     candidates = join_candidates(list(checked_model.candidates), checked_model.space.dim)
     return System(
         space=checked_model.space,
@@ -192,10 +194,10 @@ def build_system(model: Model, twin: System | None = None) -> System:
         motions=checked_model.motions,
         site_nodes=checked_model.site_nodes,
         supports=supports_of(
-            rows, held, checked_model.loads, candidates.nodes, checked_model.space.dim, relaxing=held_relaxing
+            rows, held, checked_model.loads, candidates.nodes, checked_model.space.dim, viscoelastic=held_viscoelastic
         ),
         moving_supports=moving,
-        relaxing=relaxing,
+        viscoelastic=viscoelastic,
         body=_large_body(model, checked_model, unknowns),
         dampers=_dampers(model, unknowns),
     )
@@ -256,23 +258,23 @@ def _dampers(model: Model, unknowns: Unknowns) -> Array | None:
     return coefficients if coefficients.any() else None
 
 
-_Layers: TypeAlias = tuple[Relaxing, ...]
+_Layers: TypeAlias = tuple[ViscoelasticLayers, ...]
 
 
-def _taken_relaxing(twin: System) -> tuple[_Layers, _Layers]:
-    return twin.relaxing, twin.supports.relaxing
+def _taken_layers(twin: System) -> tuple[_Layers, _Layers]:
+    return twin.viscoelastic, twin.supports.viscoelastic
 
 
-def _relaxing(
+def _viscoelastic(
     model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
 ) -> tuple[_Layers, _Layers]:
-    """Assemble the matrices of layers that relax, for the unknowns, and their rows at what supports hold.
+    """Assemble the matrices of viscoelastic layers, for the unknowns, and their rows at what supports hold.
 
     There are none at large strain, where the body itself remembers.
     """
     if checked_model.finite_materials is not None:
         return (), ()
-    layers = relaxing_layers(checked_model.space, checked_model.materials, model.depth, model.integration)
+    layers = viscoelastic_layers(checked_model.space, checked_model.materials, model.depth, model.integration)
     expansion = unknowns.expansion(checked_model.space.n_dofs)
     return (
         tuple(layer.apply_map(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers),

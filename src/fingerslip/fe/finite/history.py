@@ -6,7 +6,7 @@ strain: with the mean or the local ln J = x, what is integrated from mean volume
 
     K x - 2/3 G R[x]    and in plane stress, with the ratio of areas,    2 G R[w],    w = c x + d sum s_i (z_i + 2 q_i)
 
-with R of a field that field less sum s_i times its dashpots (:class:`~fingerslip.materials.viscoelastic.Across`). A
+with R of a field that field less sum s_i times its dashpots (:class:`~fingerslip.materials.viscoelastic.OutOfPlane`). A
 step finds what dashpots leave at its start, and is elastic from there on: it has an energy of its own.
 
 The spring of a Prony term carries the stress of the shape less that of its dashpot. It stores what the law stores in
@@ -129,12 +129,12 @@ class Relaxation:
         twice = 2.0 * self.shear_moduli
         if self.formulation != "plane_stress":
             return twice / 3.0 * terms.taken_share, twice[:, None] * [1.0 / 3.0, 0.0]
-        now, earlier = self.thinning(terms).T
+        now, earlier = self.thickness_shares(terms).T
         along = [across_of(constant.poisson_ratio).along for constant in self.constants]
         rest = 1.0 - terms.taken_share
         return twice * (rest * now - along), (twice * [rest * earlier, 2.0 * rest * earlier - 1.0]).T
 
-    def thinning(self, terms: Terms) -> Array:
+    def thickness_shares(self, terms: Terms) -> Array:
         """Return the parts in w at the end of a step of x there and of what is left, shape (n_materials, 2) [-]."""
         pairs = zip(self.constants, terms.taken_share, strict=True)
         return np.array([across_of(element.poisson_ratio).of_step(float(share)) for element, share in pairs])
@@ -158,7 +158,7 @@ class Relaxation:
         """Return ln J (n,) beside the strain across that follows from it at small strain, shape (n, 2) [-]."""
         if self.formulation != "plane_stress":
             return np.column_stack([log_volume, np.zeros_like(log_volume)])
-        now, earlier = self.thinning(left.terms)[number].T
+        now, earlier = self.thickness_shares(left.terms)[number].T
         return np.column_stack([log_volume, now * log_volume + earlier * (rest[:, 0] + 2.0 * rest[:, 1])])
 
 

@@ -80,8 +80,8 @@ _ATTRIBUTES: Mapping[str, str] = MappingProxyType(
         "linear_solver": "linear solver",
         "condensation": "contact response by",
         "basis": "basis",
-        "basis_static_responses": "static responses of the basis",
-        "basis_vibrations": "vibrations of the basis",
+        "basis_constraint_modes": "constraint modes of the basis",
+        "basis_normal_modes": "normal modes of the basis",
         "basis_error": "estimated error of displacement by the basis",
         "basis_acceleration_error": "estimated error of acceleration by the basis",
     }

@@ -41,12 +41,12 @@ _SECONDS_PER_UNKNOWN_AND_STEP = {2: 2.5e-7, 3: 2e-6}
 _TIMES_AT_LARGE_STRAIN = {2: 8.0, 3: 6.0}
 
 # CPU seconds of a reduced basis, measured with the shipped studies by tests/benchmarks/bench_basis.py: for every
-# unknown of the mesh and static response, for the cube of the static responses (eigenvectors), and for every unknown
-# (vibrations). CPU seconds of a step by which mesh and basis differ, for every unknown and for the square of the
+# unknown of the mesh and static response, for the cube of the constraint modes (eigenvectors), and for every unknown
+# (normal modes). CPU seconds of a step by which mesh and basis differ, for every unknown and for the square of the
 # responses. Only an estimate that is half as large again counts as a saving.
 _SECONDS_PER_RESPONSE = {2: 5e-8, 3: 2.3e-7}
 _SECONDS_PER_CUBE = 6e-10
-_SECONDS_OF_VIBRATIONS = {2: 1e-5, 3: 1e-3}
+_SECONDS_OF_MODES = {2: 1e-5, 3: 1e-3}
 _SECONDS_OF_SUBSTITUTION = {2: 1.5e-7, 3: 1.5e-6}
 _SECONDS_PER_SQUARE = 1.3e-9
 _MARGIN = 1.5
@@ -96,7 +96,7 @@ def basis_saves(unknowns: int, interface: int, steps: int, dim: int = 2) -> bool
     seconds = _SECONDS_PER_RESPONSE[dim] * unknowns * interface + _SECONDS_PER_CUBE * interface**3
     on_mesh = _SECONDS_OF_SUBSTITUTION[dim] * unknowns
     in_basis = _SECONDS_PER_SQUARE * interface**2
-    return steps * (on_mesh - in_basis) > _MARGIN * (seconds + _SECONDS_OF_VIBRATIONS[dim] * unknowns)
+    return steps * (on_mesh - in_basis) > _MARGIN * (seconds + _SECONDS_OF_MODES[dim] * unknowns)
 
 
 def estimated_bytes(cells: float, element: str) -> float:

@@ -83,7 +83,7 @@ def _saves(models: Sequence[Model]) -> bool:
         return False
     checked_model = inspect_model(models[0])
     nodes = {node for candidate in checked_model.candidates for node in candidate.nodes.tolist()}
-    # The first of several motions with a matrix may try out how many vibrations they need, and is then computed again.
+    # The first of several motions with a matrix may try out how many normal modes suffice, and is computed again.
     first = first_alike(models, same_matrix)
     steps = sum(
         step_count(model) for number, model in enumerate(models) if first[number] != number or first.count(number) == 1

@@ -1,4 +1,4 @@
-"""What materials that relax remember, and what a step makes of it.
+"""What viscoelastic materials remember, and what a step makes of it.
 
 Dashpots follow the displacement node by node (:mod:`fingerslip.materials.prony`), so a step needs the matrices of
 :mod:`fingerslip.fe.forms` once: with the displacement u_1 at its end, y_1 = a u_1 + m with a = sum s_i (1 - phi_i)
@@ -16,18 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.fe.forms import Relaxing
+from fingerslip.fe.forms import ViscoelasticLayers
 from fingerslip.materials.prony import Recurrence, recurrence
-from fingerslip.materials.viscoelastic import Across
+from fingerslip.materials.viscoelastic import OutOfPlane
 
-__all__ = ["Memory", "Viscous", "no_memory", "relaxed_force", "stiffness_of_step", "viscous_steps"]
+__all__ = ["HistoryVariables", "Viscous", "relaxed_force", "stiffness_of_step", "variables_at_rest", "viscous_steps"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Memory:
-    """What layers that relax alike remember; the arrays across have a size of 0 where there is no plane stress."""
+class HistoryVariables:
+    """What viscoelastic layers alike remember; the arrays across have a size of 0 where there is no plane stress."""
 
     given: Array  # (p, n), displacement u [m] and S u [N], in plane stress also T u [N]
     dashpots: Array  # (t, p, n), the same of the displacements z_i of t terms
@@ -42,9 +42,9 @@ class Memory:
 
 @dataclass(frozen=True)
 class Viscous:
-    """Layers that relax alike, for a fixed step."""
+    """Viscoelastic layers alike, for a fixed step."""
 
-    layers: Relaxing  # their matrices, on the unknowns of a system
+    layers: ViscoelasticLayers  # their matrices, on the unknowns of a system
     recurrence: Recurrence  # how the dashpots follow
 
     @cached_property
@@ -53,7 +53,7 @@ class Viscous:
         return float(self.recurrence.shares @ self.recurrence.end)
 
     @cached_property
-    def thinning(self) -> tuple[float, float]:
+    def thickness_shares(self) -> tuple[float, float]:
         """Parts in w_1 of u_1, and of the dashpots that the start of the step gives [-]; none but in plane stress."""
         return (0.0, 0.0) if self.layers.across is None else self.layers.across.of_step(self.share)
 
@@ -62,64 +62,67 @@ class Viscous:
         """What the force at the end of a step adds to the elastic stiffness, shape (n, n) [N/m]."""
         added = -self.share * self.layers.shape
         if self.layers.across is not None and self.layers.thickness is not None:
-            added = added + ((1.0 - self.share) * self.thinning[0] - self.layers.across.along) * self.layers.thickness
+            added = (
+                added
+                + ((1.0 - self.share) * self.thickness_shares[0] - self.layers.across.along) * self.layers.thickness
+            )
         return sparse.csr_matrix(added)
 
-    def force(self, memory: Memory) -> Array:
+    def force(self, variables: HistoryVariables) -> Array:
         """Return q, by which the force at the end of a step is less than that of its stiffness, shape (n,) [N].
 
-        It is S m + T (mu - thinning (m + 2 mu)), with what of the dashpots along and across follows from the start.
+        It is S m + T (mu - share (m + 2 mu)), with what of the dashpots along and across follows from the start.
         """
-        along = self._from_start(memory.given, memory.dashpots)
+        along = self._from_start(variables.given, variables.dashpots)
         force: Array = along[1]
         if self.layers.across is not None:
-            across = self._from_start(memory.across, memory.across_dashpots)[1]
-            force = force + across - (1.0 - self.share) * self.thinning[1] * (along[2] + 2.0 * across)
+            across = self._from_start(variables.across, variables.across_dashpots)[1]
+            force = force + across - (1.0 - self.share) * self.thickness_shares[1] * (along[2] + 2.0 * across)
         return force
 
-    def after(self, memory: Memory, displacement: Array) -> Memory:
+    def after(self, variables: HistoryVariables, displacement: Array) -> HistoryVariables:
         """Return what is remembered at the end of a step with a displacement u_1 (n,) [m]."""
         if self.layers.across is not None and self.layers.thickness is not None:
-            return self._after_in_plane_stress(memory, displacement, self.layers.across, self.layers.thickness)
+            return self._after_in_plane_stress(variables, displacement, self.layers.across, self.layers.thickness)
         given = np.stack([displacement, self.layers.shape @ displacement])
-        dashpots, relaxed = self._follow(memory.given, memory.dashpots, given)
+        dashpots, relaxed = self._follow(variables.given, variables.dashpots, given)
         shares = self.recurrence.shares
         of_dashpots = float(shares @ np.vecdot(dashpots[:, 0], dashpots[:, 1]))
-        moved = float((memory.given[0] + displacement) @ (relaxed[1] - memory.relaxed[1]))
+        moved = float((variables.given[0] + displacement) @ (relaxed[1] - variables.relaxed[1]))
         stored = 0.5 * of_dashpots - float(displacement @ relaxed[1])
-        across = memory.across, memory.across_dashpots, memory.across_relaxed
-        dissipated = 0.5 * (moved - (of_dashpots - memory.of_dashpots))
-        return Memory(given, dashpots, relaxed, *across, stored, of_dashpots, dissipated)
+        across = variables.across, variables.across_dashpots, variables.across_relaxed
+        dissipated = 0.5 * (moved - (of_dashpots - variables.of_dashpots))
+        return HistoryVariables(given, dashpots, relaxed, *across, stored, of_dashpots, dissipated)
 
     def _after_in_plane_stress(
-        self, memory: Memory, displacement: Array, law: Across, thickness: sparse.csr_matrix
-    ) -> Memory:
+        self, variables: HistoryVariables, displacement: Array, law: OutOfPlane, thickness: sparse.csr_matrix
+    ) -> HistoryVariables:
         """Return what :meth:`after` does in plane stress.
 
         The deviator's stiffness D makes u.D u' = u.S u' + w.T w' - (u - w).T (u' - w')/3.
         """
         given = np.stack([displacement, self.layers.shape @ displacement, thickness @ displacement])
-        dashpots, relaxed = self._follow(memory.given, memory.dashpots, given)
+        dashpots, relaxed = self._follow(variables.given, variables.dashpots, given)
         # What of the dashpots follows from the start of the step: all but that of the displacement at its end.
         remembered = relaxed[::2] - self.share * given[::2]
-        remembered += 2.0 * self._from_start(memory.across, memory.across_dashpots)
-        across = self.thinning[0] * given[::2] + self.thinning[1] * remembered
-        dashpots_across, relaxed_across = self._follow(memory.across, memory.across_dashpots, across)
+        remembered += 2.0 * self._from_start(variables.across, variables.across_dashpots)
+        across = self.thickness_shares[0] * given[::2] + self.thickness_shares[1] * remembered
+        dashpots_across, relaxed_across = self._follow(variables.across, variables.across_dashpots, across)
         pull, push, apart = relaxed[1], relaxed_across[1], relaxed[2] - relaxed_across[1]
         (u, _, thick), (w, thinned) = given, across
         whole = u @ pull + w @ push - (u - w) @ apart / 3.0
-        both, both_across = memory.given[0] + u, memory.across[0] + w
-        moved = both @ (pull - memory.relaxed[1]) + both_across @ (push - memory.across_relaxed[1])
-        moved -= (both - both_across) @ (apart - memory.relaxed[2] + memory.across_relaxed[1]) / 3.0
+        both, both_across = variables.given[0] + u, variables.across[0] + w
+        moved = both @ (pull - variables.relaxed[1]) + both_across @ (push - variables.across_relaxed[1])
+        moved -= (both - both_across) @ (apart - variables.relaxed[2] + variables.across_relaxed[1]) / 3.0
         bulk = law.bulk if np.isfinite(law.bulk) else 0.0
         elastic = w @ thinned + (bulk - 1.0 / 3.0) * ((u - w) @ (thick - thinned)) - law.along * (u @ thick)
         of_terms = np.vecdot(dashpots[:, 0], dashpots[:, 1]) + np.vecdot(dashpots_across[:, 0], dashpots_across[:, 1])
         apart_of_terms = dashpots[:, 0] - dashpots_across[:, 0], dashpots[:, 2] - dashpots_across[:, 1]
         of_dashpots = float(self.recurrence.shares @ (of_terms - np.vecdot(*apart_of_terms) / 3.0))
         stored = 0.5 * of_dashpots - whole + 0.5 * elastic
-        dissipated = 0.5 * (moved - (of_dashpots - memory.of_dashpots))
+        dissipated = 0.5 * (moved - (of_dashpots - variables.of_dashpots))
         fields = given, dashpots, relaxed, across, dashpots_across, relaxed_across
-        return Memory(*fields, float(stored), of_dashpots, float(dissipated))
+        return HistoryVariables(*fields, float(stored), of_dashpots, float(dissipated))
 
     def _from_start(self, given: Array, dashpots: Array) -> Array:
         """Return what of the sum of s_i z_i at the end of a step follows from its start, (p, n)."""
@@ -136,16 +139,18 @@ class Viscous:
         dashpots += start * given_before
         return dashpots, np.tensordot(follow.shares, dashpots, 1)
 
-    def elastic_force(self, memory: Memory) -> tuple[Array, Array | None]:
+    def elastic_force(self, variables: HistoryVariables) -> tuple[Array, Array | None]:
         """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
         across = self.layers.across
         if across is None:
-            return memory.relaxed[0], None
-        return memory.relaxed[0], memory.across[0] - across.along * memory.given[0] - memory.across_relaxed[0]
+            return variables.relaxed[0], None
+        return variables.relaxed[0], variables.across[0] - across.along * variables.given[0] - variables.across_relaxed[
+            0
+        ]
 
 
-def viscous_steps(layers: Sequence[Relaxing], step: float) -> tuple[Viscous, ...]:
-    """Return the layers that relax, for a step [s] that their model was checked for."""
+def viscous_steps(layers: Sequence[ViscoelasticLayers], step: float) -> tuple[Viscous, ...]:
+    """Return the viscoelastic layers, for a step [s] that their model was checked for."""
     return tuple(Viscous(layer, recurrence(layer.prony, step, controlled=True)) for layer in layers)
 
 
@@ -156,20 +161,24 @@ def stiffness_of_step(stiffness: sparse.csr_matrix, viscous: Sequence[Viscous]) 
     return stiffness
 
 
-def relaxed_force(rows: Sequence[Relaxing], viscous: Sequence[Viscous], memories: Sequence[Memory]) -> Array | float:
+def relaxed_force(
+    rows: Sequence[ViscoelasticLayers], viscous: Sequence[Viscous], history_variables: Sequence[HistoryVariables]
+) -> Array | float:
     """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers."""
     total: Array | float = 0.0
-    for row, layer, memory in zip(rows, viscous, memories, strict=True):
-        relaxed, thinned = layer.elastic_force(memory)
+    for row, layer, variables in zip(rows, viscous, history_variables, strict=True):
+        relaxed, thinned = layer.elastic_force(variables)
         total = total + row.shape @ relaxed
         if thinned is not None and row.thickness is not None:
             total = total - row.thickness @ thinned
     return total
 
 
-def no_memory(viscous: Viscous) -> Memory:
+def variables_at_rest(viscous: Viscous) -> HistoryVariables:
     """Return what layers remember that have never moved."""
     count, size = len(viscous.recurrence.shares), viscous.layers.shape.shape[0]
     rows, thin = (3, 2) if viscous.layers.across is not None else (2, 0)
     strains, across = np.zeros((rows, size)), np.zeros((thin, size))
-    return Memory(strains, np.zeros((count, rows, size)), strains, across, np.zeros((count, thin, size)), across)
+    return HistoryVariables(
+        strains, np.zeros((count, rows, size)), strains, across, np.zeros((count, thin, size)), across
+    )
