@@ -39,7 +39,7 @@ _LEAST_AGAIN, _CONTRAST, _NEAR = 0.75, 1.0, 0.25
 # A blob within this logarithm of the markers' strength, and so near, in distances between them, may be another one.
 _USUAL, _BESIDE = 0.3, 1.25
 _OF_BLOBS = 0.3  # quality of a marker whose blob is seen, but no profile in it that is its own
-_LOST = 0.1  # share of the markers that are lost at once where all may have leapt
+_LOST = 0.1  # share of the markers that are lost or far from where they were expected where all may have leapt
 _ADAPTION = 0.05  # what a frame adds to the memory of the light
 _MARGIN = 2.0  # distances between neighbours around the markers that are looked at
 _FLOW_WINDOW, _FLOW_LEVELS = 21, 4
@@ -149,7 +149,7 @@ def _match(markers: Markers, state: State, flown: Floats, blobs: Blobs) -> tuple
     """Return positions (n, 2) [px], which are sure (n,), and the blob of each (n,), of the best of all guesses."""
     best = _explained(markers, flown, blobs)
     guesses = [markers.position]
-    if state.seen.sum() - best[1].sum() > _LOST * len(flown):
+    if best[3] < (1.0 - _LOST) * state.seen.sum():
         spacing = float(np.median(markers.spacing))
         guesses.append(state.position + common_shift(state.position, blobs.position, spacing))
     for guess in guesses:
