@@ -10,8 +10,6 @@ import typer
 
 from fingerslip.commands.shared import AsJson, Quiet, Workers, print_tables
 
-__all__ = ["react"]
-
 
 def react(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Settings of a map (YAML), see studies/reactions.")],

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
 from fingerslip.react.detectors import AtOnce, ForceRatio, Never, SlippedArea
@@ -99,6 +102,31 @@ def test_more_latency_never_saves_more_nor_travels_less(grasp: Grasp) -> None:
     assert np.all(np.diff([int(outcome.saved) for outcome in outcomes]) <= 0)
     travels = np.array([outcome.travel for outcome in outcomes if outcome.saved])
     assert np.all(np.diff(travels) > -1e-9)
+
+
+@settings(max_examples=8, deadline=None)
+@given(latency=st.floats(HELD.step, 0.15), more=st.floats(1e-4, 0.1), shape=st.sampled_from(["ramp", "smooth"]))
+def test_no_latency_saves_what_a_shorter_one_loses(
+    grasp: Grasp, latency: float, more: float, shape: Literal["ramp", "smooth"]
+) -> None:
+    short, long = (
+        grasp.react(Reaction(Reflex(latency=time, shape=shape), FAST), "force") for time in (latency, latency + more)
+    )
+    assert short.saved or not long.saved
+    assert short.largest_slip <= long.largest_slip + 1e-6
+
+
+def test_critical_start_converges_with_the_step() -> None:
+    times = []
+    for step in (4e-3, 2e-3, 1e-3):
+        with Grasp(replace(HELD, step=step), pad(), DETECTORS) as grasp:
+            times.append(critical_start(grasp, reaction(0.0), tolerance=0.2e-3).time)
+    coarse, middle, fine = times
+    assert coarse is not None
+    assert middle is not None
+    assert fine is not None
+    assert abs(coarse - middle) < 2e-3
+    assert abs(middle - fine) < 1e-3
 
 
 def test_critical_latency_is_the_edge_between_saved_and_lost(grasp: Grasp) -> None:
