@@ -247,14 +247,11 @@ def _at_rest(frames, region) -> np.ndarray:
 
 
 def _judged(position, rest) -> tuple[float, ...]:
-    off = np.linalg.norm(position - np.nanmean(position[:5], axis=0), axis=2)
-    with np.errstate(invalid="ignore"):
-        shares = (
-            np.isfinite(off).mean(),
-            (off[rest] < 4.0).mean(),
-            (off[rest] >= 6.0).mean(),
-            (off[rest][-1] < 4.0).mean(),
-        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of markers that are never seen
+        off = np.linalg.norm(position - np.nanmean(position[:5], axis=0), axis=2)
+    home, wrong = off[rest] < 4.0, off[rest] >= 6.0
+    shares = np.isfinite(off).mean(), home.mean(), wrong.mean(), home[-1].mean()
     return tuple(round(100.0 * float(share), 1) for share in shares)
 
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from fingerslip.vision.video import opencv
 
-__all__ = ["Blobs", "blobs_of", "field_of"]
+__all__ = ["Blobs", "blobs_of", "field_of", "reduced_to"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -20,7 +20,7 @@ Flags = NDArray[np.bool_]
 # Radii that are tried [px]. Larger blobs than the finest are looked for in an image that is as much smaller.
 _RADII = tuple(1.7 * 2.0 ** (step / 3.0) for step in range(14))
 _FINEST = 4.0
-_SMALLEST_SIDE = 24  # px of a reduced image
+_SMALLEST_SIDE = 12  # px of a reduced image
 # Hessians of edges and lines have one large eigenvalue; 1 is a round blob.
 _ROUNDNESS = 0.35
 _FAINTEST = 1.0  # grey levels
@@ -45,26 +45,32 @@ class Blobs:
         return Blobs(self.position[rows], self.strength[rows], self.radius[rows])
 
 
+def reduced_to(image: NDArray[np.generic], radius: float) -> tuple[NDArray[np.generic], int]:
+    """Return an image (height, width) with as few pixels as blobs of a radius [px] need, and how much smaller it is."""
+    shrink = max(1, int(radius / _FINEST))
+    height, width = (length // shrink for length in image.shape)
+    if shrink == 1 or min(height, width) < 1:
+        return np.ascontiguousarray(image), 1
+    # Whole pixels become one, which is exact and fast.
+    whole = image[: height * shrink, : width * shrink]
+    return opencv().resize(whole, (width, height), interpolation=opencv().INTER_AREA), shrink
+
+
 def blobs_of(image: NDArray[np.generic], radius: float, polarity: float, least: float = _FAINTEST) -> Blobs:
     """Return the blobs of a radius: maxima of the scale-normalised Laplacian of a Gaussian (Lindeberg 1998).
 
     A disk of radius r answers most at a standard deviation of r / √2. Arrays: image (height, width) [grey levels].
     """
-    cv2, (height, width) = opencv(), image.shape
-    shrink = max(1.0, radius / _FINEST)
-    size = (round(width / shrink), round(height / shrink))
-    if min(size) < _SMALLEST_SIDE:
+    cv2, (reduced, shrink) = opencv(), reduced_to(image, radius)
+    if min(reduced.shape) < _SMALLEST_SIDE:
         return Blobs(np.empty((0, 2)), np.empty(0), np.empty(0))
-    reduced = image.astype(np.float32)
-    if shrink > 1.0:
-        reduced = cv2.resize(reduced, size, interpolation=cv2.INTER_AREA)
     sigma = radius / shrink / math.sqrt(2.0)
-    smooth = cv2.GaussianBlur(reduced, (0, 0), sigma)
+    smooth = cv2.GaussianBlur(reduced.astype(np.float32), (0, 0), sigma)
     answer = cv2.Laplacian(smooth, cv2.CV_32F, ksize=1, scale=-polarity * sigma**2)
     side = 2 * math.ceil(0.8 * radius / shrink) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     rows, columns = np.nonzero((answer >= cv2.dilate(answer, disk)) & (answer > least))
-    inside = (rows > 0) & (rows < size[1] - 1) & (columns > 0) & (columns < size[0] - 1)
+    inside = (rows > 0) & (rows < reduced.shape[0] - 1) & (columns > 0) & (columns < reduced.shape[1] - 1)
     rows, columns = rows[inside], columns[inside]
     # The parabola through the three values along each axis has its top between pixels.
     top = answer[rows, columns]
@@ -83,7 +89,7 @@ def blobs_of(image: NDArray[np.generic], radius: float, polarity: float, least: 
         smooth[rows - 1, columns] + smooth[rows + 1, columns] - 2.0 * smooth[rows, columns],
     )
     is_round = 4.0 * (xx * yy - mixed**2) > _ROUNDNESS * (xx + yy) ** 2
-    places = (np.column_stack([x, y]) + 0.5) * (width / size[0], height / size[1]) - 0.5
+    places = (np.column_stack([x, y]) + 0.5) * shrink - 0.5
     return Blobs(places[is_round], top[is_round].astype(np.float64), np.full(int(is_round.sum()), radius))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fingerslip.vision.tracking.blobs import Blobs, blobs_of
+from fingerslip.vision.tracking.blobs import Blobs, blobs_of, reduced_to
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.tracking.neighbours import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.video import opencv
@@ -31,7 +31,7 @@ Frame = NDArray[np.uint8]
 _REACH, _STRANGE = 0.45, 0.6
 # A marker farther than the first from where its neighbours expect it is taken back to a free blob within the second.
 _OWN_WAY, _BACK = 0.25, 0.2
-# Blobs below the first share of the weakest marker's strength are none; above the second of a marker's own, it is seen.
+# Blobs of a smaller share of the markers' strength are none.
 _FAINT = 0.3
 _LEAST_QUALITY = 0.5
 # Without a blob a marker needs a better fit, a contrast within this logarithm of its own, and a place so near.
@@ -39,7 +39,7 @@ _LEAST_AGAIN, _CONTRAST, _NEAR = 0.75, 1.0, 0.25
 # A blob within this logarithm of the markers' strength, and so near, in distances between them, may be another one.
 _USUAL, _BESIDE = 0.3, 1.25
 _OF_BLOBS = 0.3  # quality of a marker whose blob is seen, but no profile in it that is its own
-_LOST = 0.1  # share of the markers that are lost at once where all may have leapt
+_LOST = 0.1  # share of the markers that are lost or far from where they were expected where all may have leapt
 _ADAPTION = 0.05  # what a frame adds to the memory of the light
 _MARGIN = 2.0  # distances between neighbours around the markers that are looked at
 _FLOW_WINDOW, _FLOW_LEVELS = 21, 4
@@ -82,12 +82,9 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     exact = np.where(fits[:, None], measured.position, position)
     strength = np.median(blobs.strength[used[sure]] / markers.strength[sure])
     quality = np.where(fits, np.clip(measured.quality, 0.0, 1.0), np.where(sure, _OF_BLOBS, 0.0))
-    others = np.delete(np.arange(len(blobs.strength)), used[sure])
-    usual = blobs.strength[others] / (float(np.median(markers.strength)) * state.light)
-    apart = cKDTree(exact[seen]).query(blobs.position[others])[0]
-    alike = (np.abs(np.log(usual)) < _USUAL) & (apart > markers.size) & (apart < _BESIDE * spacing)
-    light = state.light + _ADAPTION * (float(strength) - state.light)
-    new = State(exact, seen, light, image, int(seen.sum() + alike.sum()))
+    free = blobs.select(np.delete(np.arange(len(blobs.strength)), used[sure]))
+    visible = int(seen.sum()) + _count_alike(markers, free, exact[seen], state.light)
+    new = State(exact, seen, state.light + _ADAPTION * (float(strength) - state.light), image, visible)
     # The first sight of a marker that was lost counts half.
     return new, np.where(seen[:, None], exact, np.nan), np.where(state.seen, quality, 0.5 * quality)
 
@@ -100,6 +97,13 @@ def _fits(markers: Markers, state: State, measured: Measured, position: Floats, 
     alone = np.linalg.norm(measured.position[:, None] - position[sure][None], axis=2).min(axis=1) > markers.radius
     again = (measured.quality >= _LEAST_AGAIN) & (np.abs(np.log(np.maximum(contrast, 1e-3))) < _CONTRAST)
     return np.asarray(np.where(sure, fits, again & alone & (apart < _NEAR * markers.spacing)))
+
+
+def _count_alike(markers: Markers, free: Blobs, seen: Floats, light: float) -> int:
+    """Count the blobs that no marker has, but look like one and are among or beside those seen (n, 2) [px]."""
+    apart = cKDTree(seen).query(free.position)[0]
+    alike = np.abs(np.log(free.strength / (float(np.median(markers.strength)) * light))) < _USUAL
+    return int((alike & (apart > markers.size) & (apart < _BESIDE * float(np.median(markers.spacing)))).sum())
 
 
 def _around(points: Floats, margin: float, shape: tuple[int, ...]) -> tuple[slice, slice]:
@@ -129,23 +133,23 @@ def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, sl
     """Return where the neighbours' optical flow since the last frame takes each marker (n, 2) [px]."""
     if state.image is None:
         return state.position
-    before, now = (np.ascontiguousarray(frame[window]) for frame in (state.image, image))
-    start = (state.position - _corner(window)).astype(np.float32)
+    (before, shrink), (now, _) = (reduced_to(frame[window], markers.size) for frame in (state.image, image))
+    start = ((state.position - _corner(window)) / shrink).astype(np.float32)
     size = (_FLOW_WINDOW, _FLOW_WINDOW)
     moved, status, _ = opencv().calcOpticalFlowPyrLK(
         before, now, start[:, None], None, winSize=size, maxLevel=_FLOW_LEVELS
     )
-    step, is_right = (moved[:, 0] - start).astype(np.float64), status[:, 0] == 1
+    step, is_right = (moved[:, 0] - start).astype(np.float64) * shrink, status[:, 0] == 1
     expected, _ = expected_displacement(step, is_right, markers.neighbours)
-    own = np.where(is_right[:, None], step, 0.0)
-    return np.asarray(state.position + np.where(np.isfinite(expected), expected, own))
+    alone = np.where(is_right[:, None], step, 0.0)
+    return np.asarray(state.position + np.where(np.isfinite(expected), expected, alone))
 
 
 def _match(markers: Markers, state: State, flown: Floats, blobs: Blobs) -> tuple[Floats, Flags, NDArray[np.intp]]:
     """Return positions (n, 2) [px], which are sure (n,), and the blob of each (n,), of the best of all guesses."""
     best = _explained(markers, flown, blobs)
     guesses = [markers.position]
-    if state.seen.sum() - best[1].sum() > _LOST * len(flown):
+    if best[3] < (1.0 - _LOST) * state.seen.sum():
         spacing = float(np.median(markers.spacing))
         guesses.append(state.position + common_shift(state.position, blobs.position, spacing))
     for guess in guesses:

@@ -71,10 +71,10 @@ def topology(points: Floats, layout: LayoutName) -> Topology:
         return Topology("free", np.lexsort((points[:, 0], row)), None, None)
     centre = _centre(points)
     if layout == "grid":
-        place, is_on = _lattice(points, centre, _STEPS["grid"])
+        cell, is_on = _lattice(points, centre, _STEPS["grid"])
         off = int((~is_on).sum())
         fault = f"{off} of {len(points)} markers are not on the square grid" if off else ""
-        return Topology(layout, np.lexsort((place[:, 0], place[:, 1], ~is_on)), None, None, fault)
+        return Topology(layout, np.lexsort((cell[:, 0], cell[:, 1], ~is_on)), None, None, fault)
     ring, complaint = _circles(points, centre) if layout == "rings" else _hexagons(points, centre)
     dx, dy = (points - centre).T
     # Rounding keeps the marker on the x axis first in its ring, wherever noise puts it.
@@ -169,8 +169,8 @@ def _circles(points: Floats, centre: Floats) -> tuple[Integers, str]:
 
 def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
     """Return the hexagonal ring of each marker; those on no lattice are in one of their own."""
-    place, is_on = _lattice(points, centre, _STEPS["hex"])
-    ring = np.maximum(np.abs(place).max(axis=1), np.abs(place.sum(axis=1)))
+    cell, is_on = _lattice(points, centre, _STEPS["hex"])
+    ring = np.maximum(np.abs(cell).max(axis=1), np.abs(cell.sum(axis=1)))
     off = int((~is_on).sum())
     ring[~is_on] = ring[is_on].max() + 1
     return ring, f"{off} of {len(points)} markers are not on the hexagonal lattice" if off else ""
@@ -179,26 +179,26 @@ def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
 def _lattice(
     points: Floats, centre: Floats, directions: tuple[tuple[int, int], ...], off: float = _OFF_LATTICE
 ) -> tuple[Integers, Flags]:
-    """Return the place of each marker on a lattice (n, 2), and which have one (n,), by local steps from the centre."""
+    """Return the cell of each marker on a lattice (n, 2), and which have one (n,), by local steps from the centre."""
     tree, count = cKDTree(points), len(directions)
     start = int(tree.query(centre)[1])
     dx, dy = points[tree.query(points[start], k=min(count + 1, len(points)))[1][1]] - points[start]
     # The first direction is the one nearest to x.
     angles = (np.arange(count) - round(math.atan2(dy, dx) * count / (2.0 * math.pi))) * (2.0 * math.pi / count)
     turned = np.column_stack([np.cos(angles) * dx - np.sin(angles) * dy, np.sin(angles) * dx + np.cos(angles) * dy])
-    places, steps, queue = {start: (0, 0)}, {start: turned}, deque([start])
+    cells, steps, queue = {start: (0, 0)}, {start: turned}, deque([start])
     while queue:
         here = queue.popleft()
         for k, (q, r) in enumerate(directions):
             distance, index = tree.query(points[here] + steps[here][k])
             neighbour = int(index)
-            if neighbour not in places and distance < off * float(np.linalg.norm(steps[here][k])):
-                places[neighbour] = (places[here][0] + q, places[here][1] + r)
+            if neighbour not in cells and distance < off * float(np.linalg.norm(steps[here][k])):
+                cells[neighbour] = (cells[here][0] + q, cells[here][1] + r)
                 # The step that was seen, and its opposite, are those from there on.
                 steps[neighbour] = steps[here].copy()
                 steps[neighbour][k] = 0.5 * (steps[here][k] + points[neighbour] - points[here])
                 steps[neighbour][(k + count // 2) % count] = -steps[neighbour][k]
                 queue.append(neighbour)
-    place, is_on = np.zeros((len(points), 2), dtype=np.intp), np.zeros(len(points), dtype=bool)
-    place[list(places)], is_on[list(places)] = list(places.values()), True
-    return place, is_on
+    cell, is_on = np.zeros((len(points), 2), dtype=np.intp), np.zeros(len(points), dtype=bool)
+    cell[list(cells)], is_on[list(cells)] = list(cells.values()), True
+    return cell, is_on
