@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import functools
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -83,17 +84,24 @@ class Report:
 
 def render_page(report: Report) -> str:
     """Write a report as one HTML page that needs no other file."""
+    moving = any(section.motions for section in report.sections)
+    text: str = _page_template().render(report=report, asset=_asset, language=language() if moving else None)
+    return text
+
+
+@functools.cache
+def _page_template() -> Any:
     # Only who writes a page needs templates.
     import jinja2
 
-    def asset(name: str) -> str:
-        return resources.files("fingerslip.report").joinpath("templates", name).read_text(encoding="utf-8")
-
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"texts": texts, "kinds": _column_kinds, "source": _image_source, "json": _json}
-    template = environment.from_string(asset("page.html"))
-    moving = any(section.motions for section in report.sections)
-    return template.render(report=report, asset=asset, language=language() if moving else None)
+    return environment.from_string(_asset("page.html"))
+
+
+@functools.cache
+def _asset(name: str) -> str:
+    return resources.files("fingerslip.report").joinpath("templates", name).read_text(encoding="utf-8")
 
 
 def write_page(report: Report, path: str | Path) -> None:
