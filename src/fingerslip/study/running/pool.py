@@ -70,8 +70,8 @@ def _compute_apart(
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
-        with _ignore_interrupts(), without_main_module():
-            # The workers start here. They inherit the ignored Ctrl-C, which the parent alone answers.
+        with hold_interrupts(), without_main_module():
+            # The workers start here. They inherit that Ctrl-C does not reach them: the parent alone answers it.
             futures = {pool.submit(_compute_in_worker, jobs, threads, drawings): jobs for jobs in job_groups}
         yield from _follow(futures, news, progress)
     finally:
@@ -100,16 +100,22 @@ def _follow(
 
 
 @contextlib.contextmanager
-def _ignore_interrupts() -> Iterator[None]:
-    """Ignore Ctrl-C in the block, where signals can be handled at all."""
+def hold_interrupts() -> Iterator[None]:
+    """Keep Ctrl-C from the block and from processes that start in it; where it can wait, it comes at the end."""
     if threading.current_thread() is not threading.main_thread():
         yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+    elif hasattr(signal, "pthread_sigmask"):
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    else:
+        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, handler)
 
 
 _news: Any = None

@@ -238,3 +238,11 @@ def test_a_worker_of_a_killed_process_ends() -> None:
             os.kill(worker, signal.SIGKILL)
             raise
     assert parent.returncode == -signal.SIGKILL
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_ctrl_c_while_workers_start_is_not_lost() -> None:
+    """A signal goes to any thread that does not block it, so that it may come before the end of the block."""
+    with pytest.raises(KeyboardInterrupt), pool.hold_interrupts():
+        os.kill(os.getpid(), signal.SIGINT)
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
