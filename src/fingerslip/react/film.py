@@ -24,7 +24,6 @@ from fingerslip.contact.states import OPEN
 from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
 from fingerslip.react.reflex import Reaction, Response
-from fingerslip.react.scenario import HeldObject
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
 from fingerslip.report.figures.deformed import CORNERS
 from fingerslip.report.figures.film import Film
@@ -34,7 +33,7 @@ from fingerslip.vision.video import write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SHOWN_FILM", "episode_frame", "film_frames", "write_film"]
+__all__ = ["SHOWN_FILM", "film_frames", "pixels", "write_film"]
 
 Array = NDArray[np.float64]
 Frame = NDArray[np.uint8]
@@ -93,23 +92,8 @@ def write_film(path: Path, frames: Iterable[Frame], film: Film = SHOWN_FILM) -> 
     return stream.getvalue()
 
 
-@with_style
-def episode_frame(held: HeldObject, times: Array, travels: Array, grips: Sequence[float]) -> Frame:
-    """Draw load, what friction bears at grip forces [N], and travels [m] over times [s], (height, width, 3)."""
-    figure = Figure(figsize=(6.4, 3.2), dpi=_DOTS_PER_INCH, layout="constrained")
-    canvas: Any = FigureCanvasAgg(figure)
-    forces, ways = figure.subplots(1, 2, sharex=True)
-    forces.plot(1e3 * times, 2.0 * held.friction * np.array(grips), color=BLUE, label="what friction bears")
-    forces.plot(1e3 * times, [held.total_load(time) for time in times.tolist()], color=BLACK, label="load")
-    ways.plot(1e3 * times, 1e3 * travels, color=BLACK)
-    ways.axhline(1e3 * held.travel_limit, color=VERMILLION)
-    ways.set(ylabel="travel [mm]", xlabel="time since the load began [ms]")
-    forces.set(ylabel="force along the object [N]", ylim=(0.0, None), xlabel="time since the load began [ms]")
-    forces.legend(loc="upper left")
-    return _pixels(canvas)
-
-
-def _pixels(canvas: Any) -> Frame:
+def pixels(canvas: Any) -> Frame:
+    """Draw a figure, and return it, (height, width, 3)."""
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
@@ -150,7 +134,7 @@ def _draw(runs: Sequence[_Run], moments: Sequence[float], film: Film) -> Iterato
     for number, moment in enumerate(moments):
         for view in views:
             view.show(moment)
-        yield _pixels(canvas)
+        yield pixels(canvas)
         if number == 0:
             # Nothing moves from frame to frame, and a layout costs more than a frame.
             figure.set_layout_engine("none")
