@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 Frame = NDArray[np.uint8]
 
 #: How films of a report are made.
-SHOWN_FILM = Film(size=(1280, 800), frame_rate=15.0, seconds=8.0)
+SHOWN_FILM = Film(size=(1280, 800), frame_rate=10.0, seconds=8.0)
 
 _DOTS_PER_INCH = 100
 _CODEC = "vp09"  # what browsers play
@@ -122,7 +122,10 @@ def _figure(runs: Sequence[_Run], film: Film) -> tuple[Figure, list[_View]]:
         above, below = figure.add_subplot(grid[0, column]), figure.add_subplot(grid[1, column])
         views.append(_View(run, above, colours, _draw_forces(below, run, last)))
     figure.colorbar(colours, ax=[view.axes for view in views], label=_STRESS, extend="max", shrink=0.8, pad=0.01)
-    # All views have the same keys.
+    # All views have the same keys, and the same forces.
+    lower = [axes for axes in figure.axes if axes.get_legend_handles_labels()[1]]
+    for axes in lower:
+        axes.set_ylim(top=max(other.get_ylim()[1] for other in lower))
     figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure, views
 
@@ -165,7 +168,7 @@ def _rise_time(response: Response) -> float:
     """Return how long the grip rises, up to 99 % of what is added [s]."""
     times = np.linspace(0.0, 2.0, 2001)
     risen = np.array([response.force(response.start + time) - response.grip for time in times.tolist()])
-    return float(times[np.argmax(risen >= 0.99 * response.addition)])
+    return float(times[min(np.searchsorted(risen, 0.99 * response.addition), times.size - 1)])
 
 
 class _View:
