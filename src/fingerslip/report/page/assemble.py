@@ -17,15 +17,14 @@ from markdown_it.token import Token
 
 from fingerslip.errors import ResultError
 from fingerslip.published import PublishedSet
-from fingerslip.report.figures.catalogue import has_receptors
-from fingerslip.report.figures.contact import energy_figure
-from fingerslip.report.figures.kinds import RunSubject
+from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, RunSubject
+from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.report.page.answer import answer, definitions
-from fingerslip.report.page.content import MOST_RUNS, ReportContent, RunPictures
 from fingerslip.report.page.motion import run_motions
 from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
 from fingerslip.report.page.pictures import (
+    has_receptors,
     hero_pictures,
     model_pictures,
     overview_pictures,

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from fingerslip.report.figures.samples import Pair, paired_figure, time_into_slide
+from fingerslip.report.figures.study import Pair, paired_figure, time_into_slide
 from fingerslip.report.labels import run_title, swept_text
 from fingerslip.report.page.assemble import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection

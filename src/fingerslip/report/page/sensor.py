@@ -10,10 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.report.figures.markers import count_figure, fields_figure, jump_figure, noise_figure
-from fingerslip.report.figures.sensor import frames_figure, slip_order_figure
+from fingerslip.report.content import Film, ReportContent
+from fingerslip.report.figures.markers import (
+    count_figure,
+    fields_figure,
+    frames_figure,
+    jump_figure,
+    noise_figure,
+    slip_order_figure,
+)
 from fingerslip.report.figures.style import save_figure
-from fingerslip.report.page.content import Film, ReportContent
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import touching_markers

@@ -9,10 +9,10 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import InputError, ResultError
-from fingerslip.report.figures.catalogue import RUN_FIGURES, STUDY_DRAWERS, draw_of_run, draw_of_study
-from fingerslip.report.figures.film import Film, film_frames
-from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
+from fingerslip.report.content import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
+from fingerslip.report.figures.motion import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
+from fingerslip.report.page.pictures import RUN_FIGURES, STUDY_DRAWERS, draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.slip import Events, SlipEvents
 from unit.report.page.contents import two_runs
@@ -106,7 +106,7 @@ def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch: pyte
     assert np.allclose(drawn[:, 1], 1e-3 * history["normal_traction"].values[-1])
     assert above.texts[0].get_text() == f"{times[-1]:.3f} s"
     assert repr(plot) == f"<HistoryPlot: {times.size} records, 0 to {times[-1]:g} s>"
-    monkeypatch.setattr("fingerslip.report.figures.browse._FRAMES", 3)
+    monkeypatch.setattr("fingerslip.report.figures.motion._FRAMES", 3)
     page = plot._repr_html_()
     assert 'type="range"' in page, "notebooks get a slider that needs no kernel"
     assert page.count("data:image/png;base64") == 3

@@ -10,18 +10,16 @@ import pytest
 import xarray as xr
 
 from fingerslip.afferents.model import Spikes
-from fingerslip.report.figures.contact import (
+from fingerslip.report.figures.signals import (
     _scale,
+    acceleration_figure,
+    acceleration_overview_figure,
     contact_displacement_figure,
     energy_figure,
     force_figure,
     force_overview_figure,
     held_figure,
     slip_maps_figure,
-)
-from fingerslip.report.figures.receptors import (
-    acceleration_figure,
-    acceleration_overview_figure,
     spike_figure,
     strain_energy_density_figure,
 )

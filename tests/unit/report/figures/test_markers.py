@@ -14,19 +14,17 @@ from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.report.figures.markers import (
     count_figure,
     fields_figure,
+    film_times,
+    frames_figure,
     importance_figure,
     jump_figure,
     learning_curve_figure,
+    marker_places_figure,
     marker_tracks_figure,
     noise_figure,
+    onsets,
     ring_colours,
     robustness_figure,
-)
-from fingerslip.report.figures.sensor import (
-    film_times,
-    frames_figure,
-    marker_places_figure,
-    onsets,
     slide_tracks_figure,
     slip_order_figure,
 )

@@ -11,8 +11,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fingerslip.published import published_set
-from fingerslip.report.figures.samples import Pair, indices_figure, paired_figure, tornado_figure
-from fingerslip.report.figures.study import convergence_figure, event_times_figure, latency_figure
+from fingerslip.report.figures.study import (
+    Pair,
+    convergence_figure,
+    event_times_figure,
+    indices_figure,
+    latency_figure,
+    paired_figure,
+    tornado_figure,
+)
 from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents

@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import EVENT_COLOURS
-from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure, slip_maps_figure
 from fingerslip.report.figures.marks import (
     event_keys,
     is_held,
@@ -29,7 +28,13 @@ from fingerslip.report.figures.marks import (
     shown_times,
     shown_until,
 )
-from fingerslip.report.figures.receptors import strain_energy_density_figure
+from fingerslip.report.figures.signals import (
+    energy_figure,
+    force_figure,
+    force_overview_figure,
+    slip_maps_figure,
+    strain_energy_density_figure,
+)
 from fingerslip.report.figures.style import (
     add_legend,
     columns_for,

@@ -11,13 +11,11 @@ import xarray as xr
 
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.published import published_set
-from fingerslip.report.figures.catalogue import has_receptors
-from fingerslip.report.figures.kinds import RunSubject
+from fingerslip.report.content import MOST_RUNS, Film, RunSubject
 from fingerslip.report.page import assemble
 from fingerslip.report.page.assemble import run_section, study_report
-from fingerslip.report.page.content import MOST_RUNS, Film
 from fingerslip.report.page.page import Report, ReportSection, render_page
-from fingerslip.report.page.pictures import hero_pictures, model_pictures, run_pictures, swept_pictures
+from fingerslip.report.page.pictures import has_receptors, hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, result_of
