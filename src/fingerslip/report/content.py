@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import run_title
+from fingerslip.report.prose import groups
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
-from fingerslip.slip import Events, EventSettings
+from fingerslip.slip import Events, EventSettings, PeakSettings
 from fingerslip.uncertainty import Convergence
 
 if TYPE_CHECKING:
@@ -28,41 +30,23 @@ if TYPE_CHECKING:
 #: How figures may look: :data:`fingerslip.report.figures.style.LOOKS` has the numbers.
 STYLES = ("page", "paper", "slides")
 
-#: Figures of a study by their names.
-OF_STUDIES: Mapping[str, str] = MappingProxyType(
-    {
-        "latency": "latency against a swept value",
-        "events": "slip events against a swept value, from the start of the slide",
-        "slip-maps": "slip maps of all runs",
-        "force-ratios": "force ratios of all runs",
-        "slip-onset": "where slip begins, in 3D",
-        "stick-ratio": "stick ratio against force, in 3D",
-    }
-)
 
-#: Figures of a run by their names.
-OF_RUNS: Mapping[str, str] = MappingProxyType(
-    {
-        "deformed": "deformed sections, or lit views in 3D, with a field",
-        "slip-map": "stick and slip over time",
-        "forces": "forces and slipping area",
-        "energy": "energy balance",
-        "displacement": "skin against plate",
-        "acceleration": "acceleration at receptors",
-        "strain-energy-density": "strain energy density at receptors",
-        "slip-frames": "the contact in 3D from below",
-        "cut": "stress on a cut in 3D",
-        "surface-strain": "strain of the skin in 3D",
-        "reference-nodes": "motion of the reference nodes",
-    }
-)
-#: Of these the history has to be one in 2D, or one in 3D.
-NEEDED_DIMENSIONS: Mapping[str, int] = MappingProxyType(
-    {
-        **dict.fromkeys(("slip-map", "slip-maps", "displacement", "acceleration", "strain-energy-density"), 2),
-        **dict.fromkeys(("slip-frames", "cut", "surface-strain", "reference-nodes", "slip-onset", "stick-ratio"), 3),
-    }
-)
+@dataclass(frozen=True)
+class FigureKind:
+    """A figure that can be asked for by its name, or that stands on pages."""
+
+    words: str = ""  # what it shows, where it can be asked for
+    caption: str = ""  # what stands below it on a page; pages do not show those without
+    dimensions: int | None = None  # those of the histories that it can show; any where it is None
+    needs: Sequence[str] = ()  # what a history needs besides for a page to show it
+
+
+#: Figures of runs and of studies by their names, in the order of a page.
+RUN_FIGURES: Mapping[str, FigureKind] = {name: FigureKind(**row) for name, row in groups()["run_figures"].items()}
+STUDY_FIGURES: Mapping[str, FigureKind] = {name: FigureKind(**row) for name, row in groups()["study_figures"].items()}
+#: What those of them show that can be asked for by their names.
+OF_RUNS: Mapping[str, str] = {name: kind.words for name, kind in RUN_FIGURES.items() if kind.words}
+OF_STUDIES: Mapping[str, str] = {name: kind.words for name, kind in STUDY_FIGURES.items() if kind.words}
 
 
 @dataclass(frozen=True)
@@ -75,6 +59,7 @@ class StudySubject:
     reference: PublishedSet | None = None  # published values
     starts: Mapping[str, float] = field(default_factory=dict)  # when slides begin [s], by the names of runs
     path: str = ""  # dotted path of the swept value on the axis
+    peaks: PeakSettings = field(default_factory=PeakSettings)  # how acceleration peaks are read
 
 
 @dataclass(frozen=True)
@@ -164,6 +149,16 @@ class ReportContent:
         """Return the histories of the drawn runs by title."""
         return {self.titles[run.name]: self.histories[run.name] for run in self.drawn}
 
-    def titled_events(self) -> dict[str, Events]:
-        """Return the slip events of the drawn runs by title."""
-        return {self.titles[run.name]: run.events for run in self.drawn}
+    def subject(self, path: str = "") -> StudySubject:
+        """Return the study as its figures need it; the first published set stands for the paper of all."""
+        sets = self.references
+        published = tuple(value for reference in sets for value in reference.values)
+        return StudySubject(
+            self.study.runs,
+            self.titled_histories(),
+            {self.titles[run.name]: run.events for run in self.drawn},
+            dataclasses.replace(sets[0], values=published) if sets else None,
+            self.starts,
+            path,
+            self.settings.peaks,
+        )

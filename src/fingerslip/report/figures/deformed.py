@@ -17,7 +17,6 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.errors import ResultError
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, region_colours
 from fingerslip.report.figures.marks import event_times
@@ -35,7 +34,7 @@ from fingerslip.report.figures.style import (
 )
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import field_limits, region_names
+from fingerslip.report.scene.scene import check_options, field_limits, region_names
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
@@ -75,36 +74,42 @@ def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int,
 
 
 @with_style
-def deformed_frames_figure(
+def deformed_figure(
     history: xr.Dataset,
     events: Events | None = None,
-    scalar: Scalar = "von_mises",
+    options: SceneOptions | None = None,
     times: Sequence[float] | None = None,
     title: str = "",
 ) -> Figure:
-    """Draw the deformed section with a field, to scale, a panel for each time [s]."""
-    if not has_frames(history):
-        raise ResultError(
-            "the result has no deformed section: it needs two dimensions and record: {snapshots_every: 50 ms}"
-        )
-    every = history["snapshot_time"].values
+    """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
+    solid, options = is_solid(history), options or SceneOptions(cut="z", written=False)
+    check_options(history, options)
     moments = dict.fromkeys(times or (), "")
     if times is None:
-        even = np.linspace(every[0], every[-1], min(4, every.size))
-        moments = (frame_times(history, events) if events else {}) or {float(time): "" for time in even}
-    numbers = snapshots_at(history, moments)
-    columns, (width, height) = columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)
-    wide = 3.4 if columns > 1 else 6.0
-    heading = join_title(f"Deformed section, {SCALARS[scalar][0].partition(' [')[0]}", title)
-    size = (wide, wide * float(height / width) + 0.75)
-    figure, panels = figure_grid(len(numbers), columns, size, heading, ("x [mm]", "y [mm]"))
-    limits = field_limits(history, SceneOptions(scalar=scalar))
-    for axes, (number, name) in zip(panels, numbers.items(), strict=True):
-        draw_section(axes, history, number, scalar, limits)
+        named = MAIN_EVENTS if not solid else ("incipient", "overall")
+        moments = frame_times(history, events, named) if events or solid else {}
+    every = history["snapshot_time"].values
+    even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
+    numbers = snapshots_at(history, moments or {float(time): "" for time in even})
+    pictures = crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
+    columns, (width, height) = columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)[:2]
+    ratio, room = (pictures[0].shape[0] / pictures[0].shape[1], 0.35) if solid else (float(height / width), 0.75)
+    wide = 6.0 if columns == 1 else 3.2 if solid else 3.4
+    field = SCALARS[options.scalar][0]
+    share, labels = ("none", ("", "")) if solid else ("all", ("x [mm]", "y [mm]"))
+    heading = join_title(f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}", title)
+    figure, panels = figure_grid(len(numbers), columns, (wide, wide * ratio + room), heading, labels, share=share)
+    limits = field_limits(history, options)
+    for index, (axes, (number, name)) in enumerate(zip(panels, numbers.items(), strict=True)):
+        if solid:
+            show_picture(axes, pictures[index])
+        else:
+            draw_section(axes, history, number, options.scalar, limits)
         name_panel(axes, name, columns)
-    if scalar != "region":
-        add_field_bar(figure, panels, SCALARS[scalar][0], limits)
-    add_legend(figure, state_keys((STICK, SLIP)) | (region_keys(region_names(history)) if scalar == "region" else {}))
+    keys = region_keys(region_names(history)) if options.scalar == "region" else {}
+    if options.scalar != "region":
+        add_field_bar(figure, panels, field, limits)
+    add_legend(figure, keys | ({} if solid and not options.contact else state_keys((STICK, SLIP))))
     return figure
 
 
@@ -113,7 +118,14 @@ def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, l
     moving = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values)
     points = moving[number]
     cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
-    colours = _cell_colours(history, number, cells, scalar, limits)
+    if scalar == "region":
+        palette = region_colours(region_names(history))
+        colours = np.array([to_rgba(palette[name]) for name in region_names(history)])[history["cell_region"].values]
+    else:
+        values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
+        if scalar in {"displacement", "velocity"}:
+            values = np.linalg.norm(values, axis=1)[cells].mean(axis=1)
+        colours = ScalarMappable(Normalize(*limits), FIELD_MAP).to_rgba(values)
     axes.add_collection(
         PolyCollection(list(points[cells]), facecolors=colours, edgecolors="none", antialiaseds=False, rasterized=True)
     )
@@ -126,19 +138,6 @@ def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, l
     axes.set_xlim(low[0] - margin, high[0] + margin)
     _draw_plates(axes, history, number)
     axes.set_ylim(low[1] - 2.5 * margin, high[1] + margin)
-
-
-def _cell_colours(
-    history: xr.Dataset, number: int, cells: NDArray[np.integer], scalar: Scalar, limits: tuple[float, float]
-) -> Floats:
-    if scalar == "region":
-        names = region_names(history)
-        colours = region_colours(names)
-        return np.asarray(np.array([to_rgba(colours[name]) for name in names])[history["cell_region"].values])
-    values = SCALARS[scalar][1] * history[f"snapshot_{scalar}"].values[number]
-    if scalar in {"displacement", "velocity"}:
-        values = np.linalg.norm(values, axis=1)[cells].mean(axis=1)
-    return np.asarray(ScalarMappable(Normalize(*limits), FIELD_MAP).to_rgba(values))
 
 
 def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> None:
@@ -174,62 +173,21 @@ _WHITE = 250
 
 
 @with_style
-def cut_frames_figure(
-    history: xr.Dataset, events: Events | None = None, options: SceneOptions | None = None, title: str = ""
-) -> Figure:
+def cut_frames_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
-    options = options or SceneOptions(cut="z", camera="side", receptors=False, written=False)
+    options = SceneOptions(cut="z", camera="side", receptors=False, written=False)
     times, window, overall = history["snapshot_time"].values, slide_window(history), events.overall if events else None
     start, end = window.start if window else float(times[0]), float(times[-1])
     if overall is not None:
         end = min(end, overall + 0.1 * (overall - start))
     numbers = sorted({nearest_snapshot(history, moment) for moment in np.linspace(start, end, _CUT_FRAMES)})
+    heading = join_title("Stress on a cut along the finger", title)
+    figure, panels = figure_grid(len(numbers), 3, (3.2, 1.75), heading, ("", ""), share="none")
     pictures = crop(stills(history, numbers, options, (960, 660)))
-    views = [(f"{float(times[number]):.3f} s", picture) for number, picture in zip(numbers, pictures, strict=True)]
-    return _show_views(views, history, options, join_title("Stress on a cut along the finger", title), (3, 3.2, 1.75))
-
-
-def _show_views(
-    views: Sequence[tuple[str, Pixels]],
-    history: xr.Dataset,
-    options: SceneOptions,
-    heading: str,
-    grid: tuple[int, float, float],
-) -> Figure:
-    """Show titled pictures beside the colours of their field, in columns of panels of a width and a height [inch]."""
-    columns, width, height = grid
-    figure, panels = figure_grid(len(views), columns, (width, height), heading, ("", ""), share="none")
-    for axes, (name, picture) in zip(panels, views, strict=True):
+    for axes, number, picture in zip(panels, numbers, pictures, strict=True):
         show_picture(axes, picture)
-        name_panel(axes, name, columns)
-    if options.scalar != "region":
-        add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
-    return figure
-
-
-@with_style
-def solid_views_figure(
-    history: xr.Dataset,
-    events: Events | None = None,
-    options: SceneOptions | None = None,
-    times: Sequence[float] | None = None,
-    title: str = "",
-) -> Figure:
-    """Draw views of a solid, a panel for each time [s]."""
-    options = options or SceneOptions(cut="z", written=False)
-    last = {float(history["snapshot_time"].values[-1]): ""}
-    moments = (
-        frame_times(history, events, ("incipient", "overall")) or last if times is None else dict.fromkeys(times, "")
-    )
-    numbers = snapshots_at(history, moments)
-    pictures = crop(stills(history, list(numbers), options, (1200, 900)))
-    columns, ratio = columns_for(len(numbers)), pictures[0].shape[0] / pictures[0].shape[1]
-    heading = join_title(f"Deformed body, {SCALARS[options.scalar][0].partition(' [')[0]}", title)
-    width = 3.2 if columns > 1 else 6.0
-    views = list(zip(numbers.values(), pictures, strict=True))
-    figure = _show_views(views, history, options, heading, (columns, width, width * ratio + 0.35))
-    layers = region_keys(region_names(history)) if options.scalar == "region" else {}
-    add_legend(figure, layers | (state_keys((STICK, SLIP)) if options.contact else {}))
+        name_panel(axes, f"{float(times[number]):.3f} s", 3)
+    add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
     return figure
 
 
@@ -240,8 +198,9 @@ def scene_figure(history: xr.Dataset, title: str) -> Figure:
     figure, (axes,) = figure_grid(1, 1, (7.0, 3.4), heading, ("", ""))
     options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
     show_picture(axes, crop(stills(history, [nearest_snapshot(history, 0.0)], options))[0])
-    colours = region_colours(region_names(history))
-    keys: dict[str, Artist] = {name: Patch(color=colour) for name, colour in colours.items()}
+    keys: dict[str, Artist] = {
+        name: Patch(color=colour) for name, colour in region_colours(region_names(history)).items()
+    }
     if site_kinds(history).size:
         keys["recorded sites"] = Line2D([], [], color=BLACK, marker="o", markersize=4.0, linestyle="none")
     add_legend(figure, keys)

@@ -8,7 +8,6 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -17,6 +16,7 @@ from matplotlib.figure import Figure
 
 from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.page.motion import language
+from fingerslip.report.prose import asset
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Table, is_numeric, texts
 
@@ -85,7 +85,7 @@ class Report:
 def render_page(report: Report) -> str:
     """Write a report as one HTML page that needs no other file."""
     moving = any(section.motions for section in report.sections)
-    text: str = _page_template().render(report=report, asset=_asset, language=language() if moving else None)
+    text: str = _page_template().render(report=report, asset=asset, language=language() if moving else None)
     return text
 
 
@@ -96,12 +96,7 @@ def _page_template() -> Any:
 
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"texts": texts, "kinds": _column_kinds, "source": _image_source, "json": _json}
-    return environment.from_string(_asset("page.html"))
-
-
-@functools.cache
-def _asset(name: str) -> str:
-    return resources.files("fingerslip.report").joinpath("templates", name).read_text(encoding="utf-8")
+    return environment.from_string(asset("page.html"))
 
 
 def write_page(report: Report, path: str | Path) -> None:
