@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,6 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
-from fingerslip.history import is_solid
+from fingerslip.history import is_solid, nearest_record
 from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, FIELD_MAP, GREY, ORANGE, STATE_NAMES, VERMILLION
 from fingerslip.report.figures.deformed import draw_section
 from fingerslip.report.figures.marks import ShownTime, event_times, mark_run
@@ -156,17 +155,17 @@ class HistoryPlot:
         The history.
     figure : matplotlib.figure.Figure
         The figure at the time that was set last.
-    parts : object
-        What in the figure changes with the time.
+    show_record : callable
+        Shows the record of a number, and returns what changes in the figure.
     """
 
     history: xr.Dataset
     figure: Figure
-    parts: _Parts
+    show_record: Callable[[int], list[Any]]
 
     def at(self, time: float) -> HistoryPlot:
         """Show the record that is nearest to a time [s], and return the plot."""
-        self.parts.show_nearest(time)
+        self.show_record(nearest_record(self.history, time))
         return self
 
     def show(self) -> Slider:
@@ -174,18 +173,18 @@ class HistoryPlot:
         import matplotlib.pyplot as plt
 
         figure = plt.figure(figsize=_SIZE)
-        changing = _draw(figure, self.history)
+        show_record = _draw(figure, self.history)
         figure.subplots_adjust(left=0.11, right=0.97, top=0.96, bottom=0.2, hspace=0.35)
         bar, times = figure.add_axes((0.15, 0.05, 0.7, 0.03)), self.history["time"].values
         slider = Slider(bar, "time [s]", float(times[0]), float(times[-1]), valinit=float(times[0]))
-        slider.on_changed(changing.show_nearest)
+        slider.on_changed(lambda time: show_record(nearest_record(self.history, time)))
         plt.show()
         return slider
 
     def _repr_html_(self) -> str:
         """Return the plot with a slider, as notebooks show it; it works without the kernel."""
         numbers = np.unique(np.linspace(0, self.history.sizes["time"] - 1, _FRAMES).round().astype(int)).tolist()
-        animation = FuncAnimation(self.figure, self.parts.show, numbers, interval=_MILLISECONDS, repeat=False)
+        animation = FuncAnimation(self.figure, self.show_record, numbers, interval=_MILLISECONDS, repeat=False)
         return str(animation.to_jshtml(default_mode="once"))
 
     def __repr__(self) -> str:
@@ -228,29 +227,8 @@ def plot(history: xr.Dataset) -> HistoryPlot:
     return HistoryPlot(history, figure, _draw(figure, history))
 
 
-@dataclass(frozen=True)
-class _Parts:
-    """What changes with the time."""
-
-    points: PathCollection
-    cursor: Line2D
-    text: Any
-    times: np.ndarray
-    offsets: np.ndarray
-    colours: np.ndarray
-
-    def show(self, number: int) -> list[Any]:
-        self.points.set_offsets(self.offsets[number])
-        self.points.set_facecolor(self.colours[number])
-        self.cursor.set_xdata([self.times[number]] * 2)
-        self.text.set_text(f"{self.times[number]:.3f} s")
-        return [self.points, self.cursor, self.text]
-
-    def show_nearest(self, time: float) -> None:
-        self.show(int(np.abs(self.times - time).argmin()))
-
-
-def _draw(figure: Figure, history: xr.Dataset) -> _Parts:
+def _draw(figure: Figure, history: xr.Dataset) -> Callable[[int], list[Any]]:
+    """Draw the first record of a history, and return what shows another one."""
     above, below = figure.subplots(2, 1)
     times, states = history["time"].values, history["contact_state"].values
     along = 1e3 * history["contact_position"].values @ slide_tangent(history)
@@ -272,4 +250,13 @@ def _draw(figure: Figure, history: xr.Dataset) -> _Parts:
     below.plot(times, forces.friction, color=VERMILLION, label="friction")
     below.set(xlabel="time [s]", ylabel="force [N]", xlim=(times[0], times[-1]))
     below.legend(loc="upper left")
-    return _Parts(points, below.axvline(times[0], color=GREY), text, times, offsets, colours)
+    cursor = below.axvline(times[0], color=GREY)
+
+    def show_record(number: int) -> list[Any]:
+        points.set_offsets(offsets[number])
+        points.set_facecolor(colours[number])
+        cursor.set_xdata([times[number]] * 2)
+        text.set_text(f"{times[number]:.3f} s")
+        return [points, cursor, text]
+
+    return show_record
