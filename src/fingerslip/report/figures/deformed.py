@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, region_colours
-from fingerslip.report.figures.marks import event_times
+from fingerslip.report.figures.marks import NO_EVENTS, event_times
 from fingerslip.report.figures.style import (
     add_field_bar,
     add_legend,
@@ -54,10 +54,10 @@ def has_frames(history: xr.Dataset) -> bool:
     return not is_solid(history) and history.sizes.get("snapshot_time", 0) > 0
 
 
-def frame_times(history: xr.Dataset, events: Events | None, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
+def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
     """Return times to show [s] and what happens then: the start of the slide and events; none without a slide."""
     window = slide_window(history)
-    times = event_times(events.slip if events else None, names)
+    times = event_times(events.slip, names)
     return {} if window is None else {window.start: "start of slide", **{times[name]: EVENTS[name] for name in times}}
 
 
@@ -76,7 +76,7 @@ def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int,
 @with_style
 def deformed_figure(
     history: xr.Dataset,
-    events: Events | None = None,
+    events: Events = NO_EVENTS,
     options: SceneOptions | None = None,
     times: Sequence[float] | None = None,
     title: str = "",
@@ -87,7 +87,7 @@ def deformed_figure(
     moments = dict.fromkeys(times or (), "")
     if times is None:
         named = MAIN_EVENTS if not solid else ("incipient", "overall")
-        moments = frame_times(history, events, named) if events or solid else {}
+        moments = frame_times(history, events, named)
     every = history["snapshot_time"].values
     even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
     numbers = snapshots_at(history, moments or {float(time): "" for time in even})
@@ -173,10 +173,10 @@ _WHITE = 250
 
 
 @with_style
-def cut_frames_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def cut_frames_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = SceneOptions(cut="z", camera="side", receptors=False, written=False)
-    times, window, overall = history["snapshot_time"].values, slide_window(history), events.overall if events else None
+    times, window, overall = history["snapshot_time"].values, slide_window(history), events.overall
     start, end = window.start if window else float(times[0]), float(times[-1])
     if overall is not None:
         end = min(end, overall + 0.1 * (overall - start))

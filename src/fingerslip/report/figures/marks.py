@@ -19,6 +19,8 @@ from fingerslip.report.colours import EVENT_COLOURS, EVENT_DASHES, GREY
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 
+#: Of a run whose events are not known.
+NO_EVENTS = Events()
 _SLIDE = "slide starts"
 _DOTS = (0, (1, 1.5))
 _LABEL_GAP = 0.4  # inch
@@ -77,19 +79,19 @@ def is_held(history: xr.Dataset) -> bool:
     return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
 
 
-def event_times(events: SlipEvents | None, names: Iterable[str] = MAIN_EVENTS) -> dict[str, float]:
+def event_times(events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> dict[str, float]:
     """Return the times of the named events that happened [s]."""
-    times = {name: events.time(name) for name in names} if events else {}
+    times = {name: events.time(name) for name in names}
     return {name: time for name, time in times.items() if time is not None}
 
 
-def mark_events(axes: Axes, events: SlipEvents | None) -> None:
+def mark_events(axes: Axes, events: SlipEvents) -> None:
     """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right."""
     for name, time in event_times(events).items():
         axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]), zorder=4)
 
 
-def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents | None) -> None:
+def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents) -> None:
     """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
     window = slide_window(history)
     if window is not None:
@@ -97,14 +99,14 @@ def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents | None) -> None
     mark_events(axes, events)
 
 
-def name_run(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents | None) -> None:
+def name_run(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents) -> None:
     """Write the names of what :func:`mark_run` marked above panels."""
     window = slide_window(history)
     for axes in panels:
         name_events(axes, window.start if window else None, events)
 
 
-def name_events(axes: Axes, start: float | None, events: SlipEvents | None) -> None:
+def name_events(axes: Axes, start: float | None, events: SlipEvents) -> None:
     """Write the names of the marked events and of the start of the slide [s] above a panel.
 
     Each stands beside its line and clear of its neighbours; those beyond the limits of the panel have no name.
@@ -130,11 +132,11 @@ def limit_to_slides(
     histories: Mapping[str, xr.Dataset],
     events: Mapping[str, Events],
     before: float = 0.06,
-    marked: Iterable[SlipEvents | None] = (),
+    marked: Iterable[SlipEvents] = (),
 ) -> None:
     """Show the slides of some runs until a while after overall slip; all panels that share the axis follow."""
     windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
-    end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
+    end = shown_until(windows, [events.get(label, NO_EVENTS).slip for label in histories])
     if end is not None:
         start = min(window.start for window in windows)
         times = [time for events_read in marked for time in event_times(events_read).values()]
@@ -142,12 +144,12 @@ def limit_to_slides(
         axes.set_xlim(max(0.0, start - before * (end - start)), end)
 
 
-def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents | None]) -> float | None:
+def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents]) -> float | None:
     """Return the end of the time to show [s]: a while after the last overall slip, or the end of the slides."""
     if not windows:
         return None
     end, start = max(window.end for window in windows), min(window.start for window in windows)
-    overall = [times.overall for times in events if times is not None and times.overall is not None]
+    overall = [times.overall for times in events if times.overall is not None]
     if len(overall) < len(events):
         return end
     return min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
@@ -160,7 +162,7 @@ def run_keys(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) 
     return event_keys(event.slip for event in events.values())
 
 
-def event_keys(events: Iterable[SlipEvents | None] | None = None) -> dict[str, Artist]:
+def event_keys(events: Iterable[SlipEvents] | None = None) -> dict[str, Artist]:
     """Return keys of the marked lines for a legend: of events that happened in any of some runs, or of all events."""
     names = MAIN_EVENTS if events is None else {name for events_of_run in events for name in event_times(events_of_run)}
     keys: dict[str, Artist] = {_SLIDE: Line2D([], [], color=GREY, linewidth=1.2, linestyle=_DOTS)}

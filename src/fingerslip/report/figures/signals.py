@@ -35,6 +35,7 @@ from fingerslip.report.colours import (
     VERMILLION,
 )
 from fingerslip.report.figures.marks import (
+    NO_EVENTS,
     ShownTime,
     event_keys,
     limit_to_slides,
@@ -88,9 +89,9 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 
 @with_style
-def force_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def force_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio, and the slipping area fraction."""
-    time, forces, events_read = shown_time(history), contact_forces(history), events.slip if events else None
+    time, forces, events_read = shown_time(history), contact_forces(history), events.slip
     heading = join_title("Forces and slipping area", title)
     figure, panels = figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
@@ -115,7 +116,7 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
         draw_ratios(axes, history, time.values)
         if time.logarithmic:
             time.fit(axes)
-        mark_run(axes, history, events[name].slip if name in events else None)
+        mark_run(axes, history, events.get(name, NO_EVENTS).slip)
     limit_to_slides(panels[0], histories, events)
     handles, names = panels[0].get_legend_handles_labels()
     add_legend(figure, {**dict(zip(names, handles, strict=True)), **run_keys(histories, events)})
@@ -213,7 +214,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_states(axes, history, time)
-        mark_run(axes, history, events[name].slip if name in events else None)
+        mark_run(axes, history, events.get(name, NO_EVENTS).slip)
     limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
     add_legend(figure, {**patches, **run_keys(histories, events)})
@@ -252,7 +253,7 @@ def _borders(centres: Floats) -> Floats:
 
 
 @with_style
-def contact_displacement_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def contact_displacement_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
     figure, (axes,) = figure_grid(1, 1, (6.6, 3.6), join_title("Contact nodes against the plate", title), labels)
@@ -271,7 +272,7 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     axes.plot(times, plate - plate[0], color=BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
-    events_read = events.displacement if events else None
+    events_read = events.displacement
     axes.set_xlim(times[0], shown_until([window], [events_read]))
     axes.legend(loc="upper left", frameon=True, facecolor="white", edgecolor="none").set_zorder(5)
     figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
@@ -295,16 +296,16 @@ _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
 
 
 @with_style
-def acceleration_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def acceleration_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
     figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), join_title("Acceleration at the receptors", title), labels)
-    signals, events_read = receptor_signals(history), events.acceleration if events else None
+    signals, events_read = receptor_signals(history), events.acceleration
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
         mark_run(axes, history, events_read)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
-    limit_to_slides(panels[0], {title: history}, {title: events} if events else {}, marked=[events_read])
+    limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
     name_run(panels[:1], history, events_read)
     _fit_after_transition(panels[0], signals, acceleration_peaks(history))
     add_legend(figure, _area_keys())
@@ -319,7 +320,7 @@ def acceleration_overview_figure(
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
     figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
-    events_read = [events[name].acceleration if name in events else None for name in histories]
+    events_read = [events.get(name, NO_EVENTS).acceleration for name in histories]
     for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)
         mark_run(axes, history, events_of_run)
@@ -334,12 +335,12 @@ def acceleration_overview_figure(
 
 
 @with_style
-def strain_energy_density_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def strain_energy_density_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
     time, kinds, heading = shown_time(history), _recorded_kinds(history), join_title("Strain energy density", title)
     labels = (time.label, "strain energy density [J/m³]")
     figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
-    signals, events_read = receptor_signals(history), events.slip if events else None
+    signals, events_read = receptor_signals(history), events.slip
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
@@ -400,7 +401,7 @@ def _area_keys() -> dict[str, Artist]:
 
 @with_style
 def spike_figure(
-    spikes: Spikes, history: xr.Dataset, events: Events | None = None, title: str = "", window: float = 0.05
+    spikes: Spikes, history: xr.Dataset, events: Events = NO_EVENTS, title: str = "", window: float = 0.05
 ) -> Figure:
     """Draw when afferents fire, a panel for each type with a row for each afferent, and their mean rates below.
 
@@ -423,7 +424,7 @@ def spike_figure(
         Panels of one width over time [s]; rows of a raster are ordered as the history orders its sites.
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
-    events_read, rates = events.slip if events else None, spikes.rates(window)
+    events_read, rates = events.slip, spikes.rates(window)
     heading = join_title("Spikes of afferents", title)
     figure, panels = figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
     for axes, kind in zip(panels, kinds, strict=False):

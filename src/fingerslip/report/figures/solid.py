@@ -20,7 +20,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.history import nearest_record, site_kinds, sites_of_kinds
 from fingerslip.report.colours import BLACK, BLUE, ORANGE, STATE_COLOURS
-from fingerslip.report.figures.marks import event_keys, event_times, mark_run
+from fingerslip.report.figures.marks import NO_EVENTS, event_keys, event_times, mark_run
 from fingerslip.report.figures.style import add_legend, figure_grid, join_title, state_keys, with_style
 from fingerslip.slip import (
     Events,
@@ -47,14 +47,14 @@ _AROUND = 0.8  # mm
 
 @with_style
 def slip_frames_figure(
-    history: xr.Dataset, events: Events | None = None, times: Sequence[float] | None = None, title: str = ""
+    history: xr.Dataset, events: Events = NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
 ) -> Figure:
     """Draw where the contact sticks and slips, in frames over time [s]."""
     patch = contact_patch(history)
     moments = _moments_with_events(history, events) if times is None else np.asarray(times, dtype=float)
     heading = join_title("Stick and slip of the contact, seen from below", title)
     figure, panels = figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
-    events_read = event_times(events.slip if events else None)
+    events_read = event_times(events.slip)
     for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
         states = triangle_states(history, patch, nearest_record(history, moment))
         _fill_patch(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
@@ -66,7 +66,7 @@ def slip_frames_figure(
 
 @with_style
 def surface_strain_figure(
-    history: xr.Dataset, events: Events | None = None, component: str = "along", title: str = ""
+    history: xr.Dataset, events: Events = NO_EVENTS, component: str = "along", title: str = ""
 ) -> Figure:
     """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide."""
     patch = contact_patch(history)
@@ -129,22 +129,22 @@ def _panel_size(history: xr.Dataset, patch: Patch, width: float) -> tuple[float,
     return width, min(max((width - 0.4) * (high[1] - low[1]) / (high[0] - low[0]), 1.0), 3.0) + 0.5
 
 
-def _moments(history: xr.Dataset, events: Events | None, count: int) -> Floats:
+def _moments(history: xr.Dataset, events: Events, count: int) -> Floats:
     """Return times of records from the start of the slide to shortly after overall slip, or all of a run without it."""
     times = history["time"].values
     window = slide_window(history)
     start, end = (window.start, window.end) if window else (float(times[0]), float(times[-1]))
-    if events and events.overall is not None:
+    if events.overall is not None:
         end = min(end, events.overall + 0.1 * (events.overall - start))
     moments: Floats = times[[nearest_record(history, moment) for moment in np.linspace(start, end, count)]]
     return moments
 
 
-def _moments_with_events(history: xr.Dataset, events: Events | None) -> Floats:
+def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
     """Return evenly spaced times, the nearest ones moved to the first records after the events."""
     moments, times = _moments(history, events, _FRAMES), history["time"].values
     free = np.arange(1, moments.size)
-    for event in event_times(events.slip if events else None).values():
+    for event in event_times(events.slip).values():
         if not moments[0] < event <= moments[-1] or free.size == 0:
             continue
         record = times[min(int(np.searchsorted(times, event)), times.size - 1)]
@@ -244,7 +244,7 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
 
 
 @with_style
-def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def reference_nodes_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node."""
     rows = sites_of_kinds(history, reference_kinds(history))
     if not rows.size:
@@ -265,7 +265,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
         axes.plot(times, plate, color=BLACK, linestyle=":", linewidth=1.0)
         kind = str(site_kinds(history)[row]).removesuffix(" surface")
         axes.set_title(f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind}")
-        mark_run(axes, history, events.slip if events else None)
+        mark_run(axes, history, events.slip)
         right = _right_axis(axes, top, is_labelled=number == min(_NODE_COLUMNS, len(rows)) - 1)
         right.plot(times, acceleration[:, row], color=ORANGE, linewidth=0.7)
     reach = 1.2 * float(np.abs(along[:, rows]).max()) or 1.0
@@ -275,7 +275,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
         "plate": Line2D([], [], color=BLACK, linestyle=":", linewidth=1.0),
         "acceleration (without the jerk at the start)": Line2D([], [], color=ORANGE, linewidth=0.9),
     }
-    add_legend(figure, keys | (event_keys([events.slip] if events else []) if window else {}))
+    add_legend(figure, keys | (event_keys([events.slip]) if window else {}))
     return figure
 
 

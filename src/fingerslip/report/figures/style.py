@@ -10,6 +10,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ParamSpec, TypeVar
@@ -38,32 +39,6 @@ _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08
 # Width and height of a panel by the number of columns [inch].
 _RUN_PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
 
-_STYLE: Any = MappingProxyType(
-    {
-        "font.family": "DejaVu Sans",
-        "font.size": 9.0,
-        "axes.titlesize": 9.5,
-        "axes.labelsize": 9.0,
-        "axes.titlelocation": "left",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.linewidth": 0.7,
-        "axes.grid": True,
-        "axes.axisbelow": True,
-        "grid.color": "#e3e3e3",
-        "grid.linewidth": 0.6,
-        "xtick.labelsize": 8.5,
-        "ytick.labelsize": 8.5,
-        "xtick.major.width": 0.7,
-        "ytick.major.width": 0.7,
-        "legend.fontsize": 8.5,
-        "legend.frameon": False,
-        "legend.handlelength": 1.8,
-        "lines.linewidth": 1.4,
-        "figure.titlesize": 11.0,
-    }
-)
-
 
 @dataclass(frozen=True)
 class Look:
@@ -90,6 +65,13 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+@functools.cache
+def _style() -> Any:
+    sheet = resources.files("fingerslip.report").joinpath("templates", "figures.mplstyle")
+    with resources.as_file(sheet) as path:
+        return mpl.rc_params_from_file(path, use_default_template=False)
+
+
 def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     """Run a drawing function under the style of this package, whatever the user's own settings are."""
 
@@ -97,10 +79,10 @@ def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     def drawn(*args: P.args, **values: P.kwargs) -> R:
         with mpl.rc_context():
             mpl.rcdefaults()
-            look = _look.get()
-            letters = {name: look.letters * size for name, size in _STYLE.items() if name.endswith("size")}
-            lines = {name: look.lines * width for name, width in _STYLE.items() if name.endswith("width")}
-            mpl.rcParams.update({**_STYLE, **letters, **lines, "lines.markersize": look.lines * 6.0})
+            look, style = _look.get(), _style()
+            letters = {name: look.letters * size for name, size in style.items() if name.endswith("size")}
+            lines = {name: look.lines * width for name, width in style.items() if name.endswith("width")}
+            mpl.rcParams.update({**style, **letters, **lines, "lines.markersize": look.lines * 6.0})
             figure = draw(*args, **values)
             if isinstance(figure, Figure):
                 _write_texts_as_they_are(figure)
@@ -148,7 +130,12 @@ def figure_grid(
     """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label."""
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
-    size = _figure_size(wide, rows, panel)
+    look = _look.get()
+    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
+    if (width := look.single if wide == 1 else look.width) is not None:
+        # Scaled to the width of the look.
+        scale = (width - 0.6) / (wide * panel[0])
+        size = (width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     shared_x, shared_y = {"all": (True, True), "x": (True, False), "none": (False, False)}[share]
@@ -159,25 +146,13 @@ def figure_grid(
     for lowest in panels[max(count - wide, 0) : count]:
         lowest.tick_params(labelbottom=True)
         lowest.set_xlabel(labels[0])
-    letters = _look.get().letters
-    label_size = mpl.rcParams["axes.labelsize"]
     # The label is as long as the panels, not the figure: the rest holds titles, ticks and the legend.
-    room = size[1] - _BESIDE_PANELS * letters
-    figure.supylabel(_wrap(labels[1], room / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
-    if _look.get().titled:
-        figure.suptitle(_wrap(title, size[0] / (letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
+    room = size[1] - _BESIDE_PANELS * look.letters
+    label = _wrap(labels[1], room / (look.letters * _LABEL_LETTER_WIDTH))
+    figure.supylabel(label, fontsize=mpl.rcParams["axes.labelsize"])
+    if look.titled:
+        figure.suptitle(_wrap(title, size[0] / (look.letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
-
-
-def _figure_size(wide: int, rows: int, panel: tuple[float, float]) -> tuple[float, float]:
-    """Return the size of a figure [inch]: as its panels need it, or scaled to the width of the look."""
-    look = _look.get()
-    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
-    width = look.single if wide == 1 else look.width
-    if width is None:
-        return size
-    scale = (width - 0.6) / (wide * panel[0])
-    return width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:

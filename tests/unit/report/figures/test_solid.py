@@ -12,10 +12,9 @@ from fingerslip.errors import ResultError
 from fingerslip.report.figures.deformed import (
     crop,
     cut_frames_figure,
-    deformed_frames_figure,
+    deformed_figure,
     frame_times,
     has_frames,
-    solid_views_figure,
 )
 from fingerslip.report.figures.solid import (
     _touched_frame,
@@ -44,7 +43,7 @@ def history() -> xr.Dataset:
 
 
 def test_panels_of_a_section_are_the_start_of_the_slide_and_the_events(flat: xr.Dataset) -> None:
-    figure = deformed_frames_figure(flat, Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1)))
+    figure = deformed_figure(flat, Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1)))
     assert titles(figure) == ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"]
     drawn = [axes for axes in panels(figure) if axes.get_title(loc="left")]
     cells = next(item for item in drawn[-1].collections if isinstance(item, PolyCollection))
@@ -53,24 +52,25 @@ def test_panels_of_a_section_are_the_start_of_the_slide_and_the_events(flat: xr.
 
 @pytest.mark.parametrize("scalar", ["region", "displacement", "strain_energy_density"])
 def test_other_fields_and_times_of_a_section_can_be_chosen(flat: xr.Dataset, scalar: str) -> None:
-    figure = deformed_frames_figure(flat, scalar=scalar, times=[0.0, 0.1])
+    figure = deformed_figure(flat, options=SceneOptions(scalar=scalar), times=[0.0, 0.1])
     assert len(titles(figure)) == 2
     corners = np.array([panels(figure)[0].get_xlim(), panels(figure)[0].get_ylim()])
     assert (corners[:, 1] - corners[:, 0] > 10.0).all(), "the whole body is framed, in millimetres"
 
 
-def test_a_history_without_a_section_is_refused(history: xr.Dataset) -> None:
+def test_a_history_without_snapshots_is_refused(history: xr.Dataset) -> None:
     assert not has_frames(make(Process()))
-    with pytest.raises(ResultError, match="needs two dimensions and record"):
-        deformed_frames_figure(history)
+    assert not has_frames(history)
+    with pytest.raises(ResultError, match="no snapshots of the whole mesh; write record"):
+        deformed_figure(make(Process()))
 
 
 def test_views_have_a_panel_for_each_time_and_one_bar_or_a_legend(history: xr.Dataset) -> None:
-    figure = solid_views_figure(history, times=[0.0, 0.1])
+    figure = deformed_figure(history, times=[0.0, 0.1])
     assert titles(figure) == ["0.000 s", "0.100 s"]
     assert sum(axes.get_ylabel() == "von Mises stress [kPa]" for axes in figure.axes) == 1
     options = SceneOptions(scalar="region", contact=True, camera="below", written=False)
-    figure = solid_views_figure(history, options=options, times=[0.1])
+    figure = deformed_figure(history, options=options, times=[0.1])
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["skin", "tissue", "stick", "slip"]
     times = frame_times(history, Events(slip=SlipEvents(three_quarter=0.08, overall=0.09)), ("incipient", "overall"))
     assert list(times.values()) == ["start of slide", "overall"]

@@ -66,7 +66,7 @@ def test_standard_report_has_its_sections_and_figures() -> None:
         "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
     ]  # fmt: skip
     side_by_side = section_of(report, "The runs side by side")
-    assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "forces", "acceleration-peaks"]
+    assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "force-ratios", "acceleration-peaks"]
     assert [table.title for table in side_by_side.tables] == ["Measures"]
     assert len(report.sections[-2].pictures) == 6
     assert report.sections[-2].folded
@@ -254,8 +254,8 @@ def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_c
 def test_histories_and_events_are_found_by_title_and_only_runs_with_a_history_are_drawn() -> None:
     content = two_runs()
     titles = ["friction coefficient 0.4", "friction coefficient 0.6"]
-    assert list(content.titled_histories()) == list(content.titled_events()) == titles
-    assert content.titled_events()[titles[1]] == content.study.runs[1].events
+    assert list(content.titled_histories()) == list(content.subject().events) == titles
+    assert content.subject().events[titles[1]] == content.study.runs[1].events
     untitled = dataclasses.replace(content, study=dataclasses.replace(content.study, title=""))
     assert (content.title, untitled.title) == ("A <study>", "study")
     runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(MOST_RUNS + 3))
