@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from fingerslip.history import is_solid, nearest_snapshot
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILLION
@@ -221,21 +222,13 @@ def _draw_arrows(axes: Axes, rest: Floats, vectors: Floats, unit: str) -> None:
     axes.scatter(plane[:, 0], plane[:, 1], s=4, color=GREY, zorder=2)
     longest = float(np.nanmax(np.hypot(*moves.T), initial=0.0))
     if longest > 0:
-        grown = moves * (_SHARE * _spacing(plane) / longest)
+        visible = plane[~np.isnan(plane).any(axis=1)]
+        apart = np.median(KDTree(visible).query(visible, k=2)[0][:, 1]) if len(visible) > 1 else 1.0
+        grown = moves * (_SHARE * float(apart) / longest)
         axes.quiver(*plane.T, *grown.T, angles="xy", scale_units="xy", scale=1, color=BLUE, width=0.006, zorder=3)
     axes.text(0.02, 0.02, f"longest {longest:.3g} {unit}", transform=axes.transAxes, fontsize=7.5, color=BLACK)
     lost = np.isnan(moves).any(axis=1)
     axes.scatter(plane[lost, 0], plane[lost, 1], s=18, marker="x", color=VERMILLION, linewidths=0.9, zorder=4)
-
-
-def _spacing(plane: Floats) -> float:
-    """Return the median distance of markers from their nearest neighbours, in the units of the positions."""
-    from scipy.spatial import KDTree
-
-    visible = plane[~np.isnan(plane).any(axis=1)]
-    if len(visible) < 2:
-        return 1.0
-    return float(np.median(KDTree(visible).query(visible, k=2)[0][:, 1]))
 
 
 def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, colorbar: Callable[..., object]) -> None:

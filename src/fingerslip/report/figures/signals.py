@@ -54,7 +54,6 @@ from fingerslip.slip import (
     Events,
     PeakSettings,
     PeakTable,
-    SlideWindow,
     acceleration_peaks,
     contact_forces,
     peak_signal,
@@ -178,7 +177,13 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
         "normal force [mN]": lambda history: {"": 1e3 * contact_forces(history).normal}
     }
     if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
-        drawn["displacement of the body [mm]"] = _body_displacements
+
+        def displacements(history: xr.Dataset) -> dict[str, Floats]:
+            distances = 1e3 * np.linalg.norm(history["rigid_body_displacement"].values, axis=-1)
+            names = map(str, history["rigid_body"].values) if distances.shape[1] > 1 else [""]
+            return dict(zip(names, distances.T, strict=True))
+
+        drawn["displacement of the body [mm]"] = displacements
     title = "Normal force and motion while nothing slides"
     figure, panels = figure_grid(len(drawn), 1, (6.6, 2.6), title, (times[0].label, ""), share="x")
     for axes, (label, signals) in zip(panels, drawn.items(), strict=True):
@@ -192,13 +197,6 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
             axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     max(times, key=lambda time: float(np.nanmax(time.values))).fit(panels[0])
     return figure
-
-
-def _body_displacements(history: xr.Dataset) -> dict[str, Floats]:
-    """Return the distances from where the bodies were at the start [mm], named where there are several."""
-    distances = 1e3 * np.linalg.norm(history["rigid_body_displacement"].values, axis=-1)
-    names = [str(name) for name in history["rigid_body"].values] if distances.shape[1] > 1 else [""]
-    return dict(zip(names, distances.T, strict=True))
 
 
 _STATES = {STATE_NAMES[state]: STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
@@ -258,10 +256,13 @@ def contact_displacement_figure(history: xr.Dataset, events: Events = NO_EVENTS,
     labels = ("time [s]", "displacement since the slide began [mm]")
     figure, (axes,) = figure_grid(1, 1, (6.6, 3.6), join_title("Contact nodes against the plate", title), labels)
     window, tangent = slide_window(history), slide_tangent(history)
-    nodes = _shown_nodes(history, window, tangent) if window else np.empty(0, dtype=np.intp)
-    if window is None or nodes.size == 0:
+    touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN) if window else np.empty(0, int)
+    if window is None or touching.size == 0:
         say(axes, "no slide in contact")
         return figure
+    # Nodes evenly over the contact at the start of the slide, both edges among them.
+    order = touching[np.argsort(history["contact_position"].values[touching] @ tangent)]
+    nodes = order[np.linspace(0, order.size - 1, min(_NODES_SHOWN, order.size)).round().astype(int)]
     positions = 1e3 * history["contact_position"].values[nodes] @ tangent
     colours = ScalarMappable(Normalize(float(positions.min()), float(positions.max())), "viridis")
     times = history["time"].values[window.records]
@@ -279,15 +280,6 @@ def contact_displacement_figure(history: xr.Dataset, events: Events = NO_EVENTS,
     mark_events(axes, events_read)
     name_events(axes, None, events_read)
     return figure
-
-
-def _shown_nodes(history: xr.Dataset, window: SlideWindow, tangent: Floats) -> NDArray[np.intp]:
-    """Choose nodes evenly over the contact at the start of the slide, both edges among them."""
-    touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
-    along = history["contact_position"].values[touching] @ tangent
-    chosen = np.linspace(0, touching.size - 1, min(_NODES_SHOWN, touching.size)).round().astype(int)
-    nodes: NDArray[np.intp] = touching[np.argsort(along)][chosen]
-    return nodes
 
 
 _AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge at the larger position"}
@@ -429,7 +421,13 @@ def spike_figure(
     figure, panels = figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
     for axes, kind in zip(panels, kinds, strict=False):
         colour = RECEPTOR_COLOURS.get(kind, BLACK)
-        _draw_raster(axes, spikes, kind, colour)
+        rows = [times for times, its_kind in zip(spikes.times, spikes.kinds, strict=True) if its_kind == kind]
+        axes.eventplot(rows, colors=colour, linewidths=0.6, linelengths=0.8)
+        axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=colour)
+        axes.set_ylim(-0.8, len(rows) - 0.2)
+        axes.set_yticks([])
+        axes.grid(visible=False)
+        axes.set_xlim(spikes.start, spikes.end)
         panels[-1].step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
     panels[-1].set_ylabel("mean rate [1/s]")
     panels[-1].set_yscale("asinh", linear_width=10.0)  # rates of the types differ by a hundred times
@@ -440,13 +438,3 @@ def spike_figure(
         mark_run(axes, history, events_read)
     name_run(panels[:1], history, events_read)
     return figure
-
-
-def _draw_raster(axes: Axes, spikes: Spikes, kind: str, colour: str) -> None:
-    rows = [times for times, its_kind in zip(spikes.times, spikes.kinds, strict=True) if its_kind == kind]
-    axes.eventplot(rows, colors=colour, linewidths=0.6, linelengths=0.8)
-    axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=colour)
-    axes.set_ylim(-0.8, len(rows) - 0.2)
-    axes.set_yticks([])
-    axes.grid(visible=False)
-    axes.set_xlim(spikes.start, spikes.end)

@@ -183,7 +183,11 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0)
         paint, touched = colours.to_rgba(times), ~(times < 0.0)
         paint[np.isnan(times)] = _STUCK
         _fill_triangles(axes, 1e3 * points[title][patches[title].triangles][touched], paint[touched])
-        _draw_arrow(axes, patches[title].axes[0] @ plate.T, low, high)
+        # The direction of the plate over the middle of the panel.
+        half = 0.5 * _ARROW * float(np.min(high - low)) * (patches[title].axes[0] @ plate.T)
+        start, end = (tuple(0.5 * (low + high) + sign * half) for sign in (-1.0, 1.0))
+        look = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.6}
+        axes.annotate("", xy=end, xytext=start, arrowprops=look, zorder=5)
         _set_frame(axes, low, high)
         axes.set_title(title)
     figure.colorbar(colours, ax=list(panels), label="time into the slide [s]", shrink=0.8)
@@ -206,14 +210,6 @@ def _onsets(history: xr.Dataset, patch: Patch) -> Floats:
     onset[sticks[-1]] = np.nan
     onset[(states == OPEN).all(axis=0)] = -1.0
     return np.asarray(onset, dtype=float)
-
-
-def _draw_arrow(axes: Axes, direction: Floats, low: Floats, high: Floats) -> None:
-    """Draw the direction of the plate over the middle of the panel."""
-    middle, length = 0.5 * (low + high), _ARROW * float(np.min(high - low))
-    start = middle - 0.5 * length * direction
-    style = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.6}
-    axes.annotate("", xy=tuple(start + length * direction), xytext=tuple(start), arrowprops=style, zorder=5)
 
 
 @with_style
@@ -266,7 +262,14 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = NO_EVENTS, titl
         kind = str(site_kinds(history)[row]).removesuffix(" surface")
         axes.set_title(f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind}")
         mark_run(axes, history, events.slip)
-        right = _right_axis(axes, top, is_labelled=number == min(_NODE_COLUMNS, len(rows)) - 1)
+        # Accelerations have their axis at the right, which is labelled beside the first row.
+        right: Axes = axes.twinx()
+        right.set_ylim(-top, top)
+        right.grid(visible=False)
+        right.spines["right"].set_visible(True)
+        is_labelled = number == min(_NODE_COLUMNS, len(rows)) - 1
+        right.tick_params(colors=ORANGE_TEXT, labelright=is_labelled)
+        right.set_ylabel("acceleration [m/s²]" if is_labelled else "", color=ORANGE_TEXT)
         right.plot(times, acceleration[:, row], color=ORANGE, linewidth=0.7)
     reach = 1.2 * float(np.abs(along[:, rows]).max()) or 1.0
     panels[0].set_ylim(*((-reach, 0.1 * reach) if plate.sum() < 0.0 else (-0.1 * reach, reach)))
@@ -277,15 +280,3 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = NO_EVENTS, titl
     }
     add_legend(figure, keys | (event_keys([events.slip]) if window else {}))
     return figure
-
-
-def _right_axis(axes: Axes, top: float, is_labelled: bool) -> Axes:
-    """Return the axis of accelerations of a panel."""
-    right: Axes = axes.twinx()
-    right.set_ylim(-top, top)
-    right.grid(visible=False)
-    right.spines["right"].set_visible(True)
-    right.tick_params(colors=ORANGE_TEXT, labelright=is_labelled)
-    if is_labelled:
-        right.set_ylabel("acceleration [m/s²]", color=ORANGE_TEXT)
-    return right

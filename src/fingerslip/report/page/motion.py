@@ -95,7 +95,11 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
     frames = _frames(history, times)
     arrays: Arrays = {"times": every[records].astype(np.float32)}
     if not is_solid(history):
-        arrays |= _map_arrays(history, records)
+        states, tangent = history["contact_state"].values[records], slide_tangent(history)
+        touched = np.flatnonzero((states != OPEN).any(axis=0))
+        along = 1e3 * history["contact_position"].values[touched] @ tangent
+        order = np.argsort(along)
+        arrays |= {"along": along[order].astype(np.float32), "states": states[:, touched[order]].astype(np.uint8)}
     body: dict[str, Any] | None = None
     if frames:
         body, more = (_solid_body if is_solid(history) else _plane_body)(history, frames)
@@ -125,15 +129,6 @@ def _frames(history: xr.Dataset, events: Mapping[str, float]) -> list[int]:
     before = int(_BEFORE * most) if start > times[0] else 0
     wanted = [*np.linspace(times[0], start, before, endpoint=False), *np.linspace(start, times[-1], most - before)]
     return sorted({int(np.abs(times - moment).argmin()) for moment in (*wanted, *events.values())})
-
-
-def _map_arrays(history: xr.Dataset, records: NDArray[np.intp]) -> Arrays:
-    """Return the contact's states along the plate at the shown times."""
-    states, tangent = history["contact_state"].values[records], slide_tangent(history)
-    touched = np.flatnonzero((states != OPEN).any(axis=0))
-    along = 1e3 * history["contact_position"].values[touched] @ tangent
-    order = np.argsort(along)
-    return {"along": along[order].astype(np.float32), "states": states[:, touched[order]].astype(np.uint8)}
 
 
 def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> list[dict[str, Any]]:
@@ -364,15 +359,11 @@ def _nodal_states(history: xr.Dataset, frames: list[int]) -> NDArray[np.uint8]:
     states = np.full((len(frames), history.sizes["node"]), NO_CONTACT, dtype=np.uint8)
     states[:, history["contact_node"].values] = history["contact_state"].values[records]
     if history.attrs["element"] == "T10":
-        _add_corners(states, history["cell_nodes"].values)
+        # Quadratic tetrahedra touch with the middles of edges: corners get the state of most candidates around them.
+        cells, order = history["cell_nodes"].values, (SLIP, STICK, OPEN)  # the first of equally many
+        ends = [cells[:, [end, 4 + middle]] for middle, both in enumerate(_MIDDLES) for end in both]
+        corners, middles = np.unique(np.concatenate(ends), axis=0).T
+        counts = np.array([[np.bincount(corners, of[middles] == state, len(of)) for of in states] for state in order])
+        beside = (states == NO_CONTACT) & counts.any(axis=0)
+        states[beside] = np.array(order, dtype=np.uint8)[counts.argmax(axis=0)[beside]]
     return states
-
-
-def _add_corners(of_nodes: NDArray[np.uint8], cells: Integers) -> None:
-    """Give corners the state of most candidates around them: quadratic tetrahedra touch with the middles of edges."""
-    ends = [cells[:, [end, 4 + middle]] for middle, both in enumerate(_MIDDLES) for end in both]
-    corners, middles = np.unique(np.concatenate(ends), axis=0).T
-    order = (SLIP, STICK, OPEN)  # the first of equally many
-    counts = np.array([[np.bincount(corners, row[middles] == state, len(row)) for row in of_nodes] for state in order])
-    beside = (of_nodes == NO_CONTACT) & counts.any(axis=0)
-    of_nodes[beside] = np.array(order, dtype=np.uint8)[counts.argmax(axis=0)[beside]]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import functools
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -85,7 +84,7 @@ class Report:
 def render_page(report: Report) -> str:
     """Write a report as one HTML page that needs no other file."""
     moving = any(section.motions for section in report.sections)
-    text: str = _page_template().render(report=report, asset=asset, language=language() if moving else None)
+    text: str = _page_template().render(report=report, language=language() if moving else None)
     return text
 
 
@@ -95,27 +94,13 @@ def _page_template() -> Any:
     import jinja2
 
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"texts": texts, "kinds": _column_kinds, "source": _image_source, "json": _json}
+    environment.filters["texts"] = texts
+    environment.filters["base64"] = lambda data: base64.b64encode(data).decode("ascii")
+    environment.globals |= {"is_numeric": is_numeric, "asset": asset}
+    environment.policies["json.dumps_kwargs"] = {"ensure_ascii": False, "separators": (",", ":")}
     return environment.from_string(asset("page.html"))
 
 
 def write_page(report: Report, path: str | Path) -> None:
     """Write a report to a file, whole or not at all."""
     write_text(Path(path), render_page(report))
-
-
-def _column_kinds(table: Table) -> list[str]:
-    """Return the classes of the cells of each column."""
-    return [
-        f"{'number' if is_numeric(table, index) else 'text'}{' answers' if column.answers else ''}"
-        for index, column in enumerate(table.columns)
-    ]
-
-
-def _image_source(picture: Picture | DrawnPicture) -> str:
-    return f"data:image/png;base64,{base64.b64encode(picture.png).decode('ascii')}"
-
-
-def _json(values: Mapping[str, Any]) -> str:
-    """Return plain data for the scripts of a page; no text in it can end the script, or keep it from ending."""
-    return json.dumps(values, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")

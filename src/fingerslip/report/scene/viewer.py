@@ -79,6 +79,10 @@ class SceneControl:
         if "camera" in values:
             aim(self.plotter, self.history, self.options)
 
+    def switch(self, extra: str, visible: bool) -> None:
+        """Show or hide one of :data:`EXTRAS`."""
+        self.choose(**{extra: visible})
+
     def toggle(self, region: str, visible: bool) -> None:
         """Show or hide a layer; at least one stays."""
         hidden = {*self.options.hidden} - {region} if visible else {*self.options.hidden, region}
@@ -219,7 +223,7 @@ def _add_controls(control: SceneControl, events: Events = NO_EVENTS) -> None:
         name: (name not in control.options.hidden, functools.partial(control.toggle, name))
         for name in region_names(control.history)
     }
-    boxes |= {name: (getattr(control.options, name), functools.partial(_choose, control, name)) for name in EXTRAS}
+    boxes |= {name: (getattr(control.options, name), functools.partial(control.switch, name)) for name in EXTRAS}
     for row, (name, (is_on, act)) in enumerate(boxes.items()):
         bottom = 10 + row * (_BOX + 6)
         plotter.add_checkbox_button_widget(act, value=is_on, position=(10, bottom), size=_BOX)
@@ -230,10 +234,6 @@ def _add_controls(control: SceneControl, events: Events = NO_EVENTS) -> None:
     plotter.add_key_event("f", lambda: control.choose(scalar=_next(FIELDS, control.options.scalar)))
     plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
     plotter.enable_point_picking(lambda point: _draw_picked_node(control, point), show_message=False, show_point=False)
-
-
-def _choose(control: SceneControl, name: str, state: bool) -> None:
-    control.choose(**{name: state})
 
 
 def _draw_picked_node(control: SceneControl, point: Any) -> None:

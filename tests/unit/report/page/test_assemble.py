@@ -168,8 +168,8 @@ def test_values_are_shown_in_their_groups() -> None:
 def test_a_long_study_has_few_runs_in_detail(monkeypatch: pytest.MonkeyPatch, count: int, detailed: int) -> None:
     table = Table("t", (Column("a"),), ((1,),))
     monkeypatch.setattr(assemble, "run_section", lambda _, run: ReportSection(run.name, (), (table,)))
-    monkeypatch.setattr(assemble, "_side_by_side_section", lambda _: ReportSection("overview"))
-    monkeypatch.setattr(assemble, "hero_pictures", lambda _: ())
+    for name in ("overview_pictures", "swept_pictures", "hero_pictures"):
+        monkeypatch.setattr(assemble, name, lambda *_: ())
     history = make(Process())
     runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(count))
     report = study_report(content_of(runs, {run.name: history for run in runs}))
