@@ -24,10 +24,9 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid, nearest_record
 from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, FIELD_MAP, GREY, ORANGE, STATE_NAMES, VERMILLION
-from fingerslip.report.figures.deformed import draw_section
-from fingerslip.report.figures.marks import ShownTime, event_times, mark_run
+from fingerslip.report.figures.bodies import draw_section
 from fingerslip.report.figures.signals import draw_ratios, draw_states
-from fingerslip.report.figures.style import show_picture, with_style
+from fingerslip.report.figures.style import ShownTime, event_times, mark_run, show_picture, with_style
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import check_options, field_limits
 from fingerslip.report.scene.viewer import stills

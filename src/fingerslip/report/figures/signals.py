@@ -34,21 +34,26 @@ from fingerslip.report.colours import (
     STATE_NAMES,
     VERMILLION,
 )
-from fingerslip.report.figures.marks import (
+from fingerslip.report.figures.style import (
     NO_EVENTS,
     ShownTime,
+    add_legend,
     event_keys,
+    figure_grid,
+    join_title,
     limit_to_slides,
     mark_events,
     mark_run,
     name_events,
     name_run,
     run_keys,
+    run_panels,
+    say,
     shown_time,
     shown_times,
     shown_until,
+    with_style,
 )
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, with_style
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,

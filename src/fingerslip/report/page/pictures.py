@@ -13,9 +13,9 @@ from fingerslip.errors import InputError
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.content import RUN_FIGURES, STUDY_FIGURES, FigureKind, ReportContent, RunPictures
-from fingerslip.report.figures import deformed, markers, signals, solid, study
-from fingerslip.report.figures.marks import is_held
+from fingerslip.report.figures import bodies, markers, signals, study
 from fingerslip.report.figures.specimens import receptor_positions, section_figure
+from fingerslip.report.figures.style import is_held
 from fingerslip.report.labels import path_label
 from fingerslip.report.page.page import DrawnPicture, Picture
 from fingerslip.report.prose import prose
@@ -35,8 +35,8 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = MappingProxyType
     {
         "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
         "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
-        "slip-onset": lambda s: solid.slip_onset_figure(s.histories),
-        "stick-ratio": lambda s: solid.stick_ratio_figure(s.histories),
+        "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
+        "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
         "slip-maps": lambda s: signals.slip_maps_figure(s.histories, s.events),
         "force-ratios": lambda s: signals.force_overview_figure(s.histories, s.events),
         "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
@@ -44,14 +44,14 @@ _DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = MappingProxyType
 )
 _DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = MappingProxyType(
     {
-        "deformed": lambda r: deformed.deformed_figure(r.history, r.events, r.options, r.times or None),
+        "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
         "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
         "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
-        "slip-frames": lambda r: solid.slip_frames_figure(r.history, r.events, r.times or None, r.title),
-        "stick-ratio": lambda r: solid.stick_ratio_figure({r.title: r.history}, title=r.title),
-        "surface-strain": lambda r: solid.surface_strain_figure(r.history, r.events, title=r.title),
-        "reference-nodes": lambda r: solid.reference_nodes_figure(r.history, r.events, r.title),
-        "cut": lambda r: deformed.cut_frames_figure(r.history, r.events, r.title),
+        "slip-frames": lambda r: bodies.slip_frames_figure(r.history, r.events, r.times or None, r.title),
+        "stick-ratio": lambda r: bodies.stick_ratio_figure({r.title: r.history}, title=r.title),
+        "surface-strain": lambda r: bodies.surface_strain_figure(r.history, r.events, title=r.title),
+        "reference-nodes": lambda r: bodies.reference_nodes_figure(r.history, r.events, r.title),
+        "cut": lambda r: bodies.cut_frames_figure(r.history, r.events, r.title),
         "markers": lambda r: markers.slide_tracks_figure(marker_tracks(r.history), r.history, r.title),
         "forces": lambda r: signals.force_figure(r.history, r.events, r.title),
         "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
@@ -80,7 +80,7 @@ _HAS: Mapping[str, Callable[[xr.Dataset], bool]] = MappingProxyType(
         "snapshots": lambda history: history.sizes.get("snapshot_time", 0) > 0,
         "receptors": has_receptors,
         "markers": has_markers,
-        "reference nodes": lambda history: bool(solid.reference_kinds(history)),
+        "reference nodes": lambda history: bool(bodies.reference_kinds(history)),
     }
 )
 
@@ -136,7 +136,7 @@ def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
     if not is_solid(history):
         figures["section"] = section_figure(mesh, receptor_positions(history), title=title)
     elif history.sizes.get("snapshot_time", 0):
-        figures["scene"] = deformed.scene_figure(history, title)
+        figures["scene"] = bodies.scene_figure(history, title)
     if has_markers(history):
         figures["markers"] = markers.marker_places_figure(marker_tracks(history), title)
     return [
@@ -165,10 +165,10 @@ def hero_pictures(content: ReportContent) -> list[Picture]:
     run = content.drawn[len(content.drawn) // 2]
     history = content.histories[run.name]
     if is_solid(history):
-        figure = solid.slip_frames_figure(history, run.events)
+        figure = bodies.slip_frames_figure(history, run.events)
         return [Picture("answer", prose("captions", "answer-solid"), figure)]
-    if deformed.has_frames(history):
-        figure = deformed.deformed_figure(history, run.events, SceneOptions())
+    if bodies.has_frames(history):
+        figure = bodies.deformed_figure(history, run.events, SceneOptions())
         return [Picture("answer", prose("captions", "answer-section"), figure)]
     return []
 

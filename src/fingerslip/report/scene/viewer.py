@@ -22,8 +22,15 @@ from PIL import Image
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
-from fingerslip.report.figures.marks import NO_EVENTS, event_keys, event_times, mark_run
-from fingerslip.report.figures.style import add_legend, figure_grid, with_style
+from fingerslip.report.figures.style import (
+    NO_EVENTS,
+    add_legend,
+    event_keys,
+    event_times,
+    figure_grid,
+    mark_run,
+    with_style,
+)
 from fingerslip.report.scene.names import CUTS, FIELDS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names

@@ -21,7 +21,7 @@ from fingerslip.errors import ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
-from fingerslip.report.figures import deformed, markers, signals, solid, specimens, study
+from fingerslip.report.figures import bodies, markers, signals, specimens, study
 from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.results import RunResult
@@ -183,37 +183,37 @@ FIGURES: dict[str, tuple[Callable[[], Figure], list[str], set[str], list[Any]]] 
         [],
     ),
     "section": (
-        lambda: deformed.deformed_figure(block_history("Q4"), AT_EVENTS),
+        lambda: bodies.deformed_figure(block_history("Q4"), AT_EVENTS),
         ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"],
         {"von Mises stress [kPa]", "x [mm]", "stick"},
         [],
     ),
     "views": (
-        lambda: deformed.deformed_figure(block_history(), times=[0.0, 0.1]),
+        lambda: bodies.deformed_figure(block_history(), times=[0.0, 0.1]),
         ["0.000 s", "0.100 s"],
         {"von Mises stress [kPa]"},
         [],
     ),
     "regions": (
-        lambda: deformed.deformed_figure(block_history(), options=VIEWED, times=[0.1]),
+        lambda: bodies.deformed_figure(block_history(), options=VIEWED, times=[0.1]),
         ["0.100 s"],
         {"skin", "tissue", "stick", "slip"},
         [],
     ),
     "cut": (
-        lambda: deformed.cut_frames_figure(block_history(), title="a"),
+        lambda: bodies.cut_frames_figure(block_history(), title="a"),
         ["0.050 s", "0.100 s"],
         {"von Mises stress [kPa]", "Stress on a cut along the finger: a"},
         [],
     ),
     "slip frames": (
-        lambda: solid.slip_frames_figure(block_history(), LATER, times=[0.05, 0.07, 0.1]),
+        lambda: bodies.slip_frames_figure(block_history(), LATER, times=[0.05, 0.07, 0.1]),
         ["0.050 s", "0.070 s, after incipient", "0.100 s, after overall"],
         {"along the slide [mm]", "stick", "slip", "open"},
         [],
     ),
     "reference nodes": (
-        lambda: solid.reference_nodes_figure(reference_nodes(), Events(SlipEvents(overall=0.09))),
+        lambda: bodies.reference_nodes_figure(reference_nodes(), Events(SlipEvents(overall=0.09))),
         ["h1, skin", "h2, skin", "v1, tissue"],
         {"displacement", "plate", "overall"},
         [0.05, 0.09],
@@ -443,7 +443,7 @@ def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values
 def test_the_axis_has_numbers_to_scale_where_all_have_one_unit_and_else_words_in_order() -> None:
     axes = panels(study.event_times_figure(swept_runs(), VARIANT))[0]
     assert (ticks(axes), list(axes.get_xticks())) == (["original", "scaled"], [0, 1])
-    angle = "fingertip.solid.angle"
+    angle = "fingertip.bodies.angle"
     axes = panels(study.event_times_figure(runs_over(angle, "30 deg", "-15 deg", "15 deg"), angle))[0]
     assert (ticks(axes), list(axes.get_xticks())) == (["30 deg", "-15 deg", "15 deg"], [30.0, -15.0, 15.0])
     assert list(axes.lines[0].get_xdata()) == [-15.0, 15.0, 30.0], "joined in order"
@@ -514,20 +514,20 @@ def test_each_pair_has_a_row_with_both_studies() -> None:
 def test_a_section_is_drawn_cell_by_cell_with_any_field_and_needs_snapshots() -> None:
     flat = block_history("Q4")
     for scalar in ("region", "displacement", "strain_energy_density"):
-        axes, other = panels(deformed.deformed_figure(flat, options=SceneOptions(scalar=scalar), times=[0.0, 0.1]))[:2]
+        axes, other = panels(bodies.deformed_figure(flat, options=SceneOptions(scalar=scalar), times=[0.0, 0.1]))[:2]
         cells = next(item for item in other.collections if isinstance(item, PolyCollection))
         assert len(cells.get_paths()) == flat.sizes["cell"]
         assert min(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 10.0, "the whole body, in millimetres"
-    assert not deformed.has_frames(make(Process()))
+    assert not bodies.has_frames(make(Process()))
     with pytest.raises(ResultError, match="no snapshots of the whole mesh; write record"):
-        deformed.deformed_figure(make(Process()))
+        bodies.deformed_figure(make(Process()))
 
 
 def test_every_snapshot_is_cut_once_and_none_after_overall_slip() -> None:
     history = block_history()
     assert history["snapshot_time"].values == pytest.approx([0.0, 0.05, 0.1])
-    assert titles(deformed.cut_frames_figure(history, Events(SlipEvents(overall=0.06)))) == ["0.050 s"]
-    figure = deformed.cut_frames_figure(history)
+    assert titles(bodies.cut_frames_figure(history, Events(SlipEvents(overall=0.06)))) == ["0.050 s"]
+    figure = bodies.cut_frames_figure(history)
     first, second = (axes.images[0].get_array() for axes in figure.axes if axes.images)
     assert first.shape == second.shape
     assert np.abs(first.astype(int) - second.astype(int)).max() > 50, "pictures differ as the stress does"
@@ -537,29 +537,29 @@ def test_every_snapshot_is_cut_once_and_none_after_overall_slip() -> None:
 def test_white_margins_go_at_the_same_place_of_all_pictures() -> None:
     first, second = np.full((2, 6, 8, 3), 255, dtype=np.uint8)
     first[1, 2], second[3, 5] = 0, 0
-    for picture, black in zip(deformed.crop([first, second]), [(0, 0), (2, 3)], strict=True):
+    for picture, black in zip(bodies.crop([first, second]), [(0, 0), (2, 3)], strict=True):
         assert picture.shape == (3, 4, 3)
         assert np.argwhere(picture[..., 0] == 0).tolist() == [list(black)]
     blank = np.full((3, 3, 3), 255, dtype=np.uint8)
-    assert deformed.crop([blank])[0].shape == blank.shape
+    assert bodies.crop([blank])[0].shape == blank.shape
 
 
 def test_without_times_frames_end_after_overall_slip_and_show_the_record_after_each_event() -> None:
     history = block_history()
-    (triangles,) = panels(solid.slip_frames_figure(history, times=[0.0]))[0].collections
+    (triangles,) = panels(bodies.slip_frames_figure(history, times=[0.0]))[0].collections
     assert len(triangles.get_paths()) == 32
     assert len({tuple(colour) for colour in triangles.get_facecolor()}) == 1, "all open before the press"
-    assert len(titles(solid.slip_frames_figure(history))) == 9
-    until = titles(solid.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
+    assert len(titles(bodies.slip_frames_figure(history))) == 9
+    until = titles(bodies.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
     assert (len(until), until[0][:7], until[-1][:7]) == (9, "0.050 s", "0.070 s")
     times = history["time"].values
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
     expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
-    assert expected <= set(titles(solid.slip_frames_figure(history, Events(events))))
+    assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
 
 
 def test_strains_and_rates_have_a_row_each_and_a_scale_about_zero() -> None:
-    scales = [axes for axes in panels(solid.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
+    scales = [axes for axes in panels(bodies.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
 
@@ -567,13 +567,13 @@ def test_strains_and_rates_have_a_row_each_and_a_scale_about_zero() -> None:
 def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does() -> None:
     history = block_history()
     patch = contact_patch(history)
-    low, high = solid._touched_frame(history, patch, patch.points)
+    low, high = bodies._touched_frame(history, patch, patch.points)
     assert (*low, *high) == pytest.approx((-0.8, -10.8, 10.8, 0.8))
     apart = history.assign(contact_state=0 * history["contact_state"])
-    np.testing.assert_allclose(solid._touched_frame(apart, patch, patch.points), (low, high))
+    np.testing.assert_allclose(bodies._touched_frame(apart, patch, patch.points), (low, high))
     corner = 0 * history["contact_state"]
     corner[-1, patch.nodes[0]] = 1
-    low, high = solid._touched_frame(history.assign(contact_state=corner), patch, patch.points)
+    low, high = bodies._touched_frame(history.assign(contact_state=corner), patch, patch.points)
     np.testing.assert_allclose(0.5 * (low + high), 1e3 * patch.points[0], atol=1e-9)
 
 
@@ -593,14 +593,16 @@ def triangles_of(figure: Figure) -> list[np.ndarray]:
 def test_onsets_count_from_the_start_of_the_slide_and_share_one_scale() -> None:
     window = slide_window(block_history())
     early, late = window.start + 0.02, window.end - 0.01
-    figure = solid.slip_onset_figure({"early": with_states(STICK, SLIP, early), "late": with_states(STICK, SLIP, late)})
+    figure = bodies.slip_onset_figure(
+        {"early": with_states(STICK, SLIP, early), "late": with_states(STICK, SLIP, late)}
+    )
     first, second = triangles_of(figure)
     assert len({tuple(colour) for colour in first}) == len({tuple(colour) for colour in second}) == 1
     assert not np.array_equal(first[0], second[0])
     (scale,) = [axes for axes in figure.axes if "time into" in axes.get_ylabel()]
     assert scale.get_ylim()[1] == pytest.approx(late - window.start, abs=0.011)  # a record
     stuck, never = triangles_of(
-        solid.slip_onset_figure({"stuck": with_states(STICK, STICK, 0.0), "open": with_states(OPEN, OPEN, 0.0)})
+        bodies.slip_onset_figure({"stuck": with_states(STICK, STICK, 0.0), "open": with_states(OPEN, OPEN, 0.0)})
     )
     assert np.allclose(stuck, stuck[0])
     assert stuck[0][:3].max() < 0.25, "dark"
@@ -610,7 +612,7 @@ def test_onsets_count_from_the_start_of_the_slide_and_share_one_scale() -> None:
 def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart() -> None:
     history = block_history()
     turned = history.assign(counterface_displacement=-history["counterface_displacement"])
-    figure = solid.slip_onset_figure({"there": history, "back": turned})
+    figure = bodies.slip_onset_figure({"there": history, "back": turned})
     first, second = (axes for axes in figure.axes if axes.get_title("left"))
     (there,), (back,) = ([text for text in axes.texts if hasattr(text, "arrow_patch")] for axes in (first, second))
     np.testing.assert_allclose(np.subtract(there.xy, there.xyann), -np.subtract(back.xy, back.xyann), atol=1e-12)
@@ -618,7 +620,7 @@ def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart
 
 
 def test_stick_ratio_is_drawn_over_the_slide_with_a_legend_for_several_runs() -> None:
-    (axes,) = panels(solid.stick_ratio_figure({"one": block_history(), "other": block_history()}))
+    (axes,) = panels(bodies.stick_ratio_figure({"one": block_history(), "other": block_history()}))
     assert axes.lines[0].get_xdata().size == 6  # records of the slide, its start included
     assert np.nanmax(axes.lines[0].get_xdata()) <= 0.5 * (1.0 + 1e-9)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
@@ -626,8 +628,8 @@ def test_stick_ratio_is_drawn_over_the_slide_with_a_legend_for_several_runs() ->
 
 def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_start_of_the_slide() -> None:
     history = block_history()
-    assert solid.reference_kinds(reference_nodes()) == ["skin surface", "tissue surface"]
-    assert solid.reference_kinds(history) == solid.reference_kinds(history.drop_dims("site")) == []
+    assert bodies.reference_kinds(reference_nodes()) == ["skin surface", "tissue surface"]
+    assert bodies.reference_kinds(history) == bodies.reference_kinds(history.drop_dims("site")) == []
     figure = FIGURES["reference nodes"][0]()
     plate = next(
         item for item in panels(figure)[0].lines if (item.get_linestyle(), item.get_color()) == (":", "#000000")
@@ -638,7 +640,7 @@ def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_st
     longer = history.assign_coords({**slow, "site_kind": ("site", ["skin surface"])})
     size = xr.where((longer["time"] > 0.24) & (longer["time"] < 0.3), 100.0, 0.1)
     jerked = (size * xr.ones_like(longer["acceleration"])).transpose(*longer["acceleration"].dims)
-    axes = panels(solid.reference_nodes_figure(longer.assign(acceleration=jerked)))[-1]
+    axes = panels(bodies.reference_nodes_figure(longer.assign(acceleration=jerked)))[-1]
     assert (axes.get_ylabel(), axes.get_ylim()[1]) == ("acceleration [m/s²]", pytest.approx(0.13))
 
 

@@ -16,18 +16,6 @@ from matplotlib.lines import Line2D
 
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import EVENT_COLOURS
-from fingerslip.report.figures.marks import (
-    event_keys,
-    is_held,
-    limit_to_slides,
-    mark_events,
-    mark_run,
-    name_events,
-    name_run,
-    shown_time,
-    shown_times,
-    shown_until,
-)
 from fingerslip.report.figures.signals import (
     energy_figure,
     force_figure,
@@ -38,12 +26,22 @@ from fingerslip.report.figures.signals import (
 from fingerslip.report.figures.style import (
     add_legend,
     columns_for,
+    event_keys,
     figure_bytes,
     figure_grid,
+    is_held,
     join_title,
+    limit_to_slides,
+    mark_events,
+    mark_run,
+    name_events,
+    name_run,
     run_panels,
     save_figure,
     say,
+    shown_time,
+    shown_times,
+    shown_until,
     with_style,
 )
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
