@@ -13,6 +13,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import sliding_direction
@@ -213,7 +214,7 @@ def scene_figure(history: xr.Dataset, title: str) -> Figure:
     options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
     show_picture(axes, crop(stills(history, [nearest_snapshot(history, 0.0)], options))[0])
     keys: dict[str, Artist] = {
-        name: ContactPatch(color=colour) for name, colour in region_colours(region_names(history)).items()
+        name: Patch(color=colour) for name, colour in region_colours(region_names(history)).items()
     }
     if site_kinds(history).size:
         keys["recorded sites"] = Line2D([], [], color=BLACK, marker="o", markersize=4.0, linestyle="none")
