@@ -52,30 +52,27 @@ def event_times_figure(
     axis, since = _Axis(runs, path), starts or dict.fromkeys((run.name for run in runs), 0.0)
     labels = (words, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
     figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
-    published = False
+    published, happened = dict[str, Artist](), set[str]()
+    of_events = {event: EVENT_COLOURS[event] for event in MAIN_EVENTS}
     for axes, members in panels:
         ordered = sorted(members, key=axis.position)
+        begin = np.array([since[run.name] for run in ordered])
         for event, (reading, mark) in itertools.product(MAIN_EVENTS, _READING_MARKS.items()):
-            times = [_number(run.events.reading(reading).time(event)) - since[run.name] for run in ordered]
+            times = np.array([run.events.reading(reading).time(event) for run in ordered], dtype=float)
             line, colour = "-" if reading == "slip" and axis.numeric else "", EVENT_COLOURS[event]
             look: dict[str, Any] = {"color": colour, "markerfacecolor": _face(reading, colour), "markersize": 5.5}
-            axes.plot([axis.position(run) for run in ordered], times, linestyle=line, marker=mark, **look)
-        points = _published_points(members, reference, MAIN_EVENTS)
-        for run, event, time in points:
-            style = {**_PUBLISHED, "color": EVENT_COLOURS.get(event, BLACK), "markersize": 8, "zorder": 6}
-            axes.plot([axis.position(run)], [time - since[run.name]], **style)
-        published |= bool(points)
+            axes.plot([axis.position(run) for run in ordered], times - begin, linestyle=line, marker=mark, **look)
+        published |= _draw_published(axes, axis, members, reference, of_events, since=since)
         axis.apply(axes)
-    happened = {
-        (reading, event) for run in runs for reading in READINGS for event in MAIN_EVENTS
-        if run.events.reading(reading).time(event) is not None
-    }  # fmt: skip
-    keys = _event_keys(event for event in MAIN_EVENTS if event in {event for _, event in happened})
-    for reading in _recorded_readings(runs):
-        if reading in {reading for reading, _ in happened}:
+    for event, reading in itertools.product(MAIN_EVENTS, READINGS):
+        if any(run.events.reading(reading).time(event) is not None for run in runs):
+            happened |= {event, reading}
+    keys = _event_keys(event for event in MAIN_EVENTS if event in happened)
+    for reading, mark in _READING_MARKS.items():
+        if reading in happened:
             look = {"color": BLACK, "markerfacecolor": _face(reading, BLACK), "markersize": 5.5}
-            keys[READINGS[reading]] = Line2D([], [], linestyle="", marker=_READING_MARKS[reading], **look)
-    add_legend(figure, keys | _published_key(published))
+            keys[READINGS[reading]] = Line2D([], [], linestyle="", marker=mark, **look)
+    add_legend(figure, keys | published)
     return figure
 
 
@@ -89,26 +86,23 @@ def latency_figure(
     words, axis = path_label(path), _Axis(runs, path)
     title = f"Latency from incipient to overall slip against {words}"
     figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
-    published = False
+    published: dict[str, Artist] = {}
     for axes, members in panels:
         ordered = sorted(members, key=axis.position)
         for reading, mark in _READING_MARKS.items():
             positions = [axis.position(run) + (0.0 if axis.numeric else _SHIFTS[reading]) for run in ordered]
-            latencies = [1e3 * _number(run.events.reading(reading).latency) for run in ordered]
+            latencies = 1e3 * np.array([run.events.reading(reading).latency for run in ordered], dtype=float)
             look: dict[str, Any] = {"color": READING_COLOURS[reading], "markersize": 6.5}
             axes.plot(positions, latencies, linestyle="-" if axis.numeric else "", marker=mark, **look)
-        points = _published_points(members, reference, (LATENCY,))
-        for run, _, latency in points:
-            axes.plot([axis.position(run)], [1e3 * latency], **_PUBLISHED, color=BLACK, markersize=8, zorder=6)
-        published |= bool(points)
+        published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)
     keys: dict[str, Artist] = {
         READINGS[name]: Line2D([], [], linestyle="", marker=mark, color=READING_COLOURS[name], markersize=6)
         for name, mark in _READING_MARKS.items()
-        if any(run.events.reading(name).latency is not None for run in runs) and name in _recorded_readings(runs)
+        if any(run.events.reading(name).latency is not None for run in runs)
     }
-    add_legend(figure, keys | _published_key(published))
+    add_legend(figure, keys | published)
     return figure
 
 
@@ -163,37 +157,32 @@ class _Axis:
             axes.set_xlim(-0.5, len(self._positions) - 0.5)
 
 
-def _published_points(
-    runs: Sequence[RunResult], reference: PublishedSet | None, quantities: Sequence[str]
-) -> list[tuple[RunResult, str, float]]:
-    """Return published values [s] of some quantities with the runs that meet their conditions."""
-    return [
-        (run, value.quantity, value.value)
-        for run in runs
-        for value in (reference.values if reference else ())
-        if value.quantity in quantities and value.value is not None and value.holds_for(run.all_values)
-    ]
-
-
-def _published_key(drawn: bool) -> dict[str, Artist]:
-    return {"published": Line2D([], [], **_PUBLISHED, color=BLACK, markersize=7)} if drawn else {}
+def _draw_published(
+    axes: Axes,
+    axis: _Axis,
+    runs: Sequence[RunResult],
+    reference: PublishedSet | None,
+    colours: Mapping[str, str],
+    *,
+    since: Mapping[str, float] = MappingProxyType({}),
+    scale: float = 1.0,
+) -> dict[str, Artist]:
+    """Draw published values [s] of the coloured quantities at runs that meet their conditions; return their key."""
+    keys: dict[str, Artist] = {}
+    for run, value in itertools.product(runs, reference.values if reference else ()):
+        if value.quantity in colours and value.value is not None and value.holds_for(run.all_values):
+            time, colour = scale * (value.value - since.get(run.name, 0.0)), colours[value.quantity]
+            axes.plot([axis.position(run)], [time], **_PUBLISHED, color=colour, markersize=8, zorder=6)
+            keys["published"] = Line2D([], [], **_PUBLISHED, color=BLACK, markersize=7)
+    return keys
 
 
 def _event_keys(events: Iterable[str]) -> dict[str, Artist]:
     return {EVENTS[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0) for event in events}
 
 
-def _recorded_readings(runs: Sequence[RunResult]) -> list[str]:
-    return [name for name in _READING_MARKS if any(run.events.reading(name).recorded for run in runs)]
-
-
 def _face(reading: str, colour: str) -> str:
     return "none" if reading == "displacement" else colour
-
-
-def _number(value: float | None) -> float:
-    """Return what matplotlib leaves out for an event that did not happen."""
-    return np.nan if value is None else value
 
 
 @with_style
