@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import skfem
     import xarray as xr
 
-    from fingerslip.report.page.page import DrawnPicture
+    from fingerslip.report.page.page import Picture
 
 #: How figures may look: :data:`fingerslip.report.figures.style.LOOKS` has the numbers.
 STYLES = ("page", "paper", "slides")
@@ -91,8 +91,8 @@ def detailed_of(runs: int) -> int:
 class RunPictures:
     """Pictures of one run that were drawn before its report is made."""
 
-    contact: tuple[DrawnPicture, ...] | None = None  # those of the section that shows it in detail
-    model: tuple[DrawnPicture, ...] | None = None  # those of its model at the start
+    contact: tuple[Picture, ...] | None = None  # those of the section that shows it in detail
+    model: tuple[Picture, ...] | None = None  # those of its model at the start
 
 
 @dataclass(frozen=True)

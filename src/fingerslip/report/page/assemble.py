@@ -21,7 +21,7 @@ from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.report.page.answer import answer, definitions
 from fingerslip.report.page.motion import run_motions
-from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
+from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.page.pictures import (
     has_receptors,
     hero_pictures,
@@ -112,7 +112,7 @@ def _model(content: ReportContent) -> Iterator[ReportSection]:
         for name, title, quantities in refined
     )
     yield ReportSection("Numerical uncertainty", (), tables, convergences, folded=True)
-    models: list[Picture | DrawnPicture] = []
+    models: list[Picture] = []
     for run in content.study.runs:
         drawn = content.pictures.get(run.name, RunPictures()).model
         if drawn is not None:

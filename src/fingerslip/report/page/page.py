@@ -26,21 +26,13 @@ class Picture:
 
     name: str  # short name, also that of its file
     caption: str  # what it shows, in a sentence
-    figure: Figure  # the figure
+    figure: Figure | None  # the figure; None where it is rendered already
+    rendered: bytes = b""  # the figure as PNG, where it is
 
     @cached_property
     def png(self) -> bytes:
         """The figure as PNG, rendered once."""
-        return figure_bytes(self.figure)
-
-
-@dataclass(frozen=True)
-class DrawnPicture:
-    """A picture of a report that is rendered already; see :class:`Picture`."""
-
-    name: str
-    caption: str
-    png: bytes
+        return self.rendered if self.figure is None else figure_bytes(self.figure)
 
 
 @dataclass(frozen=True)
@@ -50,7 +42,7 @@ class ReportSection:
     title: str  # its heading
     text: tuple[str, ...] = ()  # paragraphs
     tables: tuple[Table, ...] = ()  # tables, below the text
-    pictures: tuple[Picture | DrawnPicture, ...] = ()  # figures, below the tables
+    pictures: tuple[Picture, ...] = ()  # figures, below the tables
     folded: bool = False  # whether the page shows the section only when it is opened
     warnings: tuple[str, ...] = ()  # paragraphs that stand out, above the text
     # runs in motion, as :func:`~fingerslip.report.page.motion.run_motion` gives them
@@ -73,10 +65,10 @@ class Report:
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     question: str = ""  # what was asked, in a sentence
     answer: tuple[str, ...] = ()  # what was found, in a few sentences
-    hero: tuple[Picture | DrawnPicture, ...] = ()  # the picture of the answer
+    hero: tuple[Picture, ...] = ()  # the picture of the answer
 
     @property
-    def pictures(self) -> tuple[Picture | DrawnPicture, ...]:
+    def pictures(self) -> tuple[Picture, ...]:
         """All its pictures."""
         return (*self.hero, *(picture for section in self.sections for picture in section.pictures))
 

@@ -17,7 +17,7 @@ from fingerslip.report.figures import bodies, markers, signals, study
 from fingerslip.report.figures.specimens import receptor_positions, section_figure
 from fingerslip.report.figures.style import is_held
 from fingerslip.report.labels import path_label
-from fingerslip.report.page.page import DrawnPicture, Picture
+from fingerslip.report.page.page import Picture
 from fingerslip.report.prose import prose
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.runs import differing_paths
@@ -148,8 +148,8 @@ def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
 def draw_ahead(run: RunSubject, mesh: skfem.Mesh | None, *, contact: bool) -> RunPictures:
     """Draw the pictures of one run before its report is made."""
 
-    def render(pictures: list[Picture]) -> tuple[DrawnPicture, ...]:
-        return tuple(DrawnPicture(picture.name, picture.caption, picture.png) for picture in pictures)
+    def render(pictures: list[Picture]) -> tuple[Picture, ...]:
+        return tuple(Picture(picture.name, picture.caption, None, picture.png) for picture in pictures)
 
     model = None if mesh is None else render(model_pictures(run, mesh))
     return RunPictures(render(run_pictures(run)) if contact else None, model)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerslip.report.labels import path_labels, run_title, swept_text
-from fingerslip.report.prose import prose
+from fingerslip.report.prose import groups, prose
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import PeakTable, measures
 from fingerslip.slip.front import edge_warning
@@ -231,28 +230,13 @@ def _number_or_text(cell: Cell) -> Cell:
     return None if isinstance(cell, Missing) else cell
 
 
-_ENERGIES: Mapping[str, str] = MappingProxyType(
-    {
-        "external_work": "work of plate, supports and loads",
-        "strain_energy": "strain energy",
-        "friction_dissipation": "friction",
-        "viscous_dissipation": "relaxation of materials",
-        "damping_dissipation": "material damping",
-        "numerical_dissipation": "numerical damping",
-        "contact_energy": "contact penalties",
-        "kinetic_energy": "kinetic energy",
-        "energy_imbalance": "imbalance",
-    }
-)
-
-
 def energies_table(histories: Mapping[str, xr.Dataset]) -> Table:
     """Show energies at the end of runs [mJ], and the largest imbalance over time as a share of the largest work."""
     columns = (Column("energy at the end"), Column("unit"), *(Column(title, significant=3) for title in histories))
     every, shares = list(histories.values()), list[Cell]()
     rows = [
         (words, "mJ", *(1e3 * float(run[name].values[-1]) if name in run else Missing.NOT_RECORDED for run in every))
-        for name, words in _ENERGIES.items()
+        for name, words in groups()["energies"].items()
     ]
     for history in every:
         work, imbalance = (
