@@ -32,6 +32,8 @@ from fingerslip.report.colours import (
     VERMILLION,
     region_colours,
 )
+from fingerslip.report.figures.bodies import CORNERS
+from fingerslip.report.figures.signals import PRESSED
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names, soft_regions
 from fingerslip.sites import RECEPTOR_KINDS
@@ -50,12 +52,8 @@ Arrays = dict[str, NDArray[Any]]
 _MOST_BYTES = 10_000_000
 # Times of the slip map and the slider; frames of the body in 2D and in 3D.
 _MOMENTS, _FRAMES, _SOLID_FRAMES = 300, 31, 16
-# Below this share of the largest normal force the ratio of the forces is rounding.
-_PRESSED = 0.02
 # Share of the frames that show what comes before the slide.
 _BEFORE = 0.25
-# Nodes of a cell that are its corners.
-_CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
 # Types that a browser has arrays of, by their names in NumPy.
 _TYPES = ("u1", "i2", "u2", "u4", "f4")
 
@@ -137,7 +135,7 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
     signals: dict[str, dict[str, tuple[Floats, str]]] = {
         "force [N]": {"normal": (forces.normal, BLUE), "tangential": (forces.friction, VERMILLION)},
         "ratio, fraction": {
-            "tangential / normal force": (forces.ratio(_PRESSED), BLUE),
+            "tangential / normal force": (forces.ratio(PRESSED), BLUE),
             "slipping area fraction": (slipping_fraction(history).values, ORANGE),
         },
     }
@@ -193,7 +191,7 @@ def _moving_arrays(body: dict[str, Any], points: Floats, displacements: Floats, 
 
 def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any], Arrays]:
     """Return the section: its corners, how they move, the stress in its cells, contact nodes and receptors."""
-    cells = history["cell_nodes"].values[:, : _CORNERS[history.attrs["element"]]]
+    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
     used, corners = np.unique(cells, return_inverse=True)
     points = history["node_position"].values[used]
     displacements = history["snapshot_displacement"].values[frames][:, used]
