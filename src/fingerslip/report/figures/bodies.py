@@ -39,7 +39,7 @@ from fingerslip.report.figures.style import (
 )
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import check_options, field_limits, region_names
+from fingerslip.report.scene.scene import CORNERS, check_options, field_limits, region_names
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import (
     Events,
@@ -58,8 +58,6 @@ from fingerslip.snapshot import flat_faces
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
-#: Nodes of a cell of a section that are its corners.
-CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
 _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
 

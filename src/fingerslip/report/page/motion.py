@@ -32,10 +32,9 @@ from fingerslip.report.colours import (
     VERMILLION,
     region_colours,
 )
-from fingerslip.report.figures.bodies import CORNERS
 from fingerslip.report.figures.signals import PRESSED
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.scene import field_limits, region_names, soft_regions
+from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
