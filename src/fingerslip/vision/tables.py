@@ -135,7 +135,7 @@ def read_csv(path: Path) -> pd.DataFrame:
     import pandas as pd
 
     try:
-        return pd.read_csv(path, float_precision="round_trip")
+        return pd.read_csv(path)
     except OSError as error:
         raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
     except ValueError as error:
