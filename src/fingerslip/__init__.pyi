@@ -90,7 +90,7 @@ from .react.reflex import (
 )
 from .react.scenario import HeldObject as HeldObject, Holder as Holder, holder_of as holder_of
 from .react.spikes import SpikeCount as SpikeCount
-from .report.figures.browse import HistoryPlot as HistoryPlot, plot as plot
+from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (
     BodyLoad as BodyLoad,
