@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
-from fingerslip.vision.tables import read_csv
-from fingerslip.vision.tracks import check_tracks, make_tracks
+from fingerslip.vision.tracks import check_tracks, make_tracks, read_csv
 from fingerslip.vision.video import write_video
 
 if TYPE_CHECKING:

@@ -22,8 +22,7 @@ from fingerslip.vision.cameras.camera import (
     pixels_per_metre,
     true_tracks,
 )
-from fingerslip.vision.cameras.looks import PixelCamera
-from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.cameras.pixel import PixelCamera, frames_of
 from fingerslip.vision.tracks import make_tracks, tracks_like
 
 if TYPE_CHECKING:

@@ -12,11 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError, InputError
-from fingerslip.vision.cameras.calibration import read_calibration
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.layouts import LayoutName, check_layout
-from fingerslip.vision.tracking.neighbours import expected_displacement, nearest_neighbours
+from fingerslip.vision.tracking.layouts import LayoutName, check_layout, expected_displacement, nearest_neighbours
 from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
 from fingerslip.vision.tracks import make_tracks, seen
 from fingerslip.vision.video import (

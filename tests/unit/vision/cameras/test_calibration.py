@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.vision.cameras.calibration import read_calibration, write_calibration
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration, write_calibration
 from fingerslip.vision.video import opencv
 
 CAMERAS = [

@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.vision.cameras.camera import true_tracks
-from fingerslip.vision.cameras.looks import (
+from fingerslip.vision.cameras.pixel import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,
@@ -19,8 +19,6 @@ from fingerslip.vision.cameras.looks import (
     MarkerLook,
     PixelCamera,
     SensorNoise,
-)
-from fingerslip.vision.cameras.pixel import (
     brightness,
     draw_spots,
     empty_picture,

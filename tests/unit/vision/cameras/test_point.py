@@ -8,8 +8,7 @@ import xarray as xr
 
 from fingerslip.errors import InputError
 from fingerslip.vision.cameras.camera import external_camera, internal_camera, true_tracks
-from fingerslip.vision.cameras.looks import DARK_ON_BRIGHT, PixelCamera, SensorNoise
-from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, PixelCamera, SensorNoise, frames_of
 from fingerslip.vision.cameras.point import (
     MEASURED_ERRORS,
     CameraPair,

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.vision.tracking.follow import State, follow, rest_state
-from fingerslip.vision.tracking.neighbours import (
+from fingerslip.vision.tracking.layouts import (
     assign,
     common_shift,
     consistent,

@@ -14,8 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.calibration import write_calibration
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, write_calibration
 from fingerslip.vision.tracking.track import (
     Lost,
     TrackingWarning,
