@@ -12,8 +12,6 @@ from scipy.optimize import linear_sum_assignment
 from fingerslip.errors import InputError
 from fingerslip.vision.tracks import tracks_like
 
-__all__ = ["KEPT", "TrackErrors", "matched_tracks", "track_errors"]
-
 Floats = NDArray[np.float64]
 
 #: Distance from the truth within which a position counts as found [px].

@@ -15,22 +15,6 @@ from fingerslip.vision.tracks import check_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "FIELDS",
-    "RigidMotions",
-    "contact_centroid",
-    "fit_rigid_motions",
-    "green_strain",
-    "larger_principal",
-    "marker_fields",
-    "marker_means",
-    "marker_triangles",
-    "rest_positions",
-    "smooth_velocity",
-    "triangle_gradients",
-    "window_frames",
-]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 

@@ -31,21 +31,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = [
-    "TABLES",
-    "BristolSet",
-    "SeriesRun",
-    "bristol_tracks",
-    "read_bristol",
-    "read_pins",
-    "read_series",
-    "read_table",
-    "write_bristol",
-    "write_pins",
-    "write_series_run",
-    "write_table",
-]
-
 
 def read_table(path: Path) -> pd.DataFrame:
     """Read a CSV file with a line of names."""

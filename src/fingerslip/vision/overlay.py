@@ -19,8 +19,6 @@ from fingerslip.vision.video import FINE, STATES, opencv, write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["RING_COLOURS", "SHOWN_FIELDS", "field_frames", "overlay_frames", "write_field_overlay", "write_overlay"]
-
 Frame = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Colour = tuple[int, int, int]

@@ -23,26 +23,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-__all__ = [
-    "ATTRIBUTES",
-    "AXES",
-    "KINDS",
-    "UNITS",
-    "VARIABLES",
-    "check_tracks",
-    "make_tracks",
-    "read_csv",
-    "read_tracks",
-    "read_tracks_csv",
-    "seen",
-    "tracks_from_table",
-    "tracks_in_metres",
-    "tracks_like",
-    "tracks_table",
-    "write_tracks",
-    "write_tracks_csv",
-]
-
 AXES = ("x", "y", "z")
 UNITS = ("px", "m")
 KINDS = ("internal", "external")

@@ -19,28 +19,6 @@ from numpy.typing import NDArray
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shorten
 from fingerslip.storage.files import check_replaceable, new_file, new_folder, read_json, write_json
 
-__all__ = [
-    "CODECS",
-    "DARK",
-    "DUPLICATED",
-    "FINE",
-    "OVEREXPOSED",
-    "STATES",
-    "Channel",
-    "Exposure",
-    "Frames",
-    "VideoInfo",
-    "VideoInput",
-    "frame_rate_of",
-    "frame_state",
-    "open_frames",
-    "opencv",
-    "read_frames",
-    "rest_exposure",
-    "video_info",
-    "write_video",
-]
-
 
 def opencv() -> ModuleType:
     """Return the module ``cv2``.

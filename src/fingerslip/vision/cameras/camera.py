@@ -22,22 +22,6 @@ from fingerslip.vision.tracks import check_tracks, tracks_like
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Camera",
-    "Pose",
-    "aimed_camera",
-    "external_camera",
-    "frame_times",
-    "image_attributes",
-    "image_points",
-    "internal_camera",
-    "interpolate",
-    "pixels_of",
-    "pixels_per_metre",
-    "seen_kind",
-    "true_tracks",
-]
-
 Floats = NDArray[np.float64]
 FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
 Exposure = Annotated[float, Unit("s", "ms"), pydantic.Field(ge=0)]

@@ -28,17 +28,6 @@ from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.storage.files import write_text
 from fingerslip.vision.video import opencv
 
-__all__ = [
-    "MODELS",
-    "Fisheye",
-    "Pinhole",
-    "PositiveNumber",
-    "fisheye_for_view",
-    "pinhole_for_view",
-    "read_calibration",
-    "write_calibration",
-]
-
 Floats = NDArray[np.float64]
 PixelCount = Annotated[int, pydantic.Field(ge=1, le=100_000)]
 PositiveNumber = Annotated[Number, pydantic.Field(gt=0)]

@@ -30,27 +30,6 @@ from fingerslip.vision.video import opencv, write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "BRIGHT_ON_DARK",
-    "DARK_ON_BRIGHT",
-    "HARSH_LIGHT",
-    "BrightRing",
-    "Glare",
-    "Lighting",
-    "MarkerLook",
-    "PixelCamera",
-    "SensorNoise",
-    "brightness",
-    "draw_spots",
-    "empty_picture",
-    "expose",
-    "film",
-    "frames_of",
-    "marker_picture",
-    "normal_table",
-    "ring_mask",
-]
-
 GreyLevel = Annotated[Number, pydantic.Field(ge=0, le=255)]
 Softness = Annotated[Number, pydantic.Field(ge=0.5, le=100)]
 Change = Annotated[float, Unit("1/s")]

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import Fraction, NonNegativeNumber, Number, parameters
-from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 from fingerslip.vision.cameras.camera import (
     Camera,
     frame_times,
@@ -27,24 +26,6 @@ from fingerslip.vision.tracks import make_tracks, tracks_like
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "MEASURED_ERRORS",
-    "PUBLISHED_FRAME_RATE",
-    "CameraPair",
-    "Locate",
-    "PointCamera",
-    "PositionErrors",
-    "following",
-    "measure_errors",
-    "metres_per_pixel",
-    "pair_tracks",
-    "plate_mark",
-    "point_tracks",
-    "position_errors",
-    "window_centroids",
-]
-
 
 Floats = NDArray[np.float64]
 Frame = NDArray[np.uint8]

@@ -21,8 +21,6 @@ from fingerslip.vision.tracking.layouts import assign, common_shift, consistent,
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.video import opencv
 
-__all__ = ["State", "follow", "rest_state"]
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Frame = NDArray[np.uint8]

@@ -14,20 +14,6 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 
-__all__ = [
-    "LayoutName",
-    "Topology",
-    "assign",
-    "check_layout",
-    "common_shift",
-    "consistent",
-    "expected_displacement",
-    "layout_of",
-    "misfits",
-    "nearest_neighbours",
-    "topology",
-]
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.intp]

@@ -14,21 +14,6 @@ from scipy.ndimage import gaussian_filter1d
 from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 
-__all__ = [
-    "AMPLITUDE",
-    "COLUMNS",
-    "CORRELATION",
-    "N_PROFILE",
-    "WEIGHT",
-    "Markers",
-    "Measured",
-    "known_markers",
-    "learn_profiles",
-    "learn_shapes",
-    "measure",
-    "measure_markers",
-]
-
 Floats = NDArray[np.float64]
 
 #: Samples of a profile, from the centre to the edge of the window.

@@ -33,23 +33,6 @@ from fingerslip.vision.video import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "Lost",
-    "MarkerStream",
-    "SeenMarkers",
-    "TrackingWarning",
-    "jumps",
-    "lens_of",
-    "lost_intervals",
-    "noise_at_rest",
-    "open_markers",
-    "seen_count",
-    "seen_share",
-    "track_markers",
-    "undistort_pixels",
-]
-
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
