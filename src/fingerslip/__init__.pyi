@@ -128,7 +128,6 @@ from .study.scripted import Study as Study
 from .model.timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
 from .vision.cameras.camera import Camera as Camera, Pose as Pose, true_tracks as true_tracks
-from .vision.cameras.point import PositionErrors as PositionErrors, measure_errors as measure_errors
 from .vision.cameras.intrinsics import (
     Fisheye as Fisheye,
     Pinhole as Pinhole,
@@ -145,7 +144,12 @@ from .vision.cameras.pixel import (
     SensorNoise as SensorNoise,
     film as film,
 )
-from .vision.cameras.point import PointCamera as PointCamera, point_tracks as point_tracks
+from .vision.cameras.point import (
+    PointCamera as PointCamera,
+    measure_errors as measure_errors,
+    point_tracks as point_tracks,
+)
+from .vision.comparison import PositionErrors as PositionErrors
 from .vision.cameras.camera import external_camera as external_camera, internal_camera as internal_camera
 from .vision.fields import marker_fields as marker_fields
 from .marker_layouts import (

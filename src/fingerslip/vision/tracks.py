@@ -152,8 +152,14 @@ def tracks_like(
 
 def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
     """Return tracks that are as all users of them take them to be."""
-    for check in (_check_variables, _check_labels, _check_values, _check_attributes):
-        check(tracks, where)
+    _check_variables(tracks, where)
+    _check_labels(tracks, where)
+    _check_values(tracks, where)
+    for name, meaning in ATTRIBUTES.items():
+        value = tracks.attrs.get(name)
+        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+        if name != "source" and value is not None and not (number and np.isfinite(value) and value > 0):
+            raise InputError(f"{where}: {name}", f"got {shorten(repr(value))}", f"needs a number > 0: {meaning}")
     return tracks
 
 
@@ -208,14 +214,6 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
             row, column = (int(index) for index in np.argwhere(wrong)[0])
             marker = f"marker {tracks['marker'].values[column]} at {times[row]:.6g} s"
             raise InputError(f"{where}: {name}", f"{marker} has {tracks[name].values[row, column]}", _NEEDED[name])
-
-
-def _check_attributes(tracks: xr.Dataset, where: str) -> None:
-    for name, meaning in ATTRIBUTES.items():
-        value = tracks.attrs.get(name)
-        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-        if name != "source" and value is not None and not (number and np.isfinite(value) and value > 0):
-            raise InputError(f"{where}: {name}", f"got {shorten(repr(value))}", f"needs a number > 0: {meaning}")
 
 
 def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:
@@ -297,19 +295,15 @@ def read_tracks(path: str | Path) -> xr.Dataset:
         cause = shorten(str(error)) or type(error).__name__
         raise ResultError(f"{path}: cannot be read as tracks ({cause}); make the tracks again") from error
     texts = {name: tracks[name].astype(str) for name in ("axis", "kind") if name in tracks.variables}
-    return check_tracks(_in_si(tracks.assign_coords(texts), str(path)), str(path))
-
-
-def _in_si(tracks: xr.Dataset, where: str) -> xr.Dataset:
-    """Return tracks whose lengths, times and angles are in m, s and rad; pixels stay, and so does what has no unit."""
+    tracks = tracks.assign_coords(texts)
     for name, si in (("position", "m"), ("time", "s"), ("angle", "rad")):
         unit = tracks[name].attrs.get("units") if name in tracks.variables else None
         if unit not in (None, si, "px"):
-            factor = parse_quantity(f"1 {unit}", si, where=f"{where}: unit of {name}")
+            factor = parse_quantity(f"1 {unit}", si, where=f"{path}: unit of {name}")
             converted = tracks[name].variable.copy(data=factor * tracks[name].values.astype(np.float64))
             converted.attrs["units"] = si
             tracks = tracks.assign({name: converted})
-    return tracks
+    return check_tracks(tracks, str(path))
 
 
 _OPTIONAL = {"ring": "ring", "angle": "angle_rad"}
@@ -346,22 +340,17 @@ def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
     if twice.any():
         row = table[twice].iloc[0]
         raise InputError(where, f"marker {row['marker']} has two rows at {row['time_s']} s", "needs one")
-    grids = {
-        name: table.pivot_table(index="time_s", columns="marker", values=name, dropna=False, sort=True)
-        for name in [*places, *(["quality"] if "quality" in table.columns else [])]
-    }
-    position = np.stack([grids[name].to_numpy(dtype=np.float64) for name in places], axis=2)
-    times, markers = grids[places[0]].index.to_numpy(), grids[places[0]].columns.to_numpy()
-    first = table.drop_duplicates("marker").set_index("marker").loc[markers]
+    grid = table.set_index(["time_s", "marker"]).to_xarray()
+    first = table.drop_duplicates("marker").set_index("marker").loc[grid["marker"].values]
     return make_tracks(
-        position,
-        times,
+        np.stack([grid[name].values for name in places], axis=2),
+        grid["time_s"].values,
         units=unit,
-        quality=grids["quality"].fillna(0.0).to_numpy() if "quality" in grids else None,
-        kind=[str(kind) for kind in first["kind"]] if "kind" in first.columns else "internal",
-        marker=markers,
-        ring=first["ring"].to_numpy() if "ring" in first.columns else None,
-        angle=first["angle_rad"].to_numpy() if "angle_rad" in first.columns else None,
+        quality=grid["quality"].fillna(0.0).values if "quality" in grid else None,
+        kind=[str(kind) for kind in first["kind"]] if "kind" in first else "internal",
+        marker=grid["marker"].values,
+        ring=first["ring"].to_numpy() if "ring" in first else None,
+        angle=first["angle_rad"].to_numpy() if "angle_rad" in first else None,
     )
 
 

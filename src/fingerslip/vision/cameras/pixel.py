@@ -302,8 +302,15 @@ def expose(  # noqa: PLR0917  numba takes them in order
 
 def empty_picture(pixel_camera: PixelCamera) -> Picture:
     """Return the grey levels (height, width) of a frame without markers, noise and changes over time."""
-    light, added = _light(pixel_camera)
-    return (light * (pixel_camera.look.background + _texture(pixel_camera)) + added).astype(np.float32)
+    (light, added), lighting = _light(pixel_camera), pixel_camera.lighting
+    background: float | Floats = pixel_camera.look.background
+    if lighting.texture:
+        from scipy import ndimage
+
+        random = np.random.default_rng([pixel_camera.seed, 1]).standard_normal(light.shape)
+        pattern = ndimage.gaussian_filter(random, lighting.texture_length, mode="wrap")
+        background = background + pattern * (lighting.texture / pattern.std())
+    return (light * background + added).astype(np.float32)
 
 
 def marker_picture(pixel_camera: PixelCamera) -> Picture:
@@ -351,19 +358,6 @@ def _light(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
         off = np.hypot(x, y) / y.size - lighting.ring.radius
         added += lighting.ring.level * np.exp(-0.5 * (off / lighting.ring.width) ** 2)
     return light, added
-
-
-def _texture(pixel_camera: PixelCamera) -> Floats | float:
-    """Return a seeded pattern of the background [grey levels], (height, width); 0 without one."""
-    lighting, lens = pixel_camera.lighting, pixel_camera.camera.intrinsics
-    if lighting.texture == 0:
-        return 0.0
-    from scipy import ndimage
-
-    random = np.random.default_rng([pixel_camera.seed, 1]).standard_normal((lens.height, lens.width))
-    pattern: Floats = ndimage.gaussian_filter(random, lighting.texture_length, mode="wrap")
-    pattern *= lighting.texture / pattern.std()
-    return pattern
 
 
 def film(pixel_camera: PixelCamera, tracks: xr.Dataset, path: str | Path, *, codec: str | None = None) -> xr.Dataset:
@@ -422,7 +416,11 @@ def frames_of(
             draw_spots(picture, covered, middles[row], halves[row], radii[row], look.softness)
             factor, seed = float(factors[row]), pixel_camera.seed
             frame: Frame = expose(picture, factor, noise.read**2, noise.shot, seed, number, normal_table())
-            yield frame if pixel_camera.jpeg_quality is None else _compress(frame, pixel_camera.jpeg_quality)
+            if pixel_camera.jpeg_quality is not None:
+                cv2 = opencv()
+                content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, pixel_camera.jpeg_quality])[1]
+                frame = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
+            yield frame
 
 
 def _half_movements(camera: Camera, tracks: xr.Dataset, times: Floats) -> Floats:
@@ -433,11 +431,3 @@ def _half_movements(camera: Camera, tracks: xr.Dataset, times: Floats) -> Floats
     # At both ends of the tracks half of the exposure lies outside: the speed is that of the other half.
     span = np.where(closed > opened, closed - opened, np.inf)[:, None, None]
     return np.nan_to_num(0.5 * camera.exposure * movement / span)
-
-
-def _compress(frame: Frame, quality: int) -> Frame:
-    """Return a frame that went through JPEG."""
-    cv2 = opencv()
-    _, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    back: Frame = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
-    return back

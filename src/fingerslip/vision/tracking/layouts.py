@@ -1,4 +1,7 @@
-"""Numbers of markers by their layout: concentric rings, hexagonal lattices, square grids, or rows of free markers."""
+"""How markers lie: what the neighbours of each say of where it is, and their numbers by their layout.
+
+Layouts are concentric rings, hexagonal lattices, square grids, or rows of free markers.
+"""
 
 from __future__ import annotations
 
@@ -189,22 +192,12 @@ def layout_of(points: Floats) -> LayoutName:
 
 def misfits(points: Floats, layout: LayoutName) -> Flags:
     """Tell which points (n, 2) [px] do not fit a layout closely: reflections among markers, where they are few."""
-    if layout == "rings":
-        return _out_of_rings(points)
-    if layout == "free" or len(points) < _FEWEST:
-        return np.zeros(len(points), dtype=bool)
-    return ~_lattice(points, _centre(points), _STEPS[layout], _CLOSE)[1]
-
-
-def _out_of_rings(points: Floats) -> Flags:
-    """Tell which points (n, 2) [px] are no part of evenly spaced rings.
-
-    Of two that are too near, it is the one without which the ring is even.
-    """
     odd = np.zeros(len(points), dtype=bool)
-    if len(points) < _FEWEST:
+    if layout == "free" or len(points) < _FEWEST:
         return odd
     centre = _centre(points)
+    if layout != "rings":
+        return ~_lattice(points, centre, _STEPS[layout], _CLOSE)[1]
     ring, _ = _circles(points, centre)
     for members in (np.flatnonzero(ring == number) for number in range(1, int(ring.max()) + 1)):
         odd[members if len(members) < _FEWEST else _uneven(points, centre, members)] = True
@@ -212,7 +205,7 @@ def _out_of_rings(points: Floats) -> Flags:
 
 
 def _uneven(points: Floats, centre: Floats, members: Integers) -> Integers:
-    """Return those members of a ring that stand between its others."""
+    """Return those members of a ring that stand between its others; of two that are too near, one is such."""
     dx, dy = (points[members] - centre).T
     angle, radius = np.arctan2(dy, dx), np.hypot(dx, dy)
     order = np.argsort(angle)

@@ -53,11 +53,6 @@ def _bounds(centre, reach, size):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _counts(mask, row, column):  # type: ignore[no-untyped-def]
-    return mask.shape[0] == 0 or mask[row, column]
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _fit(image, mask, x, y, window, shape, profile, polarity, terms, out):  # type: ignore[no-untyped-def]
     """Fit background, gradient, amplitude and place; the marker's own profile says what it looks like."""
     out[:] = 0.0
@@ -113,7 +108,7 @@ def _gather(image, mask, x, y, window, shape, profile, result, tolerance, terms)
             dx = column - x
             ax, ay = a * dx + b * dy, b * dx + c * dy
             distance = math.sqrt(dx * ax + dy * ay)
-            if distance >= window or not _counts(mask, row, column):
+            if distance >= window or (mask.shape[0] and not mask[row, column]):
                 continue
             below = min(int(distance * scale), len(profile) - 2)
             rise = profile[below + 1] - profile[below]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, fisheye_for_view, pinhole_for_view
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, lens_for_view, pinhole_for_view
 from fingerslip.vision.video import opencv
 
 POINTS = np.random.default_rng(0).uniform((-0.4, -0.3, 0.8), (0.4, 0.3, 1.2), (100, 3))
@@ -91,7 +93,7 @@ def test_pixels_beyond_the_fold_of_the_lens_and_unknown_ones_have_no_ray():
     assert pinhole(-0.3, 0.0, 0.0, 0.0).directions(np.empty((0, 2))).shape == (0, 3)
 
 
-@pytest.mark.parametrize("make", [pinhole_for_view, fisheye_for_view])
+@pytest.mark.parametrize("make", [pinhole_for_view, functools.partial(lens_for_view, "fisheye")])
 def test_a_lens_for_a_view_sees_it_from_edge_to_edge(make):
     ends = make(640, 480, 0.1, 0.03).project(np.array([[-0.05, 0.0, 0.03], [0.05, 0.0, 0.03]]))
     np.testing.assert_allclose(ends, [[-0.5, 239.5], [639.5, 239.5]], atol=1e-9)
@@ -105,7 +107,7 @@ def test_a_lens_for_a_view_sees_it_from_edge_to_edge(make):
         (lambda: Pinhole(0, 480, 1.0, 1.0, 0.0, 0.0), "Pinhole.width"),
         (lambda: Pinhole(640, 480, -1.0, 1.0, 0.0, 0.0), "Pinhole.focal_x"),
         (lambda: pinhole_for_view(640, 480, 0.0, 1.0), "view_width"),
-        (lambda: fisheye_for_view(640, 480, 0.1, -1.0), "view_width"),
+        (lambda: lens_for_view("fisheye", 640, 480, 0.1, -1.0), "view_width"),
     ],
 )
 def test_what_cannot_be_is_refused(make, said):

@@ -13,15 +13,14 @@ from fingerslip.vision.cameras.point import (
     MEASURED_ERRORS,
     CameraPair,
     PointCamera,
-    PositionErrors,
     following,
     measure_errors,
     metres_per_pixel,
     pair_tracks,
     point_tracks,
-    position_errors,
     window_centroids,
 )
+from fingerslip.vision.comparison import PositionErrors, position_errors
 from fingerslip.vision.tracks import make_tracks, seen
 from unit.vision.scenes import camera, hide, sliding
 

@@ -19,7 +19,6 @@ from fingerslip.vision.tracking.track import (
     Lost,
     TrackingWarning,
     jumps,
-    lens_of,
     lost_intervals,
     noise_at_rest,
     open_markers,
@@ -162,9 +161,14 @@ def test_drift_at_rest_while_the_light_fades() -> None:
     assert np.abs(position[-10:].mean(axis=0) - position[:10].mean(axis=0)).max() < 0.05
 
 
-def test_calibration_straightens_positions_and_keeps_those_of_the_image(clip: Clip) -> None:
+def test_calibration_straightens_positions_and_keeps_those_of_the_image(clip: Clip, tmp_path: Path) -> None:
     lens = Pinhole(640, 480, 400.0, 400.0, 320.0, 240.0, (-0.1, 0.0, 0.0, 0.0))
-    tracks = track_markers(clip.frames[:12], n_markers=81, rest_frames=REST, frame_rate=RATE, calibration=lens)
+    write_calibration(lens, tmp_path / "camera.yml")
+    options = {"n_markers": 81, "rest_frames": REST, "frame_rate": RATE}
+    tracks, by_file = (
+        track_markers(clip.frames[:12], **options, calibration=one) for one in (lens, tmp_path / "camera.yml")
+    )
+    xr.testing.assert_identical(tracks, by_file)
     assert np.array_equal(tracks["image_position"].values, clip.tracks["position"].values[:12])
     assert np.abs(tracks["position"].values - tracks["image_position"].values).max() > 3.0
 
@@ -300,12 +304,6 @@ def test_what_lenses_bend_is_bent_back(lens: Pinhole | Fisheye) -> None:
     found = undistort_pixels(lens, np.array([[np.nan, np.nan], [320.0, 240.0]]))
     assert np.isnan(found[0]).all()
     assert found[1] == pytest.approx([320.0, 240.0])
-
-
-def test_lens_of_a_file(tmp_path: Path) -> None:
-    write_calibration(BENT, tmp_path / "camera.yml")
-    assert lens_of(tmp_path / "camera.yml", (640, 480)) == BENT
-    assert lens_of(BENT, (640, 480)) is BENT
 
 
 def test_what_is_found_is_judged_by_what_is_visible() -> None:
