@@ -205,7 +205,6 @@ def _around(image: Floats, points: Floats, reach: float) -> tuple[Floats, Floats
 
 Flags = NDArray[np.bool_]
 
-_ALL = slice(None)
 _WINDOW = 1.9  # radii of the marker
 _MARGIN = 1.5  # px, for blur
 _SMALLEST_WINDOW = 3.0  # px
@@ -253,21 +252,11 @@ class Measured:
     quality: Floats  # (n,)
 
 
-def measure(
-    markers: Markers,
-    image: NDArray[np.uint8],
-    mask: Flags | None,
-    start: Floats,
-    which: NDArray[np.intp] | slice = _ALL,
-) -> Measured:
-    """Measure markers in an image, each from its own start; the marker of each is said where they are not all of them.
-
-    Arrays: image, mask (height, width); start (n, 2) [px], NaN where nothing is to be measured; which (n,).
-    """
+def measure(markers: Markers, image: NDArray[np.uint8], mask: Flags | None, start: Floats) -> Measured:
+    """Measure markers in an image, each from its own start (n, 2) [px], NaN where nothing is to be measured."""
     out = np.empty((len(start), COLUMNS))
     counted = np.empty((0, 0), dtype=bool) if mask is None else mask
-    looks = markers.window[which], markers.shape[which], markers.profiles[which]
-    measure_markers(image, counted, start, *looks, markers.polarity, out)
+    measure_markers(image, counted, start, markers.window, markers.shape, markers.profiles, markers.polarity, out)
     return Measured(out[:, :2].copy(), out[:, AMPLITUDE].copy(), out[:, CORRELATION] * out[:, WEIGHT])
 
 
