@@ -19,8 +19,7 @@ from fingerslip.detect.session import collect_trials
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
 from fingerslip.detect.trial_set import open_trials, write_trials
 from fingerslip.errors import InputError
-from fingerslip.vision.tables import write_tracks_csv
-from fingerslip.vision.tracks import make_tracks, write_tracks
+from fingerslip.vision.tracks import make_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import write_video
 
 TRIAL = synthetic_trial("a", SyntheticSlide(travel=2e-3))

@@ -8,15 +8,18 @@ import pytest
 import xarray as xr
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.vision.tables import read_tracks_csv, tracks_from_table, tracks_table, write_tracks_csv
 from fingerslip.vision.tracks import (
     VARIABLES,
     check_tracks,
     make_tracks,
     read_tracks,
+    read_tracks_csv,
     seen,
+    tracks_from_table,
     tracks_in_metres,
+    tracks_table,
     write_tracks,
+    write_tracks_csv,
 )
 from unit.vision.scenes import hide, moving_tracks
 
