@@ -157,7 +157,7 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
 
 
 def read_recording(
-    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "rings"
+    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "auto"
 ) -> xr.Dataset:
     """Return the tracks of a recording: read where it is a file of tracks, else followed through the video.
 
@@ -184,7 +184,7 @@ def readers(
     n_markers: int | None = None,
     n_external: int | None = None,
     rest_frames: int = 100,
-    layout: LayoutName = "rings",
+    layout: LayoutName = "auto",
 ) -> tuple[Callable[[Path], xr.Dataset], Callable[[Path], xr.Dataset]]:
     """Return what reads the recordings of the inner and of the outer camera; see :func:`read_recording`.
 

@@ -93,7 +93,7 @@ def collect_trials(
     title: str,
     rest_frames: int,
     markers: tuple[int | None, int | None] = (None, None),
-    layout: LayoutName = "rings",
+    layout: LayoutName = "auto",
 ) -> str:
     """Write a data set of recordings and return what was done, and what is wrong with videos."""
     onsets = {} if labels is None else read_onsets(labels)
@@ -194,7 +194,7 @@ def _left_out_table(
     return left_out_table(key, rows)
 
 
-def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "rings") -> Table:
+def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "auto") -> Table:
     """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency."""
     detector_read = read_detector(detector)
     # The tracker is slow to load, and nothing else here needs it.
