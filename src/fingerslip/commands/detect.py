@@ -54,7 +54,7 @@ def simulate(
     trials = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(trials.names)} trials")
     if parquet is not None:
-        from fingerslip.detect.trial_set import write_parquet
+        from fingerslip.detect.trials import write_parquet
 
         write_parquet(trials, parquet)
         typer.echo(f"{parquet}: a row for each frame")

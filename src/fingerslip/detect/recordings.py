@@ -103,7 +103,7 @@ def recorded_trials(
     read: Callable[[Path], xr.Dataset] = read_any_tracks,
     read_external: Callable[[Path], xr.Dataset] = read_any_tracks,
 ) -> Iterator[Trial]:
-    """Yield a trial for each recording, for :func:`fingerslip.detect.trial_set.write_trials`."""
+    """Yield a trial for each recording, for :func:`fingerslip.detect.trials.write_trials`."""
     table = read_conditions(conditions)
     # All names are checked first: tracking the others takes long.
     for file, values in table.items():

@@ -18,12 +18,10 @@ from fingerslip.detect.alarms import (
     onsets_from,
 )
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities
-from fingerslip.detect.features import FeatureSettings, features_of
+from fingerslip.detect.features import FeatureSettings, Motion, MotionSettings, features_of, markers_of, motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import Motion, MotionSettings, markers_of, motion_of
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
-from fingerslip.detect.trial_set import TrialSet, check_labels
-from fingerslip.detect.trials import layout_digest, layout_text
+from fingerslip.detect.trials import TrialSet, check_labels, layout_digest, layout_text
 from fingerslip.errors import InputError, shorten
 
 if TYPE_CHECKING:

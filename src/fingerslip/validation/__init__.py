@@ -10,7 +10,6 @@ from fingerslip.validation.comparison import (
     comparison_markdown,
     validate,
 )
-from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import STUDIES, Work
 from fingerslip.validation.rows import (
     Row,
@@ -21,7 +20,7 @@ from fingerslip.validation.rows import (
     rows_markdown,
     rows_table,
 )
-from fingerslip.validation.sensor import pouring_rows
+from fingerslip.validation.sensor import detection_rows, pouring_rows
 
 __all__ = [
     "PAPERS",

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import fingerslip as fs
-from fingerslip.afferents.stimuli import STIMULI, receptor_stimuli
+from fingerslip.afferents.signals import STIMULI, receptor_stimuli
 from problems.pushed import push_and_slide
 
 SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from fingerslip.detect.features import (
     FEATURE_SETS,
     FeatureSettings,
+    Motion,
     entropy,
     feature_names,
     features_of,
@@ -17,7 +18,6 @@ from fingerslip.detect.features import (
     ring_of_features,
     strains,
 )
-from fingerslip.detect.motion import Motion
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import ring_layout
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.detect.motion import (
+from fingerslip.detect.features import (
     MotionSettings,
     fill_unseen,
     markers_of,

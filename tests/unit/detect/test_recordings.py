@@ -19,7 +19,7 @@ from fingerslip.detect.recordings import (
 )
 from fingerslip.detect.session import collect_trials, run_detector
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
-from fingerslip.detect.trial_set import open_trials, write_trials
+from fingerslip.detect.trials import open_trials, write_trials
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import hexagonal_layout
 from fingerslip.vision.tables import write_tracks_csv

@@ -15,7 +15,7 @@ from fingerslip.detect.session import (
     score_onsets,
     train_detector,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Missing
 from fingerslip.vision.tables import write_tracks_csv

@@ -6,7 +6,7 @@ from fingerslip.detect.evaluation.inquiries import Robustness
 from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding, findings_table
-from fingerslip.detect.tables import (
+from fingerslip.detect.session import (
     accuracy_table,
     calibration_table,
     confusion_table,

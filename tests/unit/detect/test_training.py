@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import motion_of
 from fingerslip.detect.samples import Samples
 from fingerslip.detect.training import (
     calibration_count,
@@ -17,7 +17,7 @@ from fingerslip.detect.training import (
     largest_before,
     train,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 

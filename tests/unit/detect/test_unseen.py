@@ -8,10 +8,10 @@ import pytest
 
 from fingerslip.detect.evaluation.crossval import on_unseen
 from fingerslip.detect.labels import Onsets
+from fingerslip.detect.session import unseen_tables
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.tables import unseen_tables
 from fingerslip.detect.training import Detector, train
-from fingerslip.detect.trial_set import TrialSet, write_trials
+from fingerslip.detect.trials import TrialSet, write_trials
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.slip import PeakSettings, acceleration_events, acceleration_peaks
-from fingerslip.slip import peaks as peaks_module
-from fingerslip.slip.peaks import noise_of, transition_end
+from fingerslip.slip import receptors as peaks_module
+from fingerslip.slip.receptors import noise_of, transition_end
 from unit.synthetic import Process, make
 
 FAMOUS = {1.53: 0.054, 1.64: 0.15, 1.71: 0.637}

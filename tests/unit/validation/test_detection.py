@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from fingerslip.detect.evaluation.scores import frame_scores_of
-from fingerslip.detect.motion import MotionSettings
+from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.samples import Sampling
 from fingerslip.detect.synthetic import SyntheticSensor, synthetic_slides
-from fingerslip.detect.trial_set import write_trials
+from fingerslip.detect.trials import write_trials
 from fingerslip.published import published_set
-from fingerslip.validation import detection
-from fingerslip.validation.detection import Detection, detection_rows, rows_of_detection
+from fingerslip.validation import sensor as detection
 from fingerslip.validation.evidence import Work
+from fingerslip.validation.sensor import Detection, detection_rows, rows_of_detection
 from places import ROOT
 
 NAMES = ("forest", "svm_linear", "svm_rbf", "boosting", "logistic")
@@ -59,7 +59,7 @@ def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     trials = write_trials(slides, tmp_path / "slides", "Analytic")
     monkeypatch.setattr("fingerslip.study.trials.simulate.simulate_trials", lambda *_, **__: trials)
     monkeypatch.setattr("fingerslip.detect.samples.Sampling", lambda: Sampling(least=0.0))
-    monkeypatch.setattr("fingerslip.detect.motion.MotionSettings", lambda: MotionSettings(20, 5))
+    monkeypatch.setattr("fingerslip.detect.features.MotionSettings", lambda: MotionSettings(20, 5))
 
     def found(begun):
         begun.parts.write("forest", 1, {"rows": np.arange(3)})

@@ -26,9 +26,8 @@ from fingerslip.detect.evaluation.scores import (
     reliability_of,
     rest_ends,
 )
-from fingerslip.detect.features import FeatureSettings, feature_names, features_of
+from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_names, features_of, motion_of
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at
-from fingerslip.detect.motion import MotionSettings, motion_of
 from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import Samples, Sampling, columns_of, held_out, sample_split, samples_of
 from fingerslip.detect.training import (
@@ -40,7 +39,7 @@ from fingerslip.detect.training import (
     frame_scores,
     largest_before,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_folder, clean_stale, digest, new_file, writing
 from fingerslip.version import __version__

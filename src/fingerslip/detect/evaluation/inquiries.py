@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
 from fingerslip.detect.evaluation.crossval import FoldFrames, Parts, fit_fold, matrices_of
 from fingerslip.detect.evaluation.scores import Estimate, FrameScores, frame_scores_of, ratio_estimate
-from fingerslip.detect.features import FeatureSettings, features_of, ring_of_features
+from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of, ring_of_features
 from fingerslip.detect.labels import LabelSettings, Onsets, classes_at, labels_from_external_markers
-from fingerslip.detect.motion import MotionSettings, motion_of
 from fingerslip.detect.samples import (
     Samples,
     Sampling,
@@ -29,8 +28,7 @@ from fingerslip.detect.samples import (
     trial_samples,
 )
 from fingerslip.detect.training import Detector, fit_detector
-from fingerslip.detect.trial_set import TrialSet, check_labels
-from fingerslip.detect.trials import condition_text
+from fingerslip.detect.trials import TrialSet, check_labels, condition_text
 from fingerslip.errors import InputError
 
 if TYPE_CHECKING:
