@@ -1,3 +1,5 @@
+"""Trials on disk, data sets of them, and one table of all frames."""
+
 from __future__ import annotations
 
 import dataclasses
