@@ -15,10 +15,10 @@ from fingerslip.contact.solve.partition import Partition, first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
 from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
-from fingerslip.dynamics.step.energy import Energies
 from fingerslip.dynamics.step.mesh import advance
+from fingerslip.dynamics.step.prediction import first_state
 from fingerslip.dynamics.step.release import Release, remainder
-from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.state import Energies, State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import HHT, Scheme, Static, coefficients
 from fingerslip.dynamics.system.system import System

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.newton import advance_finite
 from fingerslip.dynamics.integrator import ByLength
-from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.prediction import first_state
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN
-from fingerslip.dynamics.step.energy import made_energy
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.bodies import body_centres, phase_table
 from fingerslip.dynamics.system.scheme import HHT
@@ -27,7 +26,7 @@ from fingerslip.units import millimetres
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["labelled_history", "record_coordinates", "rotation_axes"]
+__all__ = ["labelled_history", "made_energy", "record_coordinates", "rotation_axes"]
 
 Array = NDArray[np.float64]
 
@@ -145,6 +144,20 @@ def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
         raise ConvergenceError(float(history["time"][-1]), -1, energy / work if work else np.inf, 1.0, advice, problem)
     if share > _MADE_ENERGY:
         _logger.warning("time steps have made %.3g J, %.0f %% of the largest energy: %s", energy, 100 * share, advice)
+
+
+def made_energy(history: xr.Dataset) -> tuple[float, float]:
+    """Return how much energy the steps of a motion have made, in J and as a share of the largest energy.
+
+    That is how far friction and numerical dissipation together, or damping, accumulated, fall below what they have
+    been.
+    """
+    of_steps = history["friction_dissipation"].values + history["numerical_dissipation"].values
+    dissipated = np.stack([of_steps, history["damping_dissipation"].values])
+    gained = float((np.maximum.accumulate(dissipated, axis=1) - dissipated).max(initial=0.0))
+    names = ("kinetic_energy", "strain_energy", "external_work")
+    largest = max(float(np.abs(history[name].values).max(initial=0.0)) for name in names)
+    return gained, gained / largest if largest > 0.0 else 0.0
 
 
 def _remedies(stepper: Stepper) -> list[str]:

@@ -13,9 +13,8 @@ from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.contact_step import ContactStep
-from fingerslip.dynamics.step.energy import Energies
 from fingerslip.dynamics.step.prediction import Prediction
-from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.state import Energies, State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.step.viscoelastic import HistoryVariables
 from fingerslip.dynamics.system.scheme import StepChange

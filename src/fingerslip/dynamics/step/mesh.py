@@ -12,9 +12,9 @@ from fingerslip.dynamics.integrator import ByLength
 from fingerslip.dynamics.step.anchor import Lead, is_at_rest, move_anchor, passes
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
-from fingerslip.dynamics.step.prediction import predict
+from fingerslip.dynamics.step.prediction import first_state, predict
 from fingerslip.dynamics.step.sharing import first_alike, same_motion
-from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.resources import Mapper, one_by_one

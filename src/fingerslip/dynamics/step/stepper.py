@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,10 @@ from scipy import sparse
 
 from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import (
-    HistoryVariables,
     Viscous,
     relaxed_force,
     stiffness_of_step,
@@ -32,53 +31,13 @@ from fingerslip.linear.symmetric import SymmetricMatrix, row_products, symmetric
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
 
-__all__ = ["Forces", "Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
+__all__ = ["Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Stiffness of the springs to an anchor over that of all contact.
 _SOFT = 1e-4
-
-
-class Forces(Protocol):
-    """What of a state the forces of moving supports follow from; see :class:`fingerslip.dynamics.step.state.State`."""
-
-    @property
-    def displacement(self) -> Array:
-        """Displacement, shape (n,) [m]."""
-
-    @property
-    def velocity(self) -> Array:
-        """Velocity, shape (n,) [m/s]."""
-
-    @property
-    def load(self) -> Array:
-        """Loads, shape (n,) [N]."""
-
-    @property
-    def unbalance(self) -> Array:
-        """Unbalanced force, shape (n,) [N]."""
-
-    @property
-    def unbalance_before(self) -> Array:
-        """The one a step earlier, shape (n,) [N]."""
-
-    @property
-    def step(self) -> float:
-        """Length of the last step [s]; 0 at the start."""
-
-    @property
-    def contact_forces(self) -> Array:
-        """Contact forces in global components, shape (n_c, dim) [N]."""
-
-    @property
-    def history_variables(self) -> tuple[HistoryVariables, ...]:
-        """What viscoelastic layers remember."""
-
-    @property
-    def body(self) -> BodyState | None:
-        """The body at large strain; None at small strain."""
 
 
 @dataclass
@@ -211,7 +170,7 @@ class Stepper:
             total += self.system.dampers * velocity
         return total
 
-    def support_force(self, state: Forces) -> Array:
+    def support_force(self, state: State) -> Array:
         """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
         system, moving = self.system, self.system.unknowns.moving
         if state.body is None:
