@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.body import BodyState
-from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper, is_large
 from fingerslip.dynamics.system.scheme import Scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError, InvertedCellError
@@ -135,7 +135,7 @@ class Factors:
                 tangent = tangent + _OF_REST * self.system.stiffness
         with self.watch.part("factorisation"):
             tangential = replace(self.system, stiffness=tangent)
-            solver = self._rough if made_of.rough else self._exact
+            solver = self._rough if made_of.rough and is_large([self.system]) else self._exact
             stepper = build_stepper(
                 tangential, self.scheme, self.damping, solver=solver, reserved_bytes=self.reserved_bytes
             )

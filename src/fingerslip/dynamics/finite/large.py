@@ -31,7 +31,7 @@ _DEEPEST = 6
 
 
 class Large:
-    """One motion at large strain; see :class:`fingerslip.dynamics.integrator.Integrator`.
+    """One motion at large strain; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`.
 
     A step of the model that is not solved is taken in halves.
     """

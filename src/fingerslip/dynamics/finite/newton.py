@@ -18,11 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.finite.body import Body, BodyState
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.step.anchor import Mixing
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
-from fingerslip.dynamics.step.finish import finish
+from fingerslip.dynamics.step.finish import Strained, finish
 from fingerslip.dynamics.step.prediction import Prediction, predict_ends
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
@@ -99,8 +99,20 @@ def advance_finite(
     factors.used(iterations)
     stepper = factors.current
     with watch.part("recording"):
-        body = stepper.system.require_body().ended(iterate.body)
-        return finish([stepper], [start], [contact], iterate.unknown[None], [body])[0], iterations
+        strained = _strained(stepper.system.require_body(), before.large_body, iterate)
+        return finish([stepper], [start], [contact], iterate.unknown[None], [strained])[0], iterations
+
+
+def _strained(body: Body, before: BodyState, iterate: _Iterate) -> Strained:
+    """Return the body at the end of a step, whose energies are those of the mean force.
+
+    In a body that relaxes, the work that it does not store is what dashpots take, and else an error of the step.
+    """
+    after = body.ended(iterate.body)
+    change = after.displacement - before.displacement
+    lost = 0.5 * float((before.force + after.force) @ change) - (after.energy - before.energy)
+    viscous, numerical = (lost, 0.0) if body.relaxes else (0.0, lost)
+    return Strained(after.energy, viscous, numerical, body=after)
 
 
 def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.bodies import body_centres, phase_table
-from fingerslip.dynamics.system.scheme import HHT
+from fingerslip.dynamics.system.scheme import LinearScheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.fe.recovery import stress_components
@@ -165,7 +165,7 @@ def _remedies(stepper: Stepper) -> list[str]:
     remedies = ["a smaller step"]
     if stepper.system.candidates.nodes.size:
         remedies.append("softer contact penalties")
-    if not isinstance(stepper.scheme, HHT):
+    if not isinstance(stepper.scheme, LinearScheme):
         remedies.append("the scheme TimeStepping, whose impacts make none")
     return remedies
 

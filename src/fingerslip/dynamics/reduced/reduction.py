@@ -30,7 +30,7 @@ from fingerslip.fe.recovery import site_recovery
 from fingerslip.fe.space import vector_dofs
 from fingerslip.linear.craig_bampton import ConstraintModes, CraigBampton
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.linear.symmetric import add_rows
+from fingerslip.linear.symmetric import weighted_rows
 from fingerslip.model.model import Model
 
 __all__ = [
@@ -62,15 +62,11 @@ class ModalFactor:
         """Return the solution for b (m + p,) or (m + p, k), same shape."""
         return self.spread(self.gather(halfway))
 
-    def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return the solution for b (m + p,) or (m + p, k): the matrix is symmetric."""
-        return self.backward(right_hand_side)
-
     def gather(self, forces: Array) -> Array:
         """Return the coordinates D^-1 [1, E^T] b, (m,) or (m, k)."""
         total, outside = forces[: self.diagonal.size], forces[self.diagonal.size :]
         if forces.ndim == 1:
-            return self.divide(add_rows(total, self.interface, outside))
+            return self.divide(total + weighted_rows(self.interface, outside))
         # Forces of nodes that have left act on the interface: on few of its unknowns, if any.
         rows = np.flatnonzero(outside.any(axis=1))
         return self.divide(total + self.interface[rows].T @ outside[rows] if rows.size else total)
@@ -102,10 +98,7 @@ class ByModes:
 
     def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:  # noqa: ARG002
         """Return x for contact forces r, shape (c,) or (c, k) [N]."""
-        if forces.ndim == 1:
-            added = add_rows(np.zeros_like(halfway.vector), self.local, forces)
-        else:
-            added = self.local.T @ forces
+        added = weighted_rows(self.local, forces) if forces.ndim == 1 else self.local.T @ forces
         return self.factor.spread(halfway.vector + self.factor.divide(added))
 
 

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class Mesh:
-    """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.integrator.Integrator`."""
+    """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
 
     def __init__(
         self, make: Callable[[float], Sequence[Stepper]], step: float, watch: Stopwatch, mapper: Mapper = one_by_one

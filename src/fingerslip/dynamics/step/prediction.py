@@ -16,7 +16,6 @@ from fingerslip.dynamics.step.stepper import Stepper, with_known
 from fingerslip.dynamics.step.viscoelastic import variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor, Scheme, start_push
-from fingerslip.linear.symmetric import as_rows
 
 __all__ = ["Prediction", "first_state", "predict", "predict_ends"]
 
@@ -139,8 +138,8 @@ def predict(
     Arrays: time [s]; counterfaces (n_counterfaces, dim), their prescribed displacement at the end [m].
     """
     starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
-    displacement = as_rows([start.free.displacement for start in starts])
-    velocity = as_rows([start.free.velocity for start in starts])
+    displacement = np.stack([start.free.displacement for start in starts])
+    velocity = np.stack([start.free.velocity for start in starts])
     resisting = steppers[0].resisting_force(displacement, velocity)
     sides = map(_right_hand_side, steppers, starts, resisting)
     return [replace(start, right_hand_side=side) for start, side in zip(starts, sides, strict=True)]

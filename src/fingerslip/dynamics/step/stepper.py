@@ -27,17 +27,19 @@ from fingerslip.dynamics.step.viscoelastic import (
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.linear.symmetric import SymmetricMatrix, row_products, symmetric_parts
+from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
 
-__all__ = ["Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
+__all__ = ["Stepper", "Stopwatch", "build_stepper", "build_steppers", "is_large", "with_known"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Stiffness of the springs to an anchor over that of all contact.
 _SOFT = 1e-4
+# Contact rows times unknowns from which factors of single precision are worth it, by the dimension of space.
+_ROUGH_FROM = {2: 72_000_000, 3: 6_000_000}
 
 
 @dataclass
@@ -104,28 +106,22 @@ class Stepper:
         """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
 
-    @cached_property
-    def compiled(self) -> tuple[SymmetricMatrix, SymmetricMatrix, SymmetricMatrix]:
-        """Mass, elastic stiffness and stiffness of the step, for compiled products."""
-        mass, elastic = symmetric_parts(self.system.mass), symmetric_parts(self.system.stiffness)
-        return mass, elastic, symmetric_parts(self.stiffness) if self.viscous else elastic
-
     def resisting_force(self, displacement: Array, velocity: Array) -> Array:
         """Return what resists k motions at the end of a step, K u + C v with the stiffness of the step, (k, n) [N].
 
         Arrays: displacement (k, n) [m]; velocity (k, n) [m/s].
         """
-        (mass, elastic, stiffness), share, dampers = self.compiled, self.damping.stiffness, self.system.dampers
-        if self.viscous or not share:
-            force = row_products(stiffness, displacement)
-            if share:
-                force += share * row_products(elastic, velocity)
+        damping, system = self.damping, self.system
+        if self.viscous or not damping.stiffness:
+            force = row_products(self.stiffness, displacement)
+            if damping.stiffness:
+                force += damping.stiffness * row_products(system.stiffness, velocity)
         else:
             # Where nothing relaxes both stiffnesses are the same, and one product does.
-            force = row_products(stiffness, displacement + share * velocity)
-        if self.damping.mass:
-            force += self.damping.mass * row_products(mass, velocity)
-        return force if dampers is None else force + dampers * velocity
+            force = row_products(self.stiffness, displacement + damping.stiffness * velocity)
+        if damping.mass:
+            force += damping.mass * row_products(system.mass, velocity)
+        return force if system.dampers is None else force + system.dampers * velocity
 
     @cached_property
     def gaps(self) -> Array:
@@ -194,6 +190,12 @@ class Stepper:
         return 0.5 * self.scheme.inertia_factor * float(velocity @ (self.system.mass @ velocity))
 
 
+def is_large(systems: Sequence[System]) -> bool:
+    """Tell whether systems that share a matrix are large enough for factors of single precision to be worth it."""
+    rows = max(system.relative.shape[0] for system in systems)
+    return bool(rows * systems[0].relative.shape[1] > _ROUGH_FROM[systems[0].space.dim])
+
+
 def build_steppers(
     systems: Sequence[System],
     time: Timing,
@@ -209,7 +211,7 @@ def build_steppers(
     scheme, solver = make_scheme(time), solver or preferred_solver()
     # The equation of the next step contains the forces of the displacement reached, and so corrects what rough factors
     # miss. Without inertia a single step may be all of a motion, and has to be exact.
-    corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact
+    corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact and is_large(systems)
     steppers = _build(systems, scheme, damping, solver.rough() if corrected else solver, reserved_bytes)
     return [replace(stepper, solver=solver) for stepper in steppers]
 

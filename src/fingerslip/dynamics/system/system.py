@@ -24,7 +24,6 @@ from fingerslip.dynamics.system.operators import (
     Pose,
     Rotations,
     Unknowns,
-    relative_motion,
     relative_operator,
     rotations_of,
 )
@@ -32,7 +31,6 @@ from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import ViscoelasticLayers, mass_matrix, stiffness_matrix, viscoelastic_layers
 from fingerslip.fe.space import Space, carrying_nodes
-from fingerslip.linear.symmetric import CompiledMatrix, compiled_parts
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model
 
@@ -131,13 +129,8 @@ class System:
         counterfaces : (n_counterfaces, dim) array
             Prescribed displacement of the counterfaces [m].
         """
-        moved: Array = relative_motion(*self.compiled_relative, displacement, counterfaces, self.candidates.counterface)
-        return moved
-
-    @cached_property
-    def compiled_relative(self) -> CompiledMatrix:
-        """The map `relative` for compiled code."""
-        return compiled_parts(self.relative)
+        moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
+        return moved - counterfaces[self.candidates.counterface]
 
     @cached_property
     def rotations(self) -> Rotations | None:
