@@ -103,8 +103,7 @@ class Factors:
 
     def saved_state(self) -> tuple[tuple[BodyState, bool, bool] | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
-        made_of = None if self.made_of is None else (self.made_of.body, self.made_of.positive, self.made_of.rough)
-        return made_of, self.count, (self._least, self._excess, self._served)
+        return self.made_of and tuple(self.made_of), self.count, (self._least, self._excess, self._served)
 
     def restore(self, made_of: tuple[BodyState, bool, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""

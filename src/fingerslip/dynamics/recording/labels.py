@@ -26,14 +26,9 @@ from fingerslip.units import millimetres
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["labelled_history", "made_energy", "record_coordinates", "rotation_axes"]
+__all__ = ["labelled_history", "made_energy", "record_coordinates"]
 
 Array = NDArray[np.float64]
-
-
-def rotation_axes(dim: int) -> list[str]:
-    """Return the names of the axes about which bodies turn."""
-    return ["z"] if dim == 2 else ["x", "y", "z"]
 
 
 def record_coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
@@ -57,7 +52,7 @@ def record_coordinates(model: Model, system: System, times: Array, snapshot_time
         "site_region": np.array([site.region or "" for site in sites], dtype=str),
         "site_position": positions[system.site_nodes],
         "counterface": np.array([contact.boundary for contact in model.contacts], dtype=str),
-        "rotation_axis": rotation_axes(dim),
+        "rotation_axis": ["z"] if dim == 2 else ["x", "y", "z"],
         "rigid_body": np.array(list(model.bodies), dtype=str),
         "rigid_body_centre": body_centres(model)[0],
         "support": np.array(list(model.supports), dtype=str),

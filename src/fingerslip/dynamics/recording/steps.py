@@ -16,7 +16,15 @@ from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 
-__all__ = ["record_bytes", "record_type", "require_record_memory", "snapshot_steps", "step_count", "step_times"]
+__all__ = [
+    "record_bytes",
+    "record_shapes",
+    "record_type",
+    "require_record_memory",
+    "snapshot_steps",
+    "step_count",
+    "step_times",
+]
 
 Array = NDArray[np.float64]
 
@@ -82,6 +90,16 @@ def record_bytes(model: Model, nodes: int, candidates: int) -> int:
     """Return what the records of a model will take [bytes], before any are made."""
     dim, count, every = model.mesh.dim(), step_count(model) + 1, model.record.snapshots_every
     snapshots = 0 if every <= 0.0 else int(min(count, model.end / every + 2))
+    selected = 8 * count * (len(model.record.sites) * STRAIN_COMPONENTS[dim] + candidates)
+    return selected + sum(
+        np.dtype(record_type(name)).itemsize * math.prod(shape)
+        for name, shape in record_shapes(model, count, snapshots, nodes, candidates).items()
+    )
+
+
+def record_shapes(model: Model, count: int, snapshots: int, nodes: int, candidates: int) -> dict[str, list[int]]:
+    """Return the shapes of the variables of a history, by numbers of times, snapshots, nodes and candidates."""
+    dim = model.mesh.dim()
     sizes: Mapping[str, int] = {
         "time": count,
         "site": len(model.record.sites),
@@ -96,11 +114,7 @@ def record_bytes(model: Model, nodes: int, candidates: int) -> int:
         "node": nodes,
         "cell": model.mesh.nelements,
     }
-    selected = 8 * count * (len(model.record.sites) * STRAIN_COMPONENTS[dim] + candidates)
-    return selected + sum(
-        np.dtype(record_type(name)).itemsize * math.prod(sizes[size] for size in variable.dims)
-        for name, variable in VARIABLES.items()
-    )
+    return {name: [sizes[size] for size in variable.dims] for name, variable in VARIABLES.items()}
 
 
 def require_record_memory(model: Model, needed: int) -> None:

@@ -115,9 +115,10 @@ def _solve_about(
     compliance = _compliance(stepper, start, frames)
     solution = _solve(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
     marks = _changes(stepper, start, solution)
-    if not marks.any():
-        return _fade(stepper, start, solution)
     before = start.before
+    if not marks.any():
+        left = None if before.release is None else fade(stepper.scheme, before.release)
+        return solution if before.release is None else replace(solution, release=left)
     forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
     while (marks > dropped).any():
         dropped = np.maximum(dropped, marks)
@@ -157,13 +158,6 @@ def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArr
         return np.zeros(len(stiffness), dtype=np.int8)
     forces, relative = (before.forces, contact.solution.forces), (before.relative, contact.relative)
     return find_changes(forces, relative, stiffness, contact.coefficients)
-
-
-def _fade(stepper: Stepper, start: Prediction, contact: ContactStep) -> ContactStep:
-    """Return a step in which no force was dropped, with what is left of earlier ones."""
-    if start.before.release is None:
-        return contact
-    return replace(contact, release=fade(stepper.scheme, start.before.release))
 
 
 def solve_law(

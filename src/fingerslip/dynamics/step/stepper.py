@@ -88,14 +88,6 @@ class Stepper:
     anchoring: Array | None = None  # (n,), springs [N/m] or [N m] between what only contact holds and an anchor
     viscous: tuple[Viscous, ...] = ()  # the viscoelastic layers
 
-    def has_all(self, size: int) -> bool:
-        """Tell whether its rows are all of the joint ones, of which there are `size`, in their order."""
-        return self._are_in_order and self.rows.size == size
-
-    @cached_property
-    def _are_in_order(self) -> bool:
-        return bool(np.array_equal(self.rows, np.arange(self.rows.size)))
-
     @cached_property
     def stiffness(self) -> sparse.csr_matrix:
         """Stiffness of the force at the end of a step (n, n) [N/m], that of viscoelastic layers included."""
