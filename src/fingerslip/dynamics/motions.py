@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.adaptive.steps import Controlled
+from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
 from fingerslip.dynamics.integrator import BodyIntegrator

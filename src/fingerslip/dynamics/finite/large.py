@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.finite.factors import Factors
-from fingerslip.dynamics.finite.newton import advance_finite
+from fingerslip.dynamics.finite.newton import Factors, advance_finite
 from fingerslip.dynamics.integrator import ByLength
 from fingerslip.dynamics.step.prediction import first_state
 from fingerslip.dynamics.step.state import State

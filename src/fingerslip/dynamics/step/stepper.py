@@ -18,12 +18,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.viscoelastic import (
-    Viscous,
-    relaxed_force,
-    stiffness_of_step,
-    viscous_steps,
-)
+from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force, stiffness_of_step, viscous_steps
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.adaptive.spans import Span, spans_of
 from fingerslip.dynamics.integrator import BodyIntegrator
+from fingerslip.dynamics.recording.steps import Span, spans_of
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import Scheme
 from fingerslip.errors import ConvergenceError
