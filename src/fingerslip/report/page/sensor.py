@@ -21,9 +21,8 @@ from fingerslip.storage.files import check_replaceable, new_folder, write_bytes
 from fingerslip.tables.table import Column, Table
 from fingerslip.version import __version__
 from fingerslip.vision.overlay import SHOWN_FIELDS, field_frames, overlay_frames
-from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count, seen_share
-from fingerslip.vision.tracks import write_tracks
+from fingerslip.vision.tracks import write_tracks, write_tracks_csv
 from fingerslip.vision.video import STATES, Frames, write_video
 
 if TYPE_CHECKING:

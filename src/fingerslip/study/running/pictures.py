@@ -36,20 +36,19 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
 from fingerslip.vision.cameras.camera import Camera, true_tracks
-from fingerslip.vision.cameras.looks import (
+from fingerslip.vision.cameras.pixel import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,
     Lighting,
     PixelCamera,
     SensorNoise,
+    film,
 )
-from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
 from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_errors
-from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
-from fingerslip.vision.tracks import write_tracks
+from fingerslip.vision.tracks import write_tracks, write_tracks_csv
 from fingerslip.vision.video import open_frames
 
 if TYPE_CHECKING:
