@@ -360,7 +360,7 @@ def coarse_inverse(columns: Indices, images: Single) -> Single:
     owners = sparse.csr_matrix((np.ones(len(images)), (columns[: len(images)], np.arange(len(images)))))
     matrix = np.zeros((images.shape[1], images.shape[1]))
     matrix[: owners.shape[0]] = owners @ images
-    inverse = matrix
+    inverse: Reals = matrix
     with contextlib.suppress(np.linalg.LinAlgError):
         inverse = np.linalg.inv(matrix)
     if not np.abs(inverse).max(initial=0.0) * np.abs(matrix).max(initial=0.0) < _SINGULAR:
