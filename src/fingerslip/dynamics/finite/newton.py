@@ -121,9 +121,9 @@ class Factors:
         self.system = system
         self.stepper = self.stepper and replace(self.stepper, system=system)
 
-    def saved_state(self) -> tuple[tuple[BodyState, bool, bool] | None, int, tuple[int, int, int]]:
+    def saved_state(self) -> tuple[MadeOf | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
-        return self.made_of and tuple(self.made_of), self.count, (self._least, self._excess, self._served)
+        return self.made_of, self.count, (self._least, self._excess, self._served)
 
     def restore(self, made_of: tuple[BodyState, bool, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""

@@ -122,10 +122,11 @@ def condense(
 
     Arrays: matrix (n, n); local (m, n); reserved_bytes [bytes]; returns compliance (m, m).
     """
-    # One analysis tells the memory and serves the factors.
-    interface, solver = np.unique(local.indices).astype(np.int64), solver.series()
+    interface = np.unique(local.indices).astype(np.int64)
     if local.shape[0] * matrix.shape[0] > _SMALL:
         dense = 8 * max(local.shape[0], interface.size) ** 2
+        # One analysis tells the memory and serves the factors.
+        solver = solver.series()
         factors = solver.bytes_around(matrix, interface)
         require_memory({"factors": factors, "compliance": _COPIES * dense, "history": reserved_bytes})
     factor, inverse = factorise_around(matrix, interface, solver)
