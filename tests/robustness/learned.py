@@ -19,10 +19,9 @@ from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.session import run_detector
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import detect, train
-from fingerslip.detect.trial_set import open_trials, write_trials
+from fingerslip.detect.trials import open_trials, write_trials
 from fingerslip.storage.files import file_digest, read_json, write_json
-from fingerslip.vision.tables import read_tracks_csv, write_tracks_csv
-from fingerslip.vision.tracks import read_tracks
+from fingerslip.vision.tracks import read_tracks, read_tracks_csv, write_tracks_csv
 from robustness.mutants import FOREIGN, changed_bytes, changed_data
 from unit.detect.conftest import MOTION, SAMPLING
 

@@ -14,8 +14,7 @@ from typer.testing import CliRunner
 from fingerslip.commands.app import app
 from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trial_set import write_trials
-from fingerslip.detect.trials import Trial
+from fingerslip.detect.trials import Trial, write_trials
 from fingerslip.storage.files import write_json
 from fingerslip.vision.tracks import write_tracks
 

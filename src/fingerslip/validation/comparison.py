@@ -17,7 +17,6 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.shipped import studies_folder
 from fingerslip.tables.table import Table, to_markdown
 from fingerslip.validation.checks import PHALANX_CHECKS, outcome_of
-from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, Work, gather
 from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import (
@@ -34,7 +33,7 @@ from fingerslip.validation.rows import (
     rows_table,
     statement_row,
 )
-from fingerslip.validation.sensor import pouring_rows, sensor_rows
+from fingerslip.validation.sensor import detection_rows, pouring_rows, sensor_rows
 
 #: Papers whose values are compared: on fingers, and on a tactile sensor.
 PAPERS = ("wang2014", "bulens2023")

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.detect.features import FeatureSettings
-from fingerslip.detect.motion import MotionSettings
+from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.samples import Samples, Sampling, samples_of
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
+from fingerslip.detect.trials import TrialSet, open_trials, write_trials
 
 MOTION = MotionSettings(rest_frames=20, window=5)
 SAMPLING = Sampling(20, 6, 6, 20, least=0.5)

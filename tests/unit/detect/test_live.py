@@ -12,7 +12,7 @@ import xarray as xr
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, run_live, run_on_markers, run_on_tracks
 from fingerslip.detect.training import Detector, detect, train
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.track import SeenMarkers
 from unit.detect.conftest import MOTION, SAMPLING

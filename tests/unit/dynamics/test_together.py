@@ -36,7 +36,6 @@ def contact(**changes):
     return (dataclasses.replace(CONTACT, **changes),)
 
 
-@pytest.mark.usefixtures("condensed")
 def test_histories_are_those_of_single_simulations():
     together = fs.simulate_together(models(), solver=EXACT)
     for model, history in zip(models(), together, strict=True):
@@ -45,7 +44,7 @@ def test_histories_are_those_of_single_simulations():
 
 
 @needs_mkl
-@pytest.mark.usefixtures("by_schur")
+@pytest.mark.usefixtures("as_large")
 def test_factors_of_single_precision_of_other_candidates_round_otherwise():
     """Alone a motion has its own candidates, and so factors of its own."""
     for model, history in zip(models(), fs.simulate_together(models()), strict=True):

@@ -47,13 +47,14 @@ def solve_contact(
     *,
     working_set: WorkingSet | Partition | None = None,
     origin: Array | None = None,
+    few: int | None = None,
 ) -> tuple[ContactSolution, WorkingSet | Partition | None]:
-    """Find the contact forces of one step.
+    """Find the contact forces of one step; those of few unknowns all together.
 
     Arrays: free (n_c, dim) [m]; friction_coefficient (n_c,) [-]; start (n_c, dim) [N]; tolerance [-]; origin (n_c,
     dim) [N].
     """
-    if free.size > _FEW:
+    if free.size > (_FEW if few is None else few):
         old = working_set if isinstance(working_set, WorkingSet) else None
         problem = _problem(compliance, free, friction_coefficient)
         warm_start = None if old is None else old.warm_start

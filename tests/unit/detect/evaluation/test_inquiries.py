@@ -27,7 +27,7 @@ from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.samples import Samples, grouped_folds, samples_of
 from fingerslip.detect.training import train
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.vision.tracks import check_tracks
 from unit.detect.conftest import MOTION, SAMPLING

@@ -11,13 +11,11 @@ import xarray as xr
 
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.published import published_set
-from fingerslip.report.figures.catalogue import has_receptors
-from fingerslip.report.figures.kinds import RunSubject
+from fingerslip.report.content import MOST_RUNS, Film, RunSubject
 from fingerslip.report.page import assemble
 from fingerslip.report.page.assemble import run_section, study_report
-from fingerslip.report.page.content import MOST_RUNS, Film
 from fingerslip.report.page.page import Report, ReportSection, render_page
-from fingerslip.report.page.pictures import hero_pictures, model_pictures, run_pictures, swept_pictures
+from fingerslip.report.page.pictures import has_receptors, hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, result_of
@@ -68,7 +66,7 @@ def test_standard_report_has_its_sections_and_figures() -> None:
         "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
     ]  # fmt: skip
     side_by_side = section_of(report, "The runs side by side")
-    assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "forces", "acceleration-peaks"]
+    assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "force-ratios", "acceleration-peaks"]
     assert [table.title for table in side_by_side.tables] == ["Measures"]
     assert len(report.sections[-2].pictures) == 6
     assert report.sections[-2].folded
@@ -170,8 +168,8 @@ def test_values_are_shown_in_their_groups() -> None:
 def test_a_long_study_has_few_runs_in_detail(monkeypatch: pytest.MonkeyPatch, count: int, detailed: int) -> None:
     table = Table("t", (Column("a"),), ((1,),))
     monkeypatch.setattr(assemble, "run_section", lambda _, run: ReportSection(run.name, (), (table,)))
-    monkeypatch.setattr(assemble, "_side_by_side_section", lambda _: ReportSection("overview"))
-    monkeypatch.setattr(assemble, "hero_pictures", lambda _: ())
+    for name in ("overview_pictures", "swept_pictures", "hero_pictures"):
+        monkeypatch.setattr(assemble, name, lambda *_: ())
     history = make(Process())
     runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(count))
     report = study_report(content_of(runs, {run.name: history for run in runs}))
@@ -256,8 +254,8 @@ def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_c
 def test_histories_and_events_are_found_by_title_and_only_runs_with_a_history_are_drawn() -> None:
     content = two_runs()
     titles = ["friction coefficient 0.4", "friction coefficient 0.6"]
-    assert list(content.titled_histories()) == list(content.titled_events()) == titles
-    assert content.titled_events()[titles[1]] == content.study.runs[1].events
+    assert list(content.titled_histories()) == list(content.subject().events) == titles
+    assert content.subject().events[titles[1]] == content.study.runs[1].events
     untitled = dataclasses.replace(content, study=dataclasses.replace(content.study, title=""))
     assert (content.title, untitled.title) == ("A <study>", "study")
     runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(MOST_RUNS + 3))

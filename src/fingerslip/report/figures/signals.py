@@ -1,46 +1,72 @@
-"""Figures of the contact over time: forces, energies, stick and slip along the surface, motion of its nodes."""
+"""Figures of what a run records: forces, energies, stick and slip along the contact, what receptors feel, spikes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip.afferents.model import Spikes
 from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.history import sites_of_kinds
 from fingerslip.report.colours import (
+    AREA_COLOURS,
     BLACK,
     BLUE,
     GREEN,
     GREY,
     ORANGE,
     PURPLE,
+    RECEPTOR_COLOURS,
     SKY,
     STATE_COLOURS,
     STATE_NAMES,
     VERMILLION,
 )
-from fingerslip.report.figures.marks import (
+from fingerslip.report.figures.style import (
+    NO_EVENTS,
     ShownTime,
+    add_legend,
+    event_keys,
+    figure_grid,
+    join_title,
     limit_to_slides,
     mark_events,
     mark_run,
     name_events,
     name_run,
     run_keys,
+    run_panels,
+    say,
     shown_time,
     shown_times,
     shown_until,
+    with_style,
 )
-from fingerslip.report.figures.style import add_legend, figure_grid, join_title, run_panels, say, with_style
-from fingerslip.slip import Events, SlideWindow, contact_forces, slide_tangent, slide_window, slipping_fraction
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip import (
+    Events,
+    PeakSettings,
+    PeakTable,
+    acceleration_peaks,
+    contact_forces,
+    peak_signal,
+    receptor_signals,
+    slide_tangent,
+    slide_window,
+    slipping_fraction,
+)
 
 Floats = NDArray[np.float64]
 
@@ -67,9 +93,9 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
 
 
 @with_style
-def force_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def force_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio, and the slipping area fraction."""
-    time, forces, events_read = shown_time(history), contact_forces(history), events.slip if events else None
+    time, forces, events_read = shown_time(history), contact_forces(history), events.slip
     heading = join_title("Forces and slipping area", title)
     figure, panels = figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
@@ -94,7 +120,7 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
         draw_ratios(axes, history, time.values)
         if time.logarithmic:
             time.fit(axes)
-        mark_run(axes, history, events[name].slip if name in events else None)
+        mark_run(axes, history, events.get(name, NO_EVENTS).slip)
     limit_to_slides(panels[0], histories, events)
     handles, names = panels[0].get_legend_handles_labels()
     add_legend(figure, {**dict(zip(names, handles, strict=True)), **run_keys(histories, events)})
@@ -156,7 +182,13 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
         "normal force [mN]": lambda history: {"": 1e3 * contact_forces(history).normal}
     }
     if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
-        drawn["displacement of the body [mm]"] = _body_displacements
+
+        def displacements(history: xr.Dataset) -> dict[str, Floats]:
+            distances = 1e3 * np.linalg.norm(history["rigid_body_displacement"].values, axis=-1)
+            names = map(str, history["rigid_body"].values) if distances.shape[1] > 1 else [""]
+            return dict(zip(names, distances.T, strict=True))
+
+        drawn["displacement of the body [mm]"] = displacements
     title = "Normal force and motion while nothing slides"
     figure, panels = figure_grid(len(drawn), 1, (6.6, 2.6), title, (times[0].label, ""), share="x")
     for axes, (label, signals) in zip(panels, drawn.items(), strict=True):
@@ -172,13 +204,6 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     return figure
 
 
-def _body_displacements(history: xr.Dataset) -> dict[str, Floats]:
-    """Return the distances from where the bodies were at the start [mm], named where there are several."""
-    distances = 1e3 * np.linalg.norm(history["rigid_body_displacement"].values, axis=-1)
-    names = [str(name) for name in history["rigid_body"].values] if distances.shape[1] > 1 else [""]
-    return dict(zip(names, distances.T, strict=True))
-
-
 _STATES = {STATE_NAMES[state]: STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
 _MOST_COLUMNS = 700
 _NODES_SHOWN = 9
@@ -192,7 +217,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_states(axes, history, time)
-        mark_run(axes, history, events[name].slip if name in events else None)
+        mark_run(axes, history, events.get(name, NO_EVENTS).slip)
     limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
     add_legend(figure, {**patches, **run_keys(histories, events)})
@@ -231,15 +256,18 @@ def _borders(centres: Floats) -> Floats:
 
 
 @with_style
-def contact_displacement_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+def contact_displacement_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
     figure, (axes,) = figure_grid(1, 1, (6.6, 3.6), join_title("Contact nodes against the plate", title), labels)
     window, tangent = slide_window(history), slide_tangent(history)
-    nodes = _shown_nodes(history, window, tangent) if window else np.empty(0, dtype=np.intp)
-    if window is None or nodes.size == 0:
+    touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN) if window else np.empty(0, int)
+    if window is None or touching.size == 0:
         say(axes, "no slide in contact")
         return figure
+    # Nodes evenly over the contact at the start of the slide, both edges among them.
+    order = touching[np.argsort(history["contact_position"].values[touching] @ tangent)]
+    nodes = order[np.linspace(0, order.size - 1, min(_NODES_SHOWN, order.size)).round().astype(int)]
     positions = 1e3 * history["contact_position"].values[nodes] @ tangent
     colours = ScalarMappable(Normalize(float(positions.min()), float(positions.max())), "viridis")
     times = history["time"].values[window.records]
@@ -250,7 +278,7 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     axes.plot(times, plate - plate[0], color=BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
-    events_read = events.displacement if events else None
+    events_read = events.displacement
     axes.set_xlim(times[0], shown_until([window], [events_read]))
     axes.legend(loc="upper left", frameon=True, facecolor="white", edgecolor="none").set_zorder(5)
     figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
@@ -259,10 +287,159 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     return figure
 
 
-def _shown_nodes(history: xr.Dataset, window: SlideWindow, tangent: Floats) -> NDArray[np.intp]:
-    """Choose nodes evenly over the contact at the start of the slide, both edges among them."""
-    touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
-    along = history["contact_position"].values[touching] @ tangent
-    chosen = np.linspace(0, touching.size - 1, min(_NODES_SHOWN, touching.size)).round().astype(int)
-    nodes: NDArray[np.intp] = touching[np.argsort(along)][chosen]
-    return nodes
+_AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge at the larger position"}
+# Height of the note that an area has no receptor, as a share of the panel's.
+_NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
+
+
+@with_style
+def acceleration_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+    """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
+    labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
+    figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), join_title("Acceleration at the receptors", title), labels)
+    signals, events_read = receptor_signals(history), events.acceleration
+    for axes, kind in zip(panels, kinds, strict=True):
+        _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
+        mark_run(axes, history, events_read)
+        axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
+    limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
+    name_run(panels[:1], history, events_read)
+    _fit_after_transition(panels[0], signals, acceleration_peaks(history))
+    add_legend(figure, _area_keys())
+    return figure
+
+
+@with_style
+def acceleration_overview_figure(
+    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], settings: PeakSettings | None = None
+) -> Figure:
+    """Draw the signal that acceleration peaks are read from, a panel for each run."""
+    settings = settings or PeakSettings()
+    title = f"Largest acceleration at {' and '.join(settings.kinds)}"
+    figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
+    events_read = [events.get(name, NO_EVENTS).acceleration for name in histories]
+    for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
+        _draw_peak_signal(axes, history, settings)
+        mark_run(axes, history, events_of_run)
+    limit_to_slides(panels[0], histories, events, marked=events_read)
+    keys: dict[str, Artist] = {
+        "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
+        "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
+        "height that a peak needs": Line2D([], [], color=GREY, linewidth=1.0),
+    }
+    add_legend(figure, {**keys, **event_keys(events_read)})
+    return figure
+
+
+@with_style
+def strain_energy_density_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+    """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
+    time, kinds, heading = shown_time(history), _recorded_kinds(history), join_title("Strain energy density", title)
+    labels = (time.label, "strain energy density [J/m³]")
+    figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
+    signals, events_read = receptor_signals(history), events.slip
+    for axes, kind in zip(panels, kinds, strict=True):
+        _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
+        axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
+        mark_run(axes, history, events_read)
+        axes.set_ylim(bottom=0.0)
+        time.fit(axes)
+    name_run(panels[:2], history, events_read)
+    add_legend(figure, _area_keys())
+    return figure
+
+
+def _recorded_kinds(history: xr.Dataset) -> tuple[str, ...]:
+    """Return the receptor types that a history records; all of them where it records none."""
+    return tuple(kind for kind in RECEPTOR_KINDS if sites_of_kinds(history, (kind,)).size) or RECEPTOR_KINDS
+
+
+def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str, times: np.ndarray) -> None:
+    for area, colour in AREA_COLOURS.items():
+        signal = signals[name].sel(kind=kind, area=area)
+        if bool(signal.notnull().any()):
+            axes.plot(times, signal.values, color=colour, linewidth=1.1)
+        else:
+            say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
+
+
+def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: PeakSettings) -> None:
+    signal = peak_signal(history, settings)
+    if signal is None:
+        say(axes, "no slide or no receptor")
+        return
+    table = acceleration_peaks(history, settings)
+    floor = 1e-4 * float(signal.max())
+    axes.semilogy(signal["time"].values, np.maximum(signal.values, floor), color=BLUE, linewidth=1.0)
+    axes.plot([p.time for p in table.peaks], [p.height for p in table.peaks], "o", color=BLACK, markersize=4, zorder=5)
+    if table.peaks:
+        axes.axhline(table.noise_floor + table.threshold, color=GREY, linewidth=1.0)
+
+
+def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> None:
+    """Scale to what follows the transition, whose peak may be many times higher; say where it is cut."""
+    if peaks.transition is None or peaks.transition_end is None:
+        return
+    size = np.nan_to_num(np.abs(signals["acceleration"].values))
+    after = signals["time"].values >= peaks.transition_end
+    top = 1.2 * float(size[..., after].max())
+    cut = float(size[..., ~after].max())
+    if top > 0.0:
+        axes.set_ylim(-top, top)
+    if cut > top:
+        look = {"fontsize": mpl.rcParams["legend.fontsize"], "color": GREY, "zorder": 6, "textcoords": "offset points"}
+        note = axes.annotate(f"cut, reaches {cut:.2g} m/s²", (peaks.transition.time, top), (8.0, -10.0), **look)
+        note.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0})
+
+
+def _area_keys() -> dict[str, Artist]:
+    return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in AREA_COLOURS.items()}
+
+
+@with_style
+def spike_figure(
+    spikes: Spikes, history: xr.Dataset, events: Events = NO_EVENTS, title: str = "", window: float = 0.05
+) -> Figure:
+    """Draw when afferents fire, a panel for each type with a row for each afferent, and their mean rates below.
+
+    Parameters
+    ----------
+    spikes : Spikes
+        The spikes.
+    history : xarray.Dataset
+        The history that they come from.
+    events : Events, optional
+        Its events; those from accumulated slip are marked.
+    title : str, optional
+        What the title adds, such as the title of the run.
+    window : float, optional
+        Length of the windows that rates are counted in [s].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Panels of one width over time [s]; rows of a raster are ordered as the history orders its sites.
+    """
+    kinds = tuple(dict.fromkeys(spikes.kinds))
+    events_read, rates = events.slip, spikes.rates(window)
+    heading = join_title("Spikes of afferents", title)
+    figure, panels = figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
+    for axes, kind in zip(panels, kinds, strict=False):
+        colour = RECEPTOR_COLOURS.get(kind, BLACK)
+        rows = [times for times, its_kind in zip(spikes.times, spikes.kinds, strict=True) if its_kind == kind]
+        axes.eventplot(rows, colors=colour, linewidths=0.6, linelengths=0.8)
+        axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=colour)
+        axes.set_ylim(-0.8, len(rows) - 0.2)
+        axes.set_yticks([])
+        axes.grid(visible=False)
+        axes.set_xlim(spikes.start, spikes.end)
+        panels[-1].step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
+    panels[-1].set_ylabel("mean rate [1/s]")
+    panels[-1].set_yscale("asinh", linear_width=10.0)  # rates of the types differ by a hundred times
+    panels[-1].set_yticks([0, 10, 100, 1000], ["0", "10", "100", "1000"])
+    panels[-1].set_yticks([], minor=True)
+    panels[-1].set_ylim(bottom=0.0)
+    for axes in panels:
+        mark_run(axes, history, events_read)
+    name_run(panels[:1], history, events_read)
+    return figure
