@@ -135,4 +135,3 @@ def test_the_ranks_and_how_many_trials_they_need() -> None:
     assert lead_bound([float(one) for one in range(39)]) == 1.0
     assert lead_bound([None, *map(float, range(1, 39))]) == 1.0
     assert lead_bound([None, None, *map(float, range(37))]) is None
-
