@@ -96,7 +96,7 @@ HEADER = (
 
 
 def models(case: Case, mesh, steps: int):
-    from solids import model
+    from models import model
 
     integration = "nodal" if case.name in {"coarse", "eight"} else "selective"
     if case.name in {"directions", "eight"}:
@@ -109,7 +109,7 @@ def models(case: Case, mesh, steps: int):
 
 def measure(case: Case) -> Timing:
     """Simulate a small pad for the compiled code, then the one that is asked for."""
-    from solids import finger_mesh, pad_mesh
+    from models import finger_mesh, pad_mesh
 
     import fingerslip as fs
     from fingerslip.linear.solvers.superlu import SuperLU
