@@ -1,8 +1,12 @@
 # The public names of fingerslip and their homes: the one list that type checkers read and that loads them when used.
 
-from .afferents.integrate_and_fire import IntegrateAndFire as IntegrateAndFire, human_afferents as human_afferents
-from .afferents.model import Spikes as Spikes, spikes_of as spikes_of
-from .afferents.stimuli import receptor_stimuli as receptor_stimuli
+from .afferents.model import (
+    IntegrateAndFire as IntegrateAndFire,
+    Spikes as Spikes,
+    human_afferents as human_afferents,
+    spikes_of as spikes_of,
+)
+from .afferents.signals import receptor_stimuli as receptor_stimuli
 from .contact.counterfaces import Cylinder as Cylinder, Plane as Plane, Sphere as Sphere
 from .contact.friction import (
     Anisotropic as Anisotropic,
@@ -90,7 +94,7 @@ from .react.reflex import (
 )
 from .react.scenario import HeldObject as HeldObject, Holder as Holder, holder_of as holder_of
 from .react.spikes import SpikeCount as SpikeCount
-from .report.figures.browse import HistoryPlot as HistoryPlot, plot as plot
+from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (
     BodyLoad as BodyLoad,

@@ -17,7 +17,7 @@ from fingerslip.detect import model_file
 from fingerslip.detect.alarms import Hysteresis
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.training import Detector, detect, train
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.storage.files import read_json, write_json
 from unit.detect.conftest import MOTION, SAMPLING

@@ -18,7 +18,7 @@ from fingerslip.detect.samples import (
     sample_split,
     samples_of,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 
 CLASSES = np.repeat([0, 1, 2], [200, 300, 100]).astype(np.int8)

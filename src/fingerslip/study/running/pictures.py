@@ -54,7 +54,7 @@ from fingerslip.vision.video import open_frames
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
 
     A report shows its first runs in detail, of many the first one, and the model of the first run with each mesh.
     """
-    from fingerslip.report.page.content import detailed_of
+    from fingerslip.report.content import detailed_of
 
     if plan.study.sample:
         return {}
@@ -97,7 +97,7 @@ def draw_runs(
 
 def _drawn(job: Job, drawing: Drawing) -> RunPictures:
     # What draws is slow to import, and a worker of a sweep mostly draws nothing.
-    from fingerslip.report.figures.kinds import RunSubject
+    from fingerslip.report.content import RunSubject
     from fingerslip.report.labels import run_title
     from fingerslip.report.page.pictures import draw_ahead
 

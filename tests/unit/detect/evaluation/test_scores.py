@@ -23,7 +23,7 @@ from fingerslip.detect.evaluation.scores import (
 )
 from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 
 CLASSES = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(0, 4)), min_size=1, max_size=60)

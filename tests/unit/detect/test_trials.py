@@ -1,3 +1,5 @@
+"""Trials on disk, data sets of them, and one table of all frames."""
+
 from __future__ import annotations
 
 import dataclasses
@@ -10,8 +12,20 @@ import pytest
 
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
-from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_parquet, write_trials
-from fingerslip.detect.trials import Trial, check_conditions, layout_digest, layout_text, read_trial, write_trial
+from fingerslip.detect.trials import (
+    MANIFEST,
+    Trial,
+    TrialSet,
+    check_conditions,
+    check_labels,
+    layout_digest,
+    layout_text,
+    open_trials,
+    read_trial,
+    write_parquet,
+    write_trial,
+    write_trials,
+)
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.storage.files import read_json, write_json
