@@ -18,7 +18,6 @@ from fingerslip.detect.features import (
     feature_names,
     features_of,
     fill_unseen,
-    markers_of,
     motion_of,
     neighbour_weights,
     rest_positions,
@@ -92,7 +91,10 @@ def test_rest_is_the_mean_of_what_was_seen() -> None:
 
 def test_bad_tracks_give_one_clear_error() -> None:
     still = np.zeros((6, DISC.count, 2))
-    for arguments, message in (((), "have 6 frames, needs the 100 at rest"), ((MOTION, "external"), "no external mark")):
+    for arguments, message in (
+        ((), "have 6 frames, needs the 100 at rest"),
+        ((MOTION, "external"), "no external mark"),
+    ):
         with pytest.raises(InputError, match=message):
             motion_of(moving(still), *arguments)
     still[:5, 4] = np.nan

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,11 +10,10 @@ import xarray as xr
 
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, run_live, run_on_markers, run_on_tracks
-from fingerslip.detect.training import Detector, detect, train
+from fingerslip.detect.training import Detector, detect
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.track import SeenMarkers
-from unit.detect.conftest import MOTION, SAMPLING
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.3])
