@@ -16,8 +16,7 @@ import numpy as np
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
-from fingerslip.vision.cameras.looks import DARK_ON_BRIGHT, HARSH_LIGHT, PixelCamera, SensorNoise
-from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, PixelCamera, SensorNoise, frames_of
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import opencv

@@ -18,8 +18,7 @@ from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import plain_cell
 from fingerslip.units import parse_quantity
-from fingerslip.vision.tables import read_tracks_csv
-from fingerslip.vision.tracks import make_tracks, read_tracks
+from fingerslip.vision.tracks import make_tracks, read_tracks, read_tracks_csv
 
 if TYPE_CHECKING:
     import xarray as xr

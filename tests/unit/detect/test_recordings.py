@@ -22,9 +22,8 @@ from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import open_trials, write_trials
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import hexagonal_layout
-from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import track_markers
-from fingerslip.vision.tracks import make_tracks, write_tracks
+from fingerslip.vision.tracks import make_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import write_video
 
 TRIAL = synthetic_trial("a", SyntheticSlide(travel=2e-3))

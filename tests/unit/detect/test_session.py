@@ -34,7 +34,7 @@ from fingerslip.detect.session import (
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Missing, to_csv, to_markdown
-from fingerslip.vision.tables import write_tracks_csv
+from fingerslip.vision.tracks import write_tracks_csv
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 

@@ -15,7 +15,7 @@ from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.simulated import Filming, film_results, pouring_trial, slide_trial
 from fingerslip.errors import InputError
 from fingerslip.results import RESULT
-from fingerslip.vision.cameras.point import PUBLISHED_FRAME_RATE
+from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 
 TIME = np.linspace(0.0, 9.0, 181)
 # Since the hold began: markers outside stick for 2 + 1 s (outer) and 2 + 2 s (centre), then stay where they are.

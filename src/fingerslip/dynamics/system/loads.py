@@ -72,10 +72,7 @@ class Supports:
 
     def load(self, time: float) -> Array:
         """Return the loads on what is held at a time [s], shape (m * dim,) [N]."""
-        total = np.zeros(self.contact.shape[0])
-        for load in self.loads:
-            total += load.ramp.at(time) * load.forces
-        return total
+        return sum((load.ramp.at(time) * load.forces for load in self.loads), np.zeros(self.contact.shape[0]))
 
 
 @dataclass(frozen=True)
@@ -133,22 +130,16 @@ def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
 
 def supports_of(
     rows: sparse.csr_matrix,
-    matrices: tuple[sparse.csr_matrix, sparse.csr_matrix],
+    matrices: tuple[sparse.csr_matrix, sparse.csr_matrix, tuple[ViscoelasticLayers, ...]],
     loads: Sequence[Load],
     candidates: Indices,
     dim: int,
-    *,
-    viscoelastic: tuple[ViscoelasticLayers, ...] = (),
 ) -> Supports:
-    """Return what acts on what is held.
+    """Return what acts on what is held, from its stiffness, mass and viscoelastic layers.
 
-    Arrays: matrices [N/m]; candidates (n_c,).
+    Arrays: candidates (n_c,).
     """
-    return Supports(
-        rows=rows,
-        stiffness=matrices[0],
-        mass=matrices[1],
-        contact=sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()]),
-        loads=tuple(Load(rows @ load.forces, load.ramp) for load in loads),
-        viscoelastic=viscoelastic,
-    )
+    contact = sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()])
+    held_loads = tuple(Load(rows @ load.forces, load.ramp) for load in loads)
+    stiffness, mass, viscoelastic = matrices
+    return Supports(rows, stiffness, mass, contact, held_loads, viscoelastic)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -27,7 +26,6 @@ __all__ = [
     "Pose",
     "Rotations",
     "Unknowns",
-    "relative_motion",
     "relative_operator",
     "rotations_of",
 ]
@@ -199,23 +197,6 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
     ]
     first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + len(unknowns.rigid) :]
     return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))
-
-
-@numba.njit(cache=True, nogil=True)
-def relative_motion(starts, columns, values, field, counterfaces, counterface):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Return the displacement of nodes relative to their counterfaces, shape (k, dim) [m].
-
-    Arrays: field (n,) [m]; counterfaces (n_counterfaces, dim) [m]; counterface (k,).
-    """
-    motion = np.empty((counterface.size, counterfaces.shape[1]))
-    for i in range(motion.shape[0]):
-        for k in range(motion.shape[1]):
-            row = i * motion.shape[1] + k
-            total = 0.0
-            for entry in range(starts[row], starts[row + 1]):
-                total += values[entry] * field[columns[entry]]
-            motion[i, k] = total - counterfaces[counterface[i], k]
-    return motion
 
 
 Reals = NDArray[np.floating[Any]]

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import number_and_unit, path_label, run_title
+from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import differing_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import EventSettings
 from fingerslip.slip.measures import resolution_warnings
-from fingerslip.slip.windows import LATENCY
+from fingerslip.slip.windows import LATENCY, READINGS
 
 
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
@@ -200,29 +201,17 @@ def _off(changes: Sequence[float]) -> str:
 
 def definitions(settings: EventSettings) -> dict[str, str]:
     """Return a sentence for each reading, by its name, that defines its slip events, and one on latency."""
-    shares = (settings.incipient_fraction, settings.noticed_fraction, settings.three_quarter_fraction)
-    incipient, noticed, three_quarter, overall = (
-        f"{100 * share:g} %" for share in (*shares, settings.overall_fraction)
-    )
     peaks = settings.peaks
-    return {
-        "slip": (
-            f"From accumulated slip: incipient, noticed, three-quarter and overall slip are the first times from which "
-            f"at least {incipient}, {noticed}, {three_quarter} and {overall} of the area that has been in contact "
-            f"since the slide began has slipped by more than {1e6 * settings.slip_tolerance:g} µm since then, for "
-            f"{1e3 * settings.sustained:g} ms or up to the end of the slide."
-        ),
-        "displacement": (
-            f"From displacement: the times at which the first node, {noticed}, {three_quarter} and all of the nodes in "
-            f"contact at the start of the slide lag the plate by more than "
-            f"{1e6 * settings.displacement_tolerance:g} µm."
-        ),
-        "acceleration": (
-            f"From acceleration peaks: overall slip is the most prominent peak of the largest acceleration along the "
-            f"plate at {' and '.join(peaks.kinds)} around the edges of the contact, after the transient of the "
-            f"press-to-slide change and provided that the skin then follows less than {100 * peaks.followed:g} % of "
-            f"the plate's travel. Incipient slip is the first peak before it that exceeds the noise by "
-            f"{peaks.over_noise:g} spreads, three-quarter slip the most prominent peak between these two."
-        ),
-        "latency": "Latency is the time from incipient to overall slip.",
+    values = {
+        "incipient": f"{100 * settings.incipient_fraction:g} %",
+        "noticed": f"{100 * settings.noticed_fraction:g} %",
+        "three_quarter": f"{100 * settings.three_quarter_fraction:g} %",
+        "overall": f"{100 * settings.overall_fraction:g} %",
+        "slip": f"{1e6 * settings.slip_tolerance:g} µm",
+        "sustained": f"{1e3 * settings.sustained:g} ms",
+        "displacement": f"{1e6 * settings.displacement_tolerance:g} µm",
+        "kinds": " and ".join(peaks.kinds),
+        "followed": f"{100 * peaks.followed:g} %",
+        "over_noise": f"{peaks.over_noise:g}",
     }
+    return {reading: prose("definitions", reading, values) for reading in (*READINGS, LATENCY)}

@@ -24,7 +24,7 @@ from fingerslip.study.running.cost import most_together
 from fingerslip.study.storage.store import identity
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
 
 
 @dataclass(frozen=True)

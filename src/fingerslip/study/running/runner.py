@@ -29,7 +29,7 @@ from fingerslip.study.storage.summary import (
 )
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
     from fingerslip.study.running.pictures import Drawing
 
 #: Computes jobs, and yields what became of each group of them.

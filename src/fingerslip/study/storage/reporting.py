@@ -36,8 +36,8 @@ from fingerslip.tables.table import Table
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fingerslip.report.content import Film, ReportContent, RunPictures
     from fingerslip.report.page.comparison import ComparedStudy
-    from fingerslip.report.page.content import Film, ReportContent, RunPictures
 
 #: File in the folder of a study.
 REPORT = "report.html"
@@ -112,8 +112,8 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    from fingerslip.report.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.assemble import notes_html
-    from fingerslip.report.page.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.samples import representatives
     from fingerslip.study.running.build import build_mesh
 
@@ -188,7 +188,7 @@ def _stored_films(run: Path) -> list[Path]:
 
 def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
     # Pictures and videos are slow to load, and few studies have cameras.
-    from fingerslip.report.page.content import Film
+    from fingerslip.report.content import Film
     from fingerslip.vision.tracks import read_tracks
 
     numbers = read_json(folder / ERRORS, _FILM_REPAIR)
@@ -200,7 +200,7 @@ def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
     """Return the frames that a report shows by their times [s]; none without a video or a slide."""
-    from fingerslip.report.figures.sensor import film_times
+    from fingerslip.report.figures.markers import film_times
     from fingerslip.vision.video import read_frames
 
     window, times = slide_window(history), truth["time"].values

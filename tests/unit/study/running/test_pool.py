@@ -21,7 +21,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.step import sharing
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
-from fingerslip.report.page.content import RunPictures
+from fingerslip.report.content import RunPictures
 from fingerslip.study.running import compute, cost, pool
 from fingerslip.study.running.compute import compute_group
 from fingerslip.study.running.plan import Computed, Outcome, groups
