@@ -28,7 +28,6 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 __all__ = [
     "InterfaceState",
     "StepOutcome",
-    "compiled_problem",
     "compiled_settle",
     "conditions",
     "contact_problem",
@@ -94,20 +93,14 @@ def conditions(candidates: Candidates, before: InterfaceState, step: float, time
     return Conditions(before.forces[:, 0] / candidates.area, rate, before.slip_since_contact, time)
 
 
-def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
+@numba.njit(cache=True, nogil=True)
+def contact_problem(free_relative, forces, relative, stiffness):  # type: ignore[no-untyped-def]
     """Return q of :mod:`fingerslip.contact.solve.newton`, shape (n_c, dim) [m].
 
-    Arrays: free_relative (n_c, dim) [m].
-
     The normal part is the gap. The tangential part is the motion of the step, less the elastic slip at its start.
+
+    Arrays: free_relative, relative (n_c, dim) [m]; forces (n_c, dim) [N]; stiffness (n_c,), tangential [N/m].
     """
-    problem: Array = compiled_problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
-    return problem
-
-
-@numba.njit(cache=True, nogil=True)
-def compiled_problem(free_relative, forces, relative, stiffness):  # type: ignore[no-untyped-def]
-    """Return what :func:`contact_problem` does, from forces [N], `relative` [m] and tangential stiffness [N/m]."""
     free = free_relative.copy()
     for i in range(len(free)):
         for k in range(1, free.shape[1]):
@@ -173,7 +166,8 @@ def settle(
     >>> springs = Candidates(node, 0 * node, np.zeros((2, 2)), np.ones(2), np.full(2, 400.0), np.full(2, 100.0))
     >>> before = replace(rest_state(springs, np.full(2, -0.01)), forces=np.array([[4.0, 0.0], [4.0, 0.0]]))
     >>> relative, mu = np.array([[-0.01, 0.015], [-0.01, 0.05]]), np.full(2, 0.5)
-    >>> problem, compliance = contact_problem(springs, before, relative), np.diag([1 / 400, 1 / 100] * 2)
+    >>> compliance = np.diag([1 / 400, 1 / 100] * 2)
+    >>> problem = contact_problem(relative, before.forces, before.relative, springs.tangential_stiffness)
     >>> forces = solve_friction(compliance, problem, mu, before.forces, 1e-12).forces
     >>> tangents = np.ones((2, 1))
     >>> after = settle(springs, before, forces, relative, friction_coefficient=mu, stretch=tangents, work=0.0).state
