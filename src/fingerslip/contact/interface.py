@@ -76,18 +76,9 @@ def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
 
 
 def conditions(candidates: Candidates, before: InterfaceState, step: float, time: float) -> Conditions:
-    """Return what the friction laws of a step may depend on.
+    """Return what the friction laws of a step may depend on, from the interface at its start.
 
-    Parameters
-    ----------
-    candidates : Candidates
-        The candidates.
-    before : InterfaceState
-        The interface at the start of the step.
-    step : float
-        Length of the step before, in which the last slip was [s]; 0 for the first step.
-    time : float
-        End of the step [s].
+    Units: step [s], the length of the step before, in which the last slip was, 0 for the first; time [s], the end.
     """
     rate = before.slip / step if step else np.zeros_like(before.slip)
     return Conditions(before.forces[:, 0] / candidates.area, rate, before.slip_since_contact, time)

@@ -106,20 +106,12 @@ class Outsiders:
 
 @dataclass(frozen=True)
 class Pose:
-    """Nodes that may touch counterfaces of bodies that have turned.
+    """Nodes that may touch counterfaces of bodies that have turned."""
 
-    Parameters
-    ----------
-    points : (k, dim) array
-        Where they are for whom turns with their counterface, relative to where that started [m].
-    turned : (k, dim, dim) array
-        Rotation of the counterface of each [-].
-    columns : (k * dim, r) array
-        Displacement relative to the counterfaces per rotation of their bodies, in global components [m].
-    """
-
+    # (k, dim), where they are for whom turns with their counterface, relative to where that started [m]
     points: Array
-    turned: Array
+    turned: Array  # (k, dim, dim), rotation of the counterface of each [-]
+    # (k * dim, r), displacement relative to the counterfaces per rotation of their bodies, in global components [m]
     columns: Array
 
 

@@ -123,12 +123,7 @@ class System:
 
         Counterfaces of bodies that turn count as if they did not: :meth:`pose` has what rotations do.
 
-        Parameters
-        ----------
-        displacement : (n,) array
-            Displacement of the unknowns [m].
-        counterfaces : (n_counterfaces, dim) array
-            Prescribed displacement of the counterfaces [m].
+        Arrays: displacement (n,) [m]; counterfaces (n_counterfaces, dim), their prescribed displacement [m].
         """
         moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
         return moved - counterfaces[self.candidates.counterface]
