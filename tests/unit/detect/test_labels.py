@@ -162,31 +162,29 @@ def test_gross_slip_alone_may_be_missing_from_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("content", "message"),
     [
-        ("", "has the columns none"),
-        ("trial,onset\n", "has the columns trial, onset, needs trial, incipient_s, gross_s"),
-        ("trial,incipient_s\na,soon\n", r"incipient_s: got 'soon', needs seconds.*line 2"),
-        ("trial,incipient_s\na,nan\n", "got 'nan'"),
-        ("trial,incipient_s\na,1\na,2\n", "trial 'a' stands twice, needs each trial once .line 3"),
-        ("trial,incipient_s\n,1\n", "a row has no trial"),
-        ("trial,incipient_s,extra\na,1,2\n", "has the columns"),
-        ('trial,incipient_s\n"a,1\n', "is no CSV"),
+        (b"", "has the columns none"),
+        (b"trial,onset\n", "has the columns trial, onset, needs trial, incipient_s, gross_s"),
+        (b"trial,incipient_s\na,soon\n", r"incipient_s: got 'soon', needs seconds.*line 2"),
+        (b"trial,incipient_s\na,nan\n", "got 'nan'"),
+        (b"trial,incipient_s\na,1\na,2\n", "trial 'a' stands twice, needs each trial once .line 3"),
+        (b"trial,incipient_s\n,1\n", "a row has no trial"),
+        (b"trial,incipient_s,extra\na,1,2\n", "has the columns"),
+        (b'trial,incipient_s\n"a,1\n', "is no CSV"),
+        (b"\xff\xfe\x00", "is no CSV"),
     ],
 )
-def test_bad_files_give_one_clear_error(text: str, message: str, tmp_path: Path) -> None:
+def test_bad_files_give_one_clear_error(content: bytes, message: str, tmp_path: Path) -> None:
     path = tmp_path / "bad.csv"
-    path.write_text(text, encoding="utf-8")
+    path.write_bytes(content)
     with pytest.raises(InputError, match=message):
         read_onsets(path)
 
 
-def test_a_file_that_is_missing_or_binary_is_named(tmp_path: Path) -> None:
+def test_a_file_that_is_missing_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_onsets(tmp_path / "none.csv")
-    (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="is no CSV"):
-        read_onsets(tmp_path / "b.csv")
 
 
 def test_a_time_has_to_be_finite() -> None:

@@ -101,11 +101,6 @@ def test_a_classifier_takes_other_features_than_its_own() -> None:
 
 
 @pytest.fixture(scope="module")
-def detector(trials: TrialSet) -> Detector:
-    return train(trials, trials.onsets(), "logistic", motion=MOTION, sampling=SAMPLING, names=trials.names[:8])
-
-
-@pytest.fixture(scope="module")
 def others(tmp_path_factory: pytest.TempPathFactory) -> TrialSet:
     slides = synthetic_slides((3.5e-3,), directions=3, repeats=1, seed=9, travel=8e-3)
     return write_trials(slides, tmp_path_factory.mktemp("others") / "slides", "Other slides")

@@ -63,7 +63,7 @@ def test_standard_report_has_its_sections_and_figures() -> None:
         "Citations",
     ]
     assert [picture.name for picture in report.hero] == [
-        "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
+        "latency-contact-friction-coefficient", "events-contact-friction-coefficient"
     ]  # fmt: skip
     side_by_side = section_of(report, "The runs side by side")
     assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "force-ratios", "acceleration-peaks"]
@@ -79,7 +79,7 @@ def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_tab
     history = make(Process()).drop_dims("site")
     report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))
     assert [section.title for section in report.sections] == [
-        "Slip events", "How slip events are defined", "In motion", "Energy balance", "A <study>", "Citations",
+        "Slip events", "How slip events are defined", "In motion", "Energy balance", "A <study>", "Citations"
     ]  # fmt: skip
     events = report.sections[0]
     assert [table.title for table in events.tables] == [
@@ -197,7 +197,7 @@ def test_section_of_a_run_has_events_measures_and_pictures_under_its_name(monkey
     assert [table.title for table in section.tables] == ["Slip events", "Measures", "Acceleration peaks"]
     assert ("number of slides", "", 1) in section.tables[1].rows
     assert [picture.name for picture in section.pictures] == [
-        "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density", "a-energy",
+        "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density", "a-energy"
     ]  # fmt: skip
     assert section.pictures[0].figure.axes[0].get_title(loc="left") == "x 1"
     assert all(picture.figure.get_suptitle().endswith(": x 1") for picture in section.pictures[1:])
@@ -242,7 +242,7 @@ def test_a_study_in_space_has_a_report() -> None:
 def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_contact() -> None:
     content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
     assert [picture.name for picture in hero_pictures(content)] == [
-        "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
+        "latency-contact-friction-coefficient", "events-contact-friction-coefficient"
     ]  # fmt: skip
     times = swept_pictures(content)[1].figure
     assert times.get_supylabel() == "time from the start of the slide [s]"
