@@ -100,14 +100,7 @@ def _other_tracks(tracks: xr.Dataset, chance: random.Random) -> xr.Dataset:
         case 2:
             tracks = tracks.drop_vars(name)
         case 3:
-            values = tracks[name].values
-            kind = chance.choice(_TYPES)
-            tracks[name] = (
-                tracks[name].dims,
-                values.astype(kind if kind != "c16" or values.dtype.kind == "f" else "U8"),
-            )
-            if tracks[name].dtype.kind == "c":
-                tracks[name] = tracks[name].real
+            tracks[name] = tracks[name].dims, tracks[name].values.astype(chance.choice(_TYPES))
         case 4:
             tracks = tracks.isel({chance.choice(list(tracks.dims)): slice(0, chance.choice((0, 1, 2)))})
         case 5:
