@@ -59,15 +59,7 @@ class BodyObserver:
         return self.recorder.room
 
     def record(self, state: State) -> None:
-        """Check and record the next state, or several.
-
-        Raises
-        ------
-        SlipOutsideContactError
-            Where a node that is no candidate has reached its counterface.
-        InputError
-            Where a body that is free about several axes has turned far.
-        """
+        """Check and record the next state, or several; refuse slip beside candidates, and bodies turned far."""
         self._look(state)
         self.recorder.record(state)
 

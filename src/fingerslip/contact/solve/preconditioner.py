@@ -301,14 +301,7 @@ def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
 
     Each group grows around a node that is coupled little to those before.
 
-    Parameters
-    ----------
-    body : (n_c * dim, n_c * dim) array
-        Compliance of all candidates, node by node, of any unit.
-    nodes : (k,) array of int
-        The nodes.
-    dim : int
-        Components of a node.
+    Arrays: body (n_c * dim, n_c * dim), compliance of all candidates, node by node, of any unit.
     """
     best, group = np.full(nodes.size, -np.inf), np.zeros(nodes.size, dtype=np.int64)
     count = min(max(nodes.size // _MOST, _GROUPS), max(nodes.size // _LEAST, 1), nodes.size)

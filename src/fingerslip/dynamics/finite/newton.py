@@ -83,13 +83,8 @@ class Factors:
     def at(self, state: BodyState, velocity: Array | None = None) -> Stepper:
         """Return the stepper of a step that begins with a body; new where old factors have cost more than these.
 
-        Parameters
-        ----------
-        state : BodyState
-            The body.
-        velocity : (n,) array, optional
-            Its velocity [m/s]. With it, new factors are those of where the body will be in the middle of their time:
-            they then fit from beginning to end. That time is expected to be as long as that of the last ones.
+        With its velocity (n,) [m/s], new factors are those of where the body will be in the middle of their time: they
+        then fit from beginning to end. That time is expected to be as long as that of the last ones.
         """
         if self.stepper is not None and self._excess < _COST[self.system.space.dim]:
             return self.stepper

@@ -92,15 +92,7 @@ def check_model(model: Model) -> None:
 
 
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
-    """Check a model and return what was found out; see :func:`check_model`.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    space : Space, optional
-        Displacement space of its mesh, where it is known already.
-    """
+    """Check a model, with the space of its mesh where that is known; return what was found out."""
     space = space or build_space(model.mesh)
     materials = cell_materials(space, model.materials, model.formulation)
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
