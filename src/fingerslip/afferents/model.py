@@ -215,19 +215,16 @@ class IntegrateAndFire:
         step = min(finest, _OF_REST * self.rest) if self.rest else finest
         fine = np.linspace(times[0], times[-1], int(np.ceil((times[-1] - times[0]) / step)) + 1)
         between = np.stack([np.interp(fine, times, column) for column in values.T], axis=1)
-        low = self._low_pass(between, 1.0 / (fine[1] - fine[0]))
+        # What is above the highest frequency goes, from rest at the first value.
+        low, rate = between, 1.0 / (fine[1] - fine[0])
+        if self.highest_frequency < 0.5 * rate:
+            low = filter_from_rest(low, signal.butter(ORDER, self.highest_frequency, fs=rate, output="sos"), 0)
         drive = np.zeros_like(low)
         if self.least_steady is not None:
             drive += np.abs(low) / self.least_steady
         if self.least_rate is not None:
             drive += np.abs(np.gradient(low, fine, axis=0)) / self.least_rate
         return fine, drive
-
-    def _low_pass(self, values: Array, rate: float) -> Array:
-        """Return values (m, k) without what is above the highest frequency, from rest at the first of them."""
-        if self.highest_frequency >= 0.5 * rate:
-            return values
-        return filter_from_rest(values, signal.butter(ORDER, self.highest_frequency, fs=rate, output="sos"), 0)
 
     def _find_spikes(self, times: Array, drive: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return rows and columns of all spikes: V relaxes exactly towards the mean drive of each step."""

@@ -218,19 +218,18 @@ def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes:
 def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
     """Make a data set of trials that are written already, whole or not at all; their own folders stay."""
 
+    def link(source: str, target: str) -> None:
+        """Give a file a second name, or copy it where the file system cannot."""
+        try:
+            Path(target).hardlink_to(source)
+        except OSError:
+            shutil.copy2(source, target)
+
     def put(source: Path, target: Path) -> None:
         with writing(Path(folder)):
-            shutil.copytree(source, target, copy_function=_link)
+            shutil.copytree(source, target, copy_function=link)
 
     return _write_set(((read_trial(source), partial(put, source)) for source in folders), Path(folder), title, notes)
-
-
-def _link(source: str, target: str) -> None:
-    """Give a file a second name, or copy it where the file system cannot."""
-    try:
-        Path(target).hardlink_to(source)
-    except OSError:
-        shutil.copy2(source, target)
 
 
 def _write_set(

@@ -15,7 +15,8 @@ from fingerslip.dynamics.system.system import System
 
 __all__ = ["BodyIntegrator", "ByLength", "Integrator"]
 
-S, T = TypeVar("S"), TypeVar("T")
+S = TypeVar("S")
+T = TypeVar("T")
 Array = NDArray[np.float64]
 
 

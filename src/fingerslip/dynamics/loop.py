@@ -18,17 +18,18 @@ from fingerslip.dynamics.system.system import System
 __all__ = ["BodyObserver", "Check", "Loop", "Observer"]
 
 S = TypeVar("S")
+S_contra = TypeVar("S_contra", contravariant=True)
 Array = NDArray[np.float64]
 
 
-class Observer(Protocol[S]):
+class Observer(Protocol[S_contra]):
     """Records and checks the states of one motion, the first included."""
 
     @property
     def room(self) -> int:
         """Steps that may be recorded together next."""
 
-    def record(self, state: S) -> None:
+    def record(self, state: S_contra) -> None:
         """Check and record the next state, or several, time first in their arrays."""
 
     def finish(self) -> None:
@@ -58,15 +59,7 @@ class BodyObserver:
         return self.recorder.room
 
     def record(self, state: State) -> None:
-        """Check and record the next state, or several.
-
-        Raises
-        ------
-        SlipOutsideContactError
-            Where a node that is no candidate has reached its counterface.
-        InputError
-            Where a body that is free about several axes has turned far.
-        """
+        """Check and record the next state, or several; refuse slip beside candidates, and bodies turned far."""
         self._look(state)
         self.recorder.record(state)
 

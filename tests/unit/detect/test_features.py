@@ -18,7 +18,6 @@ from fingerslip.detect.features import (
     feature_names,
     features_of,
     fill_unseen,
-    markers_of,
     motion_of,
     neighbour_weights,
     rest_positions,
@@ -92,10 +91,12 @@ def test_rest_is_the_mean_of_what_was_seen() -> None:
 
 def test_bad_tracks_give_one_clear_error() -> None:
     still = np.zeros((6, DISC.count, 2))
-    with pytest.raises(InputError, match="have no external markers"):
-        markers_of(moving(still), "external")
-    with pytest.raises(InputError, match="have 6 frames, needs the 100 at rest"):
-        motion_of(moving(still))
+    for arguments, message in (
+        ((), "have 6 frames, needs the 100 at rest"),
+        ((MOTION, "external"), "no external mark"),
+    ):
+        with pytest.raises(InputError, match=message):
+            motion_of(moving(still), *arguments)
     still[:5, 4] = np.nan
     with pytest.raises(InputError, match="marker 4: is seen in none of the frames at rest"):
         motion_of(moving(still), MOTION)

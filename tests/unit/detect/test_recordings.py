@@ -181,16 +181,14 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings: Path, tmp_path:
     film(recordings / "early.mkv", INNER, dict.fromkeys(range(6), 3))
     (tmp_path / "table.csv").write_text("file\nearly.mkv\n")
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nearly,0.5,0.9\n")
-    said = collect_trials(
-        recordings,
-        tmp_path / "table.csv",
-        tmp_path / "trials",
-        labels=tmp_path / "mine.csv",
-        title="",
-        rest_frames=REST,
-        markers=(6, None),
-        layout="free",
-    )
+    options = {
+        "labels": tmp_path / "mine.csv",
+        "title": "",
+        "rest_frames": REST,
+        "markers": (6, None),
+        "layout": "free",
+    }
+    said = collect_trials(recordings, tmp_path / "table.csv", tmp_path / "trials", **options)
     assert "early: " in said
     assert "the sensor moved by" in said
     assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
@@ -218,8 +216,4 @@ def test_recordings_of_two_cameras_have_to_fit(recordings: Path, tmp_path: Path)
     (tmp_path / "table.csv").write_text("file,external\none.mkv,none.mkv\n")
     inside, outside = readers(6, 5, REST, "free")
     with pytest.raises(InputError, match=r"names none\.mkv, needs files that are in"):
-        next(
-            recorded_trials(
-                recordings, tmp_path / "table.csv", settings=LabelSettings(), read=inside, read_external=outside
-            )
-        )
+        next(recorded_trials(recordings, tmp_path / "table.csv", read=inside, read_external=outside))

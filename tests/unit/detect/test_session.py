@@ -40,18 +40,18 @@ CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 
 
 @pytest.fixture(scope="module")
-def detector(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def stored(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("session") / "detector"
     text = train_detector(trials_folder, folder, "logistic", CHOICES)
     assert "logistic, 19 trials, 912 samples, no guarantee" in text
     return folder
 
 
-def test_a_detector_runs_on_netcdf_and_on_csv(detector: Path, trials: TrialSet, tmp_path: Path) -> None:
+def test_a_detector_runs_on_netcdf_and_on_csv(stored: Path, trials: TrialSet, tmp_path: Path) -> None:
     name = benchmark_test_trials(trials.names)[0]
-    first = run_detector(detector, trials.folder / name / "tracks.nc")
+    first = run_detector(stored, trials.folder / name / "tracks.nc")
     write_tracks_csv(trials.tracks(name), tmp_path / "tracks.csv")
-    second = run_detector(detector, tmp_path / "tracks.csv")
+    second = run_detector(stored, tmp_path / "tracks.csv")
     assert first.rows[:3] == second.rows[:3]
     assert first.rows[0][1] is not Missing.NO_EVENT
     assert first.rows[2] == ("frames", "260")

@@ -127,13 +127,7 @@ class _Steps:
         return np.array(loads).reshape(len(system.loads) + len(system.commanded), size)
 
     def advance(self, state: State, times: Array) -> tuple[State, list[State]]:
-        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time.
-
-        Raises
-        ------
-        ConvergenceError
-            Where the contact of a step was not solved.
-        """
+        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time."""
         blocks: list[State] = []
         taken = 0
         while taken < times.size:

@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.interface import compiled_problem, compiled_settle, flat_motion, in_components
+from fingerslip.contact.interface import compiled_settle, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import solve_partitions
 from fingerslip.dynamics.step.release import TURNS, mark_changes
@@ -193,7 +193,7 @@ def _contact(body, inverse, motion, before, moved, friction):  # type: ignore[no
     last, iterations, largest = np.zeros(len(free), dtype=np.int8), 0, motion.largest[0]
     while True:
         _add(free, released, relative)
-        problem = compiled_problem(relative, forces_before, relative_before, body.springs[1])
+        problem = contact_problem(relative, forces_before, relative_before, body.springs[1])
         forces, product, residual, further, _ = solve_partitions(
             body.compliance,
             body.penalty,

@@ -93,7 +93,7 @@ class Large:
         if isinstance(time, Adaptive):
             time = time.fixed(length)
         elif is_dataclass(time) and length != self._step:
-            time = replace(time, step=length)  # type: ignore[type-var]
+            time = replace(time, step=length)
         return Factors(self._system, make_scheme(time), self._damping, self._solver, self._watch, self._reserved)
 
     def _halves(self, state: State, end: float, depth: int) -> State:

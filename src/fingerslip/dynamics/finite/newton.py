@@ -83,13 +83,8 @@ class Factors:
     def at(self, state: BodyState, velocity: Array | None = None) -> Stepper:
         """Return the stepper of a step that begins with a body; new where old factors have cost more than these.
 
-        Parameters
-        ----------
-        state : BodyState
-            The body.
-        velocity : (n,) array, optional
-            Its velocity [m/s]. With it, new factors are those of where the body will be in the middle of their time:
-            they then fit from beginning to end. That time is expected to be as long as that of the last ones.
+        With its velocity (n,) [m/s], new factors are those of where the body will be in the middle of their time: they
+        then fit from beginning to end. That time is expected to be as long as that of the last ones.
         """
         if self.stepper is not None and self._excess < _COST[self.system.space.dim]:
             return self.stepper
@@ -121,9 +116,9 @@ class Factors:
         self.system = system
         self.stepper = self.stepper and replace(self.stepper, system=system)
 
-    def saved_state(self) -> tuple[tuple[BodyState, bool, bool] | None, int, tuple[int, int, int]]:
+    def saved_state(self) -> tuple[MadeOf | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
-        return self.made_of and tuple(self.made_of), self.count, (self._least, self._excess, self._served)
+        return self.made_of, self.count, (self._least, self._excess, self._served)
 
     def restore(self, made_of: tuple[BodyState, bool, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""

@@ -133,7 +133,13 @@ def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
     energy, share = made_energy(history)
     work = float(np.abs(history["external_work"].values).max())
     work += sum(float(history[name].values[0]) for name in ("kinetic_energy", "strain_energy"))
-    advice = f"take {' or '.join(_remedies(stepper))}"
+    # What the model does not have already.
+    remedies = ["a smaller step"]
+    if stepper.system.candidates.nodes.size:
+        remedies.append("softer contact penalties")
+    if not isinstance(stepper.scheme, LinearScheme):
+        remedies.append("the scheme TimeStepping, whose impacts make none")
+    advice = f"take {' or '.join(remedies)}"
     if energy > work:
         problem = f"steps that have made {energy:.3g} J, more than the {work:.3g} J put in,"
         raise ConvergenceError(float(history["time"][-1]), -1, energy / work if work else np.inf, 1.0, advice, problem)
@@ -153,16 +159,6 @@ def made_energy(history: xr.Dataset) -> tuple[float, float]:
     names = ("kinetic_energy", "strain_energy", "external_work")
     largest = max(float(np.abs(history[name].values).max(initial=0.0)) for name in names)
     return gained, gained / largest if largest > 0.0 else 0.0
-
-
-def _remedies(stepper: Stepper) -> list[str]:
-    """Return what may keep the steps from making energy, of what the model does not have already."""
-    remedies = ["a smaller step"]
-    if stepper.system.candidates.nodes.size:
-        remedies.append("softer contact penalties")
-    if not isinstance(stepper.scheme, LinearScheme):
-        remedies.append("the scheme TimeStepping, whose impacts make none")
-    return remedies
 
 
 def _provenance(stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch) -> dict[str, object]:

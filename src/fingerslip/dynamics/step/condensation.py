@@ -59,16 +59,9 @@ class Condensed(Protocol):
         """Take the forward half for a right-hand side b, shape (n,) or (n, k) [N]."""
 
     def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
-        """Return x of A x = b + B^T r; x has the shape of b.
+        """Return x of A x = b + B^T r from the forward half for b; x has the shape of b.
 
-        Parameters
-        ----------
-        halfway : Halfway
-            The forward half for b.
-        forces : (m,) or (m, k) array
-            Contact forces r [N].
-        moved : (m,) or (m, k) array, optional
-            B A^-1 B^T r, where it is known already, which may save a product.
+        Arrays: forces r (m,) or (m, k) [N]; moved, likewise, B A^-1 B^T r, where it is known, which may save a product.
         """
 
 
@@ -122,10 +115,11 @@ def condense(
 
     Arrays: matrix (n, n); local (m, n); reserved_bytes [bytes]; returns compliance (m, m).
     """
-    # One analysis tells the memory and serves the factors.
-    interface, solver = np.unique(local.indices).astype(np.int64), solver.series()
+    interface = np.unique(local.indices).astype(np.int64)
     if local.shape[0] * matrix.shape[0] > _SMALL:
         dense = 8 * max(local.shape[0], interface.size) ** 2
+        # One analysis tells the memory and serves the factors.
+        solver = solver.series()
         factors = solver.bytes_around(matrix, interface)
         require_memory({"factors": factors, "compliance": _COPIES * dense, "history": reserved_bytes})
     factor, inverse = factorise_around(matrix, interface, solver)

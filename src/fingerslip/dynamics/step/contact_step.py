@@ -18,7 +18,7 @@ from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.step.prediction import Prediction
-from fingerslip.dynamics.step.release import Release, drop, fade, fading_forces, find_changes
+from fingerslip.dynamics.step.release import Release, drop, fade, fading_forces, mark_changes
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
@@ -156,8 +156,9 @@ def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArr
     before, stiffness = start.before.interface, stepper.system.candidates.tangential_stiffness
     if not stepper.scheme.inertia_factor:
         return np.zeros(len(stiffness), dtype=np.int8)
-    forces, relative = (before.forces, contact.solution.forces), (before.relative, contact.relative)
-    return find_changes(forces, relative, stiffness, contact.coefficients)
+    motion = before.forces, contact.solution.forces, before.relative, contact.relative
+    marks: NDArray[np.int8] = mark_changes(*motion, stiffness, contact.coefficients)
+    return marks
 
 
 def solve_law(
@@ -179,7 +180,7 @@ def solve_law(
     """
     candidates, counterfaces = surface
     coefficients = counterfaces.coefficients(conditions(candidates, before, *over), candidates.counterface)
-    problem = contact_problem(candidates, before, relative)
+    problem: Array = contact_problem(relative, before.forces, before.relative, candidates.tangential_stiffness)
     wanted, accepted = (_GOAL_SINGLE if compliance.is_single else GOAL), TOLERANCE
     if goal is not None:
         wanted, accepted = goal, goal * _MISSED_BY

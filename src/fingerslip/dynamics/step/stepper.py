@@ -180,7 +180,7 @@ class Stepper:
 def is_large(systems: Sequence[System]) -> bool:
     """Tell whether systems that share a matrix are large enough for factors of single precision to be worth it."""
     rows = max(system.relative.shape[0] for system in systems)
-    return bool(rows * systems[0].relative.shape[1] > _ROUGH_FROM[systems[0].space.dim])
+    return bool(rows * systems[0].relative.shape[1] >= _ROUGH_FROM[systems[0].space.dim])
 
 
 def build_steppers(
@@ -224,7 +224,13 @@ def _build(
     condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
-    turning = _turning(systems[0], condensed, len(compliance))
+    # What unit moments on rotations of bodies do without contact.
+    rotations = systems[0].rotations
+    at = np.zeros(0, dtype=np.int64) if rotations is None else rotations.at
+    turning = np.zeros((systems[0].mass.shape[0], at.size), order="F")
+    turning[at, np.arange(at.size)] = 1.0
+    if at.size:
+        turning = condensed.backward(condensed.forward(turning), np.zeros((len(compliance), at.size)))
     first = first_alike(systems, same_compliance)
     compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     return [
@@ -242,14 +248,6 @@ def _build(
         )
         for number, system in enumerate(systems)
     ]
-
-
-def _turning(system: System, condensed: Condensed, rows: int) -> Array:
-    """Return what unit moments on rotations of bodies do without contact, whose local displacements are `rows`."""
-    at = np.zeros(0, dtype=np.int64) if system.rotations is None else system.rotations.at
-    moments = np.zeros((system.mass.shape[0], at.size), order="F")
-    moments[at, np.arange(at.size)] = 1.0
-    return condensed.backward(condensed.forward(moments), np.zeros((rows, at.size))) if at.size else moments
 
 
 def _effective_matrix(

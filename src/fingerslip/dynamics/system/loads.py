@@ -19,12 +19,12 @@ from scipy import sparse
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.forms import ViscoelasticLayers, mass_matrix, traction_load
-from fingerslip.fe.space import Space, vector_dofs
+from fingerslip.fe.space import Space
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model, SupportMotion, Traction
 from fingerslip.model.programme import CONSTANT, Ramp
 
-__all__ = ["Load", "MovingComponent", "Supports", "held_rows", "model_loads", "moving_components", "supports_of"]
+__all__ = ["Load", "MovingComponent", "Supports", "held_rows", "model_loads", "moving_components"]
 
 Array = NDArray[np.float64]
 
@@ -126,20 +126,3 @@ def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
     return sparse.csr_matrix(
         (np.ones(columns.size), (holder[columns] * space.dim + columns % space.dim, columns)), shape
     )
-
-
-def supports_of(
-    rows: sparse.csr_matrix,
-    matrices: tuple[sparse.csr_matrix, sparse.csr_matrix, tuple[ViscoelasticLayers, ...]],
-    loads: Sequence[Load],
-    candidates: Indices,
-    dim: int,
-) -> Supports:
-    """Return what acts on what is held, from its stiffness, mass and viscoelastic layers.
-
-    Arrays: candidates (n_c,).
-    """
-    contact = sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()])
-    held_loads = tuple(Load(rows @ load.forces, load.ramp) for load in loads)
-    stiffness, mass, viscoelastic = matrices
-    return Supports(rows, stiffness, mass, contact, held_loads, viscoelastic)

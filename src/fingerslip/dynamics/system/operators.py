@@ -84,12 +84,6 @@ class NodalComponents:
     rows: Indices  # (k,), their indices among the unknowns
     held: NDArray[np.bool_]  # (k,), which of them supports hold
 
-    @classmethod
-    def of(cls, unknowns: Unknowns, n_dofs: int, components: Indices) -> NodalComponents:
-        """Find `components` (k,), degrees of freedom among the `n_dofs` of the mesh."""
-        rows = unknowns.rows(n_dofs)[components]
-        return cls(np.maximum(rows, 0), rows < 0)
-
     def among(self, nodes_left: Indices) -> NodalComponents:
         """Find them among some of the unknowns, `taken` (m,), ascending."""
         return replace(self, rows=np.searchsorted(nodes_left, self.rows))
@@ -112,20 +106,12 @@ class Outsiders:
 
 @dataclass(frozen=True)
 class Pose:
-    """Nodes that may touch counterfaces of bodies that have turned.
+    """Nodes that may touch counterfaces of bodies that have turned."""
 
-    Parameters
-    ----------
-    points : (k, dim) array
-        Where they are for whom turns with their counterface, relative to where that started [m].
-    turned : (k, dim, dim) array
-        Rotation of the counterface of each [-].
-    columns : (k * dim, r) array
-        Displacement relative to the counterfaces per rotation of their bodies, in global components [m].
-    """
-
+    # (k, dim), where they are for whom turns with their counterface, relative to where that started [m]
     points: Array
-    turned: Array
+    turned: Array  # (k, dim, dim), rotation of the counterface of each [-]
+    # (k * dim, r), displacement relative to the counterfaces per rotation of their bodies, in global components [m]
     columns: Array
 
 
@@ -251,7 +237,8 @@ class MeshCoordinates:
 
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom (k,) among the unknowns."""
-        return NodalComponents.of(self.unknowns, self.n_dofs, dofs)
+        rows = self.unknowns.rows(self.n_dofs)[dofs]
+        return NodalComponents(np.maximum(rows, 0), rows < 0)
 
     def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, sparse.csr_matrix]:
         """Return the components that a map (k, n_dofs) does not ignore, and the map of these."""

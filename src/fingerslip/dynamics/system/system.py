@@ -17,7 +17,7 @@ from fingerslip.dynamics.finite.body import Body
 from fingerslip.dynamics.system.bodies import Motion, rigid_freedoms
 from fingerslip.dynamics.system.checks import CheckedModel, inspect_model
 from fingerslip.dynamics.system.doubts import doubts
-from fingerslip.dynamics.system.loads import Load, MovingComponent, Supports, held_rows, moving_components, supports_of
+from fingerslip.dynamics.system.loads import Load, MovingComponent, Supports, held_rows, moving_components
 from fingerslip.dynamics.system.operators import (
     Coordinates,
     MeshCoordinates,
@@ -31,7 +31,7 @@ from fingerslip.dynamics.system.operators import (
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import ViscoelasticLayers, mass_matrix, stiffness_matrix, viscoelastic_layers
-from fingerslip.fe.space import Space, carrying_nodes
+from fingerslip.fe.space import Space, carrying_nodes, vector_dofs
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model
 
@@ -123,12 +123,7 @@ class System:
 
         Counterfaces of bodies that turn count as if they did not: :meth:`pose` has what rotations do.
 
-        Parameters
-        ----------
-        displacement : (n,) array
-            Displacement of the unknowns [m].
-        counterfaces : (n_counterfaces, dim) array
-            Prescribed displacement of the counterfaces [m].
+        Arrays: displacement (n,) [m]; counterfaces (n_counterfaces, dim), their prescribed displacement [m].
         """
         moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
         return moved - counterfaces[self.candidates.counterface]
@@ -189,7 +184,14 @@ def build_system(model: Model, twin: System | None = None) -> System:
         outsiders=tuple(_outsiders(model, checked_model, unknowns, number) for number in range(len(model.contacts))),
         motions=checked_model.motions,
         site_nodes=checked_model.site_nodes,
-        supports=supports_of(rows, matrices.of_held, checked_model.loads, candidates.nodes, space.dim),
+        supports=Supports(
+            rows,
+            stiffness=matrices.of_held[0],
+            mass=matrices.of_held[1],
+            contact=sparse.csr_matrix(rows[:, vector_dofs(candidates.nodes, space.dim).ravel()]),
+            loads=tuple(Load(rows @ load.forces, load.ramp) for load in checked_model.loads),
+            viscoelastic=matrices.of_held[2],
+        ),
         moving_supports=moving,
         viscoelastic=viscoelastic,
         body=_large_body(model, checked_model, coordinates),

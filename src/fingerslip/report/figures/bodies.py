@@ -21,25 +21,10 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.history import is_solid, nearest_record, nearest_snapshot, site_kinds, sites_of_kinds
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, ORANGE, STATE_COLOURS, region_colours
-from fingerslip.report.figures.style import (
-    NO_EVENTS,
-    add_field_bar,
-    add_legend,
-    columns_for,
-    event_keys,
-    event_times,
-    figure_grid,
-    join_title,
-    mark_run,
-    name_panel,
-    region_keys,
-    show_picture,
-    state_keys,
-    with_style,
-)
+from fingerslip.report.figures import style
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.scene import check_options, field_limits, region_names
+from fingerslip.report.scene.scene import CORNERS, check_options, field_limits, region_names
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import (
     Events,
@@ -58,8 +43,6 @@ from fingerslip.snapshot import flat_faces
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
-#: Nodes of a cell of a section that are its corners.
-CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
 _SKIN_WIDTH = 3.2
 _MARGIN = 0.06
 
@@ -72,7 +55,7 @@ def has_frames(history: xr.Dataset) -> bool:
 def frame_times(history: xr.Dataset, events: Events, names: Sequence[str] = MAIN_EVENTS) -> dict[float, str]:
     """Return times to show [s] and what happens then: the start of the slide and events; none without a slide."""
     window = slide_window(history)
-    times = event_times(events.slip, names)
+    times = style.event_times(events.slip, names)
     return {} if window is None else {window.start: "start of slide", **{times[name]: EVENTS[name] for name in times}}
 
 
@@ -88,10 +71,10 @@ def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int,
     return titles
 
 
-@with_style
+@style.with_style
 def deformed_figure(
     history: xr.Dataset,
-    events: Events = NO_EVENTS,
+    events: Events = style.NO_EVENTS,
     options: SceneOptions | None = None,
     times: Sequence[float] | None = None,
     title: str = "",
@@ -107,24 +90,24 @@ def deformed_figure(
     even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
     numbers = snapshots_at(history, moments or {float(time): "" for time in even})
     pictures = crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
-    columns, (width, height) = columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)[:2]
+    columns, (width, height) = style.columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)[:2]
     ratio, room = (pictures[0].shape[0] / pictures[0].shape[1], 0.35) if solid else (float(height / width), 0.75)
     wide = 6.0 if columns == 1 else 3.2 if solid else 3.4
     field = SCALARS[options.scalar][0]
     share, labels = ("none", ("", "")) if solid else ("all", ("x [mm]", "y [mm]"))
-    heading = join_title(f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}", title)
-    figure, panels = figure_grid(len(numbers), columns, (wide, wide * ratio + room), heading, labels, share=share)
+    heading = style.join_title(f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}", title)
+    figure, panels = style.figure_grid(len(numbers), columns, (wide, wide * ratio + room), heading, labels, share=share)
     limits = field_limits(history, options)
     for index, (axes, (number, name)) in enumerate(zip(panels, numbers.items(), strict=True)):
         if solid:
-            show_picture(axes, pictures[index])
+            style.show_picture(axes, pictures[index])
         else:
             draw_section(axes, history, number, options.scalar, limits)
-        name_panel(axes, name, columns)
-    keys = region_keys(region_names(history)) if options.scalar == "region" else {}
+        style.name_panel(axes, name, columns)
+    keys = style.region_keys(region_names(history)) if options.scalar == "region" else {}
     if options.scalar != "region":
-        add_field_bar(figure, panels, field, limits)
-    add_legend(figure, keys | ({} if solid and not options.contact else state_keys((STICK, SLIP))))
+        style.add_field_bar(figure, panels, field, limits)
+    style.add_legend(figure, keys | ({} if solid and not options.contact else style.state_keys((STICK, SLIP))))
     return figure
 
 
@@ -179,16 +162,16 @@ def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
         if sign:
             middle = 1e3 * face.centre[:2] - 0.06 * (right - left) * face.normal[:2]
             half = 0.09 * (right - left) * sign * along
-            style = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0}
-            axes.annotate("", xy=tuple(middle + half), xytext=tuple(middle - half), arrowprops=style)
+            look = {"arrowstyle": "-|>", "color": BLACK, "linewidth": 1.1, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", xy=tuple(middle + half), xytext=tuple(middle - half), arrowprops=look)
 
 
 _CUT_FRAMES = 6
 _WHITE = 250
 
 
-@with_style
-def cut_frames_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+@style.with_style
+def cut_frames_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = SceneOptions(cut="z", camera="side", receptors=False, written=False)
     times, window, overall = history["snapshot_time"].values, slide_window(history), events.overall
@@ -196,29 +179,29 @@ def cut_frames_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: st
     if overall is not None:
         end = min(end, overall + 0.1 * (overall - start))
     numbers = sorted({nearest_snapshot(history, moment) for moment in np.linspace(start, end, _CUT_FRAMES)})
-    heading = join_title("Stress on a cut along the finger", title)
-    figure, panels = figure_grid(len(numbers), 3, (3.2, 1.75), heading, ("", ""), share="none")
+    heading = style.join_title("Stress on a cut along the finger", title)
+    figure, panels = style.figure_grid(len(numbers), 3, (3.2, 1.75), heading, ("", ""), share="none")
     pictures = crop(stills(history, numbers, options, (960, 660)))
     for axes, number, picture in zip(panels, numbers, pictures, strict=True):
-        show_picture(axes, picture)
-        name_panel(axes, f"{float(times[number]):.3f} s", 3)
-    add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
+        style.show_picture(axes, picture)
+        style.name_panel(axes, f"{float(times[number]):.3f} s", 3)
+    style.add_field_bar(figure, panels, SCALARS[options.scalar][0], field_limits(history, options))
     return figure
 
 
-@with_style
+@style.with_style
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
     """Draw the layers of a solid, cut open, at the start."""
-    heading = join_title("Layers and mesh at the start, cut open", title)
-    figure, (axes,) = figure_grid(1, 1, (7.0, 3.4), heading, ("", ""))
+    heading = style.join_title("Layers and mesh at the start, cut open", title)
+    figure, (axes,) = style.figure_grid(1, 1, (7.0, 3.4), heading, ("", ""))
     options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
-    show_picture(axes, crop(stills(history, [nearest_snapshot(history, 0.0)], options))[0])
+    style.show_picture(axes, crop(stills(history, [nearest_snapshot(history, 0.0)], options))[0])
     keys: dict[str, Artist] = {
         name: Patch(color=colour) for name, colour in region_colours(region_names(history)).items()
     }
     if site_kinds(history).size:
         keys["recorded sites"] = Line2D([], [], color=BLACK, marker="o", markersize=4.0, linestyle="none")
-    add_legend(figure, keys)
+    style.add_legend(figure, keys)
     return figure
 
 
@@ -240,36 +223,36 @@ _STRAIN_FRAMES = 4
 _AROUND = 0.8  # mm
 
 
-@with_style
+@style.with_style
 def slip_frames_figure(
-    history: xr.Dataset, events: Events = NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
+    history: xr.Dataset, events: Events = style.NO_EVENTS, times: Sequence[float] | None = None, title: str = ""
 ) -> Figure:
     """Draw where the contact sticks and slips, in frames over time [s]."""
     patch = contact_patch(history)
     moments = _moments_with_events(history, events) if times is None else np.asarray(times, dtype=float)
-    heading = join_title("Stick and slip of the contact, seen from below", title)
-    figure, panels = figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
-    events_read = event_times(events.slip)
+    heading = style.join_title("Stick and slip of the contact, seen from below", title)
+    figure, panels = style.figure_grid(len(moments), 3, _panel_size(history, patch, 2.6), heading, _LABELS)
+    events_read = style.event_times(events.slip)
     for axes, moment, before in zip(panels, moments, [np.inf, *moments[:-1]], strict=True):
         states = triangle_states(history, patch, nearest_record(history, moment))
         _fill_patch(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
         passed = ", ".join(EVENTS[name] for name, time in events_read.items() if before < time <= moment)
         axes.set_title(f"{moment:.3f} s{f', after {passed}' if passed else ''}")
-    add_legend(figure, state_keys((STICK, SLIP, OPEN)))
+    style.add_legend(figure, style.state_keys((STICK, SLIP, OPEN)))
     return figure
 
 
-@with_style
+@style.with_style
 def surface_strain_figure(
-    history: xr.Dataset, events: Events = NO_EVENTS, component: str = "along", title: str = ""
+    history: xr.Dataset, events: Events = style.NO_EVENTS, component: str = "along", title: str = ""
 ) -> Figure:
     """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide."""
     patch = contact_patch(history)
     strains = surface_strains(history, patch).sel(strain_component=component)
     moments, name = _moments(history, events, _STRAIN_FRAMES), _STRAIN_NAMES[component]
-    heading = join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
+    heading = style.join_title(f"Green-Lagrange {name}, and its rate, seen from below", title)
     size = _panel_size(history, patch, 2.5)
-    figure, panels = figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
+    figure, panels = style.figure_grid(2 * len(moments), len(moments), size, heading, _LABELS)
     fields = ((strains, f"{name} [%]"), (surface_strain_rates(strains), "its rate [%/s]"))
     for row, (field, label) in enumerate(fields):
         row_panels = panels[row * len(moments) : (row + 1) * len(moments)]
@@ -339,7 +322,7 @@ def _moments_with_events(history: xr.Dataset, events: Events) -> Floats:
     """Return evenly spaced times, the nearest ones moved to the first records after the events."""
     moments, times = _moments(history, events, _FRAMES), history["time"].values
     free = np.arange(1, moments.size)
-    for event in event_times(events.slip).values():
+    for event in style.event_times(events.slip).values():
         if not moments[0] < event <= moments[-1] or free.size == 0:
             continue
         record = times[min(int(np.searchsorted(times, event)), times.size - 1)]
@@ -354,7 +337,7 @@ _STUCK = (0.12, 0.16, 0.2, 1.0)
 _ARROW = 0.3
 
 
-@with_style
+@style.with_style
 def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0) -> Figure:
     """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate."""
     patches = {title: contact_patch(history, counterface) for title, history in histories.items()}
@@ -373,7 +356,7 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0)
     size = _WIDTH, min(_WIDTH * (high[1] - low[1]) / (high[0] - low[0]), 3.0) + 0.4
     along, across = (f"{'xyz'[int(np.abs(axis).argmax())]} [mm]" for axis in plate)
     heading = "When each part of the contact slips for good, seen from below"
-    figure, panels = figure_grid(len(histories), min(_COLUMNS, len(histories)), size, heading, (along, across))
+    figure, panels = style.figure_grid(len(histories), min(_COLUMNS, len(histories)), size, heading, (along, across))
     for axes, (title, times) in zip(panels, onsets.items(), strict=True):
         paint, touched = colours.to_rgba(times), ~(times < 0.0)
         paint[np.isnan(times)] = _STUCK
@@ -407,12 +390,12 @@ def _onsets(history: xr.Dataset, patch: ContactPatch) -> Floats:
     return np.asarray(onset, dtype=float)
 
 
-@with_style
+@style.with_style
 def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> Figure:
     """Draw the stick ratio against the tangential force over the normal force."""
-    heading = join_title("Stick ratio against tangential force", title)
+    heading = style.join_title("Stick ratio against tangential force", title)
     labels = ("tangential force / normal force", "sticking share of the contact area")
-    figure, (axes,) = figure_grid(1, 1, (5.2, 3.4), heading, labels)
+    figure, (axes,) = style.figure_grid(1, 1, (5.2, 3.4), heading, labels)
     for name, history in histories.items():
         window, series = slide_window(history), patch_series(history)
         chosen = series.isel(time=window.records) if window else series
@@ -434,15 +417,15 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
     return [kind for kind in dict.fromkeys(map(str, site_kinds(history))) if kind.endswith("surface")]
 
 
-@with_style
-def reference_nodes_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+@style.with_style
+def reference_nodes_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node."""
     rows = sites_of_kinds(history, reference_kinds(history))
     if not rows.size:
         raise ResultError("the result has no reference nodes; write record: {reference_nodes: true} and run again")
     labels = ("time [s]", "displacement along the slide [mm]")
-    heading = join_title("Reference nodes along the slide", title)
-    figure, panels = figure_grid(len(rows), _NODE_COLUMNS, (2.2, 1.35), heading, labels)
+    heading = style.join_title("Reference nodes along the slide", title)
+    figure, panels = style.figure_grid(len(rows), _NODE_COLUMNS, (2.2, 1.35), heading, labels)
     tangent, window, times = slide_tangent(history), slide_window(history), history["time"].values
     along = 1e3 * history["displacement"].values @ tangent
     acceleration = np.array(history["acceleration"].values @ tangent)
@@ -456,7 +439,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = NO_EVENTS, titl
         axes.plot(times, plate, color=BLACK, linestyle=":", linewidth=1.0)
         kind = str(site_kinds(history)[row]).removesuffix(" surface")
         axes.set_title(f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind}")
-        mark_run(axes, history, events.slip)
+        style.mark_run(axes, history, events.slip)
         # Accelerations have their axis at the right, which is labelled beside the first row.
         right: Axes = axes.twinx()
         right.set_ylim(-top, top)
@@ -473,5 +456,5 @@ def reference_nodes_figure(history: xr.Dataset, events: Events = NO_EVENTS, titl
         "plate": Line2D([], [], color=BLACK, linestyle=":", linewidth=1.0),
         "acceleration (without the jerk at the start)": Line2D([], [], color=ORANGE, linewidth=0.9),
     }
-    add_legend(figure, keys | (event_keys([events.slip]) if window else {}))
+    style.add_legend(figure, keys | (style.event_keys([events.slip]) if window else {}))
     return figure

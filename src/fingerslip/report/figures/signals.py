@@ -20,40 +20,8 @@ from numpy.typing import NDArray
 from fingerslip.afferents.model import Spikes
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import sites_of_kinds
-from fingerslip.report.colours import (
-    AREA_COLOURS,
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RECEPTOR_COLOURS,
-    SKY,
-    STATE_COLOURS,
-    STATE_NAMES,
-    VERMILLION,
-)
-from fingerslip.report.figures.style import (
-    NO_EVENTS,
-    ShownTime,
-    add_legend,
-    event_keys,
-    figure_grid,
-    join_title,
-    limit_to_slides,
-    mark_events,
-    mark_run,
-    name_events,
-    name_run,
-    run_keys,
-    run_panels,
-    say,
-    shown_time,
-    shown_times,
-    shown_until,
-    with_style,
-)
+from fingerslip.report import colours as palette
+from fingerslip.report.figures import style
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     Events,
@@ -75,64 +43,64 @@ _ROUNDING = 1e-16
 PRESSED = 0.02
 _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "external_work": ("work of the plate", BLACK),
-        "strain_energy": ("strain energy", BLUE),
-        "friction_dissipation": ("friction", ORANGE),
-        "viscous_dissipation": ("relaxation of the layers", GREEN),  # where they relax
+        "external_work": ("work of the plate", palette.BLACK),
+        "strain_energy": ("strain energy", palette.BLUE),
+        "friction_dissipation": ("friction", palette.ORANGE),
+        "viscous_dissipation": ("relaxation of the layers", palette.GREEN),  # where they relax
     }
 )
 _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        "kinetic_energy": ("kinetic energy", VERMILLION),
-        "numerical_dissipation": ("numerical damping", PURPLE),
-        "damping_dissipation": ("material damping", GREEN),
-        "contact_energy": ("contact penalty", SKY),
-        "energy_imbalance": ("imbalance", GREY),
+        "kinetic_energy": ("kinetic energy", palette.VERMILLION),
+        "numerical_dissipation": ("numerical damping", palette.PURPLE),
+        "damping_dissipation": ("material damping", palette.GREEN),
+        "contact_energy": ("contact penalty", palette.SKY),
+        "energy_imbalance": ("imbalance", palette.GREY),
     }
 )
 
 
-@with_style
-def force_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+@style.with_style
+def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio, and the slipping area fraction."""
-    time, forces, events_read = shown_time(history), contact_forces(history), events.slip
-    heading = join_title("Forces and slipping area", title)
-    figure, panels = figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
+    time, forces, events_read = style.shown_time(history), contact_forces(history), events.slip
+    heading = style.join_title("Forces and slipping area", title)
+    figure, panels = style.figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
-    panels[0].plot(time.values, scale * forces.normal, color=BLUE, label="normal force")
-    panels[0].plot(time.values, scale * forces.friction, color=VERMILLION, label="tangential force")
+    panels[0].plot(time.values, scale * forces.normal, color=palette.BLUE, label="normal force")
+    panels[0].plot(time.values, scale * forces.friction, color=palette.VERMILLION, label="tangential force")
     panels[0].set_ylabel(f"force [{unit}]")
     draw_ratios(panels[1], history, time.values)
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
-        mark_run(axes, history, events_read)
+        style.mark_run(axes, history, events_read)
     _add_keys_beside(panels, time)
-    name_run(panels[:1], history, events_read)
+    style.name_run(panels[:1], history, events_read)
     return figure
 
 
-@with_style
+@style.with_style
 def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw tangential over normal force and the slipping area fraction, a panel for each run."""
-    title, times = "Tangential over normal force and slipping area", shown_times(histories.values())
-    figure, panels = run_panels(tuple(histories), title, (times[0].label, "ratio, fraction"))
+    title, times = "Tangential over normal force and slipping area", style.shown_times(histories.values())
+    figure, panels = style.run_panels(tuple(histories), title, (times[0].label, "ratio, fraction"))
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_ratios(axes, history, time.values)
         if time.logarithmic:
             time.fit(axes)
-        mark_run(axes, history, events.get(name, NO_EVENTS).slip)
-    limit_to_slides(panels[0], histories, events)
+        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip)
+    style.limit_to_slides(panels[0], histories, events)
     handles, names = panels[0].get_legend_handles_labels()
-    add_legend(figure, {**dict(zip(names, handles, strict=True)), **run_keys(histories, events)})
+    style.add_legend(figure, {**dict(zip(names, handles, strict=True)), **style.run_keys(histories, events)})
     return figure
 
 
-@with_style
+@style.with_style
 def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work."""
-    time, work = shown_time(history), float(np.abs(history["external_work"].values).max())
-    heading = join_title("Energy balance", title)
-    figure, (large, small) = figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
+    time, work = style.shown_time(history), float(np.abs(history["external_work"].values).max())
+    heading = style.join_title("Energy balance", title)
+    figure, (large, small) = style.figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
     scale, unit = _scale(work, "J")
     for name, (label, colour) in _LARGE_ENERGIES.items():
         if name != "viscous_dissipation" or (name in history and history[name].values.any()):
@@ -146,7 +114,7 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     return figure
 
 
-def _add_keys_beside(panels: Sequence[Axes], time: ShownTime) -> None:
+def _add_keys_beside(panels: Sequence[Axes], time: style.ShownTime) -> None:
     """Give each panel its legend at its right, and all of the time."""
     for axes in panels:
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
@@ -157,9 +125,11 @@ def draw_ratios(axes: Axes, history: xr.Dataset, times: Floats) -> None:
     """Draw the slipping area fraction, and tangential over normal force beside the friction coefficient."""
     ratio = contact_forces(history).ratio(PRESSED)
     friction = float(history["counterface_friction_coefficient"].values[0])
-    axes.plot(times, slipping_fraction(history).values, color=ORANGE, linewidth=1.0, label="slipping area fraction")
-    axes.plot(times, ratio, color=BLUE, label="tangential / normal force")
-    axes.axhline(friction, color=BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
+    axes.plot(
+        times, slipping_fraction(history).values, color=palette.ORANGE, linewidth=1.0, label="slipping area fraction"
+    )
+    axes.plot(times, ratio, color=palette.BLUE, label="tangential / normal force")
+    axes.axhline(friction, color=palette.BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
     axes.set_ylim(-0.03, max(1.05, 1.1 * friction))
 
 
@@ -171,13 +141,21 @@ def _scale(largest: float, unit: str) -> tuple[float, str]:
     return 1.0, unit
 
 
-_HELD_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+_HELD_COLOURS = (
+    palette.BLUE,
+    palette.VERMILLION,
+    palette.GREEN,
+    palette.ORANGE,
+    palette.PURPLE,
+    palette.SKY,
+    palette.BLACK,
+)
 
 
-@with_style
+@style.with_style
 def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run."""
-    times = shown_times(histories.values())
+    times = style.shown_times(histories.values())
     drawn: dict[str, Callable[[xr.Dataset], dict[str, Floats]]] = {
         "normal force [mN]": lambda history: {"": 1e3 * contact_forces(history).normal}
     }
@@ -190,7 +168,7 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
 
         drawn["displacement of the body [mm]"] = displacements
     title = "Normal force and motion while nothing slides"
-    figure, panels = figure_grid(len(drawn), 1, (6.6, 2.6), title, (times[0].label, ""), share="x")
+    figure, panels = style.figure_grid(len(drawn), 1, (6.6, 2.6), title, (times[0].label, ""), share="x")
     for axes, (label, signals) in zip(panels, drawn.items(), strict=True):
         axes.set_prop_cycle(color=_HELD_COLOURS)
         for (name, history), time in zip(histories.items(), times, strict=True):
@@ -204,33 +182,33 @@ def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     return figure
 
 
-_STATES = {STATE_NAMES[state]: STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
+_STATES = {palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
 _MOST_COLUMNS = 700
 _NODES_SHOWN = 9
 
 
-@with_style
+@style.with_style
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
     """Draw stick and slip along the surface over time, a panel for each run."""
-    times = shown_times(histories.values())
+    times = style.shown_times(histories.values())
     labels = (times[0].label, "position along the plate [mm]")
-    figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
+    figure, panels = style.run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
         draw_states(axes, history, time)
-        mark_run(axes, history, events.get(name, NO_EVENTS).slip)
-    limit_to_slides(panels[0], histories, events, before=0.3)
+        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip)
+    style.limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
-    add_legend(figure, {**patches, **run_keys(histories, events)})
+    style.add_legend(figure, {**patches, **style.run_keys(histories, events)})
     return figure
 
 
-def draw_states(axes: Axes, history: xr.Dataset, time: ShownTime) -> None:
+def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
     """Draw stick and slip along the surface over time."""
     state = history["contact_state"].values
     along = 1e3 * history["contact_position"].values @ slide_tangent(history)
     touched = np.flatnonzero((state != OPEN).any(axis=0))
     if touched.size == 0:
-        say(axes, "no contact")
+        style.say(axes, "no contact")
         return
     order = touched[np.argsort(along[touched])]
     chosen = np.flatnonzero(np.isfinite(time.values))[:: max(history.sizes["time"] // _MOST_COLUMNS, 1)]
@@ -255,15 +233,17 @@ def _borders(centres: Floats) -> Floats:
     return np.concatenate(([2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]))
 
 
-@with_style
-def contact_displacement_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+@style.with_style
+def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
-    figure, (axes,) = figure_grid(1, 1, (6.6, 3.6), join_title("Contact nodes against the plate", title), labels)
+    figure, (axes,) = style.figure_grid(
+        1, 1, (6.6, 3.6), style.join_title("Contact nodes against the plate", title), labels
+    )
     window, tangent = slide_window(history), slide_tangent(history)
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN) if window else np.empty(0, int)
     if window is None or touching.size == 0:
-        say(axes, "no slide in contact")
+        style.say(axes, "no slide in contact")
         return figure
     # Nodes evenly over the contact at the start of the slide, both edges among them.
     order = touching[np.argsort(history["contact_position"].values[touching] @ tangent)]
@@ -275,15 +255,15 @@ def contact_displacement_figure(history: xr.Dataset, events: Events = NO_EVENTS,
     plate = 1e3 * history["counterface_displacement"].values[window.records, 0] @ tangent
     for displacement, position in zip((skin - skin[0]).T, positions, strict=True):
         axes.plot(times, displacement, color=colours.to_rgba(np.array(position)), linewidth=1.2)
-    axes.plot(times, plate - plate[0], color=BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
+    axes.plot(times, plate - plate[0], color=palette.BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
     top = 1.25 * float(np.abs(skin - skin[0]).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
     events_read = events.displacement
-    axes.set_xlim(times[0], shown_until([window], [events_read]))
+    axes.set_xlim(times[0], style.shown_until([window], [events_read]))
     axes.legend(loc="upper left", frameon=True, facecolor="white", edgecolor="none").set_zorder(5)
     figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
-    mark_events(axes, events_read)
-    name_events(axes, None, events_read)
+    style.mark_events(axes, events_read)
+    style.name_events(axes, None, events_read)
     return figure
 
 
@@ -292,60 +272,66 @@ _AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge a
 _NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
 
 
-@with_style
-def acceleration_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+@style.with_style
+def acceleration_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
-    figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), join_title("Acceleration at the receptors", title), labels)
+    figure, panels = style.figure_grid(
+        len(kinds), 1, (6.8, 1.45), style.join_title("Acceleration at the receptors", title), labels
+    )
     signals, events_read = receptor_signals(history), events.acceleration
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
-        mark_run(axes, history, events_read)
+        style.mark_run(axes, history, events_read)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
-    limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
-    name_run(panels[:1], history, events_read)
+    style.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
+    style.name_run(panels[:1], history, events_read)
     _fit_after_transition(panels[0], signals, acceleration_peaks(history))
-    add_legend(figure, _area_keys())
+    style.add_legend(figure, _area_keys())
     return figure
 
 
-@with_style
+@style.with_style
 def acceleration_overview_figure(
     histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], settings: PeakSettings | None = None
 ) -> Figure:
     """Draw the signal that acceleration peaks are read from, a panel for each run."""
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
-    figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
-    events_read = [events.get(name, NO_EVENTS).acceleration for name in histories]
+    figure, panels = style.run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
+    events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
     for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
         _draw_peak_signal(axes, history, settings)
-        mark_run(axes, history, events_of_run)
-    limit_to_slides(panels[0], histories, events, marked=events_read)
+        style.mark_run(axes, history, events_of_run)
+    style.limit_to_slides(panels[0], histories, events, marked=events_read)
     keys: dict[str, Artist] = {
-        "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
-        "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
-        "height that a peak needs": Line2D([], [], color=GREY, linewidth=1.0),
+        "largest over the receptors": Line2D([], [], color=palette.BLUE, linewidth=1.0),
+        "peak that counts": Line2D([], [], color=palette.BLACK, marker="o", markersize=4, linestyle=""),
+        "height that a peak needs": Line2D([], [], color=palette.GREY, linewidth=1.0),
     }
-    add_legend(figure, {**keys, **event_keys(events_read)})
+    style.add_legend(figure, {**keys, **style.event_keys(events_read)})
     return figure
 
 
-@with_style
-def strain_energy_density_figure(history: xr.Dataset, events: Events = NO_EVENTS, title: str = "") -> Figure:
+@style.with_style
+def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
-    time, kinds, heading = shown_time(history), _recorded_kinds(history), join_title("Strain energy density", title)
+    time, kinds, heading = (
+        style.shown_time(history),
+        _recorded_kinds(history),
+        style.join_title("Strain energy density", title),
+    )
     labels = (time.label, "strain energy density [J/m³]")
-    figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
+    figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
     signals, events_read = receptor_signals(history), events.slip
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
-        mark_run(axes, history, events_read)
+        style.mark_run(axes, history, events_read)
         axes.set_ylim(bottom=0.0)
         time.fit(axes)
-    name_run(panels[:2], history, events_read)
-    add_legend(figure, _area_keys())
+    style.name_run(panels[:2], history, events_read)
+    style.add_legend(figure, _area_keys())
     return figure
 
 
@@ -355,25 +341,27 @@ def _recorded_kinds(history: xr.Dataset) -> tuple[str, ...]:
 
 
 def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str, times: np.ndarray) -> None:
-    for area, colour in AREA_COLOURS.items():
+    for area, colour in palette.AREA_COLOURS.items():
         signal = signals[name].sel(kind=kind, area=area)
         if bool(signal.notnull().any()):
             axes.plot(times, signal.values, color=colour, linewidth=1.1)
         else:
-            say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
+            style.say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
 
 
 def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: PeakSettings) -> None:
     signal = peak_signal(history, settings)
     if signal is None:
-        say(axes, "no slide or no receptor")
+        style.say(axes, "no slide or no receptor")
         return
     table = acceleration_peaks(history, settings)
     floor = 1e-4 * float(signal.max())
-    axes.semilogy(signal["time"].values, np.maximum(signal.values, floor), color=BLUE, linewidth=1.0)
-    axes.plot([p.time for p in table.peaks], [p.height for p in table.peaks], "o", color=BLACK, markersize=4, zorder=5)
+    axes.semilogy(signal["time"].values, np.maximum(signal.values, floor), color=palette.BLUE, linewidth=1.0)
+    axes.plot(
+        [p.time for p in table.peaks], [p.height for p in table.peaks], "o", color=palette.BLACK, markersize=4, zorder=5
+    )
     if table.peaks:
-        axes.axhline(table.noise_floor + table.threshold, color=GREY, linewidth=1.0)
+        axes.axhline(table.noise_floor + table.threshold, color=palette.GREY, linewidth=1.0)
 
 
 def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> None:
@@ -387,18 +375,23 @@ def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> 
     if top > 0.0:
         axes.set_ylim(-top, top)
     if cut > top:
-        look = {"fontsize": mpl.rcParams["legend.fontsize"], "color": GREY, "zorder": 6, "textcoords": "offset points"}
+        look = {
+            "fontsize": mpl.rcParams["legend.fontsize"],
+            "color": palette.GREY,
+            "zorder": 6,
+            "textcoords": "offset points",
+        }
         note = axes.annotate(f"cut, reaches {cut:.2g} m/s²", (peaks.transition.time, top), (8.0, -10.0), **look)
         note.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0})
 
 
 def _area_keys() -> dict[str, Artist]:
-    return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in AREA_COLOURS.items()}
+    return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in palette.AREA_COLOURS.items()}
 
 
-@with_style
+@style.with_style
 def spike_figure(
-    spikes: Spikes, history: xr.Dataset, events: Events = NO_EVENTS, title: str = "", window: float = 0.05
+    spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "", window: float = 0.05
 ) -> Figure:
     """Draw when afferents fire, a panel for each type with a row for each afferent, and their mean rates below.
 
@@ -422,10 +415,10 @@ def spike_figure(
     """
     kinds = tuple(dict.fromkeys(spikes.kinds))
     events_read, rates = events.slip, spikes.rates(window)
-    heading = join_title("Spikes of afferents", title)
-    figure, panels = figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
+    heading = style.join_title("Spikes of afferents", title)
+    figure, panels = style.figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
     for axes, kind in zip(panels, kinds, strict=False):
-        colour = RECEPTOR_COLOURS.get(kind, BLACK)
+        colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
         rows = [times for times, its_kind in zip(spikes.times, spikes.kinds, strict=True) if its_kind == kind]
         axes.eventplot(rows, colors=colour, linewidths=0.6, linelengths=0.8)
         axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=colour)
@@ -440,6 +433,6 @@ def spike_figure(
     panels[-1].set_yticks([], minor=True)
     panels[-1].set_ylim(bottom=0.0)
     for axes in panels:
-        mark_run(axes, history, events_read)
-    name_run(panels[:1], history, events_read)
+        style.mark_run(axes, history, events_read)
+    style.name_run(panels[:1], history, events_read)
     return figure

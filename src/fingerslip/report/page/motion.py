@@ -18,24 +18,10 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
-from fingerslip.report.colours import (
-    BLACK,
-    BLUE,
-    EVENT_COLOURS,
-    EVENT_DASHES,
-    FIELD_MAP,
-    GREY,
-    ORANGE,
-    RECEPTOR_COLOURS,
-    STATE_COLOURS,
-    STATE_NAMES,
-    VERMILLION,
-    region_colours,
-)
-from fingerslip.report.figures.bodies import CORNERS
+from fingerslip.report import colours as palette
 from fingerslip.report.figures.signals import PRESSED
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.scene import field_limits, region_names, soft_regions
+from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
@@ -61,11 +47,11 @@ _TYPES = ("u1", "i2", "u2", "u4", "f4")
 def language() -> dict[str, Any]:
     """Return the colours that the script of the page draws with."""
     return {
-        "states": [STATE_COLOURS[state] for state in sorted(STATE_COLOURS)],
-        "stateNames": [STATE_NAMES[state] for state in sorted(STATE_COLOURS)],
-        "map": [to_hex(colormaps[FIELD_MAP](share)) for share in np.linspace(0.0, 1.0, 33)],
-        "grey": GREY,
-        "black": BLACK,
+        "states": [palette.STATE_COLOURS[state] for state in sorted(palette.STATE_COLOURS)],
+        "stateNames": [palette.STATE_NAMES[state] for state in sorted(palette.STATE_COLOURS)],
+        "map": [to_hex(colormaps[palette.FIELD_MAP](share)) for share in np.linspace(0.0, 1.0, 33)],
+        "grey": palette.GREY,
+        "black": palette.BLACK,
     }
 
 
@@ -107,7 +93,12 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
         "solid": is_solid(history),
         "slide": None if window is None else window.start,
         "events": [
-            {"name": EVENTS[name], "time": time, "colour": EVENT_COLOURS[name], "dash": list(EVENT_DASHES[name])}
+            {
+                "name": EVENTS[name],
+                "time": time,
+                "colour": palette.EVENT_COLOURS[name],
+                "dash": list(palette.EVENT_DASHES[name]),
+            }
             for name, time in times.items()
         ],
         "panels": _panels(history, records, arrays),
@@ -133,17 +124,17 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
     """Return the panels of signals; their values are added to the arrays."""
     forces = contact_forces(history)
     signals: dict[str, dict[str, tuple[Floats, str]]] = {
-        "force [N]": {"normal": (forces.normal, BLUE), "tangential": (forces.friction, VERMILLION)},
+        "force [N]": {"normal": (forces.normal, palette.BLUE), "tangential": (forces.friction, palette.VERMILLION)},
         "ratio, fraction": {
-            "tangential / normal force": (forces.ratio(PRESSED), BLUE),
-            "slipping area fraction": (slipping_fraction(history).values, ORANGE),
+            "tangential / normal force": (forces.ratio(PRESSED), palette.BLUE),
+            "slipping area fraction": (slipping_fraction(history).values, palette.ORANGE),
         },
     }
     if not is_solid(history) and sites_of_kinds(history, RECEPTOR_KINDS).size:
         density = receptor_signals(history)["strain_energy_density"]
         means = {kind: density.sel(kind=kind).mean("area").values for kind in RECEPTOR_KINDS}
         signals["strain energy density at receptors [J/m³]"] = {
-            kind: (mean, RECEPTOR_COLOURS[kind]) for kind, mean in means.items() if np.isfinite(mean).any()
+            kind: (mean, palette.RECEPTOR_COLOURS[kind]) for kind, mean in means.items() if np.isfinite(mean).any()
         }
     panels = []
     for number, (label, lines) in enumerate((label, lines) for label, lines in signals.items() if lines):
@@ -158,7 +149,7 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
 def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict[str, Any]:
     """Return what sections and solids share; the colours of their stress end at `top` [kPa]."""
     names = region_names(history)
-    colours, tangent = region_colours(names), slide_tangent(history)
+    colours, tangent = palette.region_colours(names), slide_tangent(history)
     travel = history["counterface_displacement"].values[:, 0] @ tangent
     return {
         "frames": [float(history["snapshot_time"].values[number]) for number in frames],
@@ -213,7 +204,7 @@ def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any],
         positions = history["site_position"].values[sites_of_kinds(history, [kind])]
         if len(positions):
             nodes = np.linalg.norm(points[None] - positions[:, None], axis=2).argmin(axis=1).tolist()
-            body["receptors"].append({"kind": kind, "colour": RECEPTOR_COLOURS[kind], "nodes": nodes})
+            body["receptors"].append({"kind": kind, "colour": palette.RECEPTOR_COLOURS[kind], "nodes": nodes})
     return body, arrays
 
 

@@ -11,14 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.report.content import Film, ReportContent
-from fingerslip.report.figures.markers import (
-    count_figure,
-    fields_figure,
-    frames_figure,
-    jump_figure,
-    noise_figure,
-    slip_order_figure,
-)
+from fingerslip.report.figures import markers
 from fingerslip.report.figures.style import save_figure
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.report.prose import prose
@@ -60,9 +53,9 @@ def _film_pictures(content: ReportContent, film: Film) -> Iterator[Picture]:
     history, title = content.histories[film.run], f"{content.titles[film.run]}, {film.kind} camera"
     name, window = f"{film.run}-{film.kind}-camera", slide_window(history)
     if film.frames and history.sizes.get("snapshot_time", 0):
-        yield Picture(name, prose("captions", "camera-frames"), frames_figure(history, film.frames, title))
+        yield Picture(name, prose("captions", "camera-frames"), markers.frames_figure(history, film.frames, title))
     if film.kind == "external" and window is not None and (touching := touching_markers(history)).any():
-        figure = slip_order_figure(film.tracks, window.start, np.asarray(touching), title)
+        figure = markers.slip_order_figure(film.tracks, window.start, np.asarray(touching), title)
         yield Picture(f"{name}-order", prose("captions", "camera-order"), figure)
 
 
@@ -88,7 +81,7 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fi
         if fields is not None:
             write_bytes(partial / "fields.nc", bytes(fields.to_netcdf(engine="h5netcdf")))
             time = float(fields["time"][int(np.nan_to_num(fields["rigid_residual_rms"].values).argmax())])
-            save_figure(fields_figure(fields, time), partial / "fields.png")
+            save_figure(markers.fields_figure(fields, time), partial / "fields.png")
             # Videos with the fields at the places of tracks in the image.
             on_image = fields.assign(position=placed["position"])
             for name in SHOWN_FIELDS:
@@ -103,9 +96,9 @@ def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -
     if tracks.attrs.get("partial"):
         warnings = ("These tracks are partial.", *warnings)
     pictures = {
-        "Markers over time": Picture("count", prose("captions", "seen"), count_figure(tracks)),
-        "Noise at rest": Picture("noise", prose("captions", "noise"), noise_figure(tracks, frame)),
-        "Jumps": Picture("jumps", prose("captions", "jumps"), jump_figure(tracks)),
+        "Markers over time": Picture("count", prose("captions", "seen"), markers.count_figure(tracks)),
+        "Noise at rest": Picture("noise", prose("captions", "noise"), markers.noise_figure(tracks, frame)),
+        "Jumps": Picture("jumps", prose("captions", "jumps"), markers.jump_figure(tracks)),
     }
     sections = (
         ReportSection("Summary", (), (_summary(tracks),), warnings=warnings),
