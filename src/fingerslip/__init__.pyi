@@ -73,6 +73,7 @@ from .react.detectors import (
 from .react.latency import CriticalStart as CriticalStart, critical_start as critical_start
 from .react.loads import (
     DroppedBall as DroppedBall,
+    FilledVessel as FilledVessel,
     LoadSeries as LoadSeries,
     RampLoad as RampLoad,
     StepLoad as StepLoad,

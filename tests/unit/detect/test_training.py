@@ -37,7 +37,6 @@ def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials: TrialSet) 
     for name in unseen:
         time, scores, found = detect(made, trials.tracks(name))
         assert scores.shape == (len(time), 2)
-        assert found.incipient is not None
         assert onsets[name].gross is not None
         assert abs(found.incipient - onsets[name].incipient) < 1.0  # type: ignore[operator]
 

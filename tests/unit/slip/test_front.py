@@ -92,7 +92,6 @@ def ending_at(edge: float, history: xr.Dataset = HISTORY) -> xr.Dataset:
 
 def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance() -> None:
     found = edge_contact(ending_at(HALF_WIDTH + 0.5 * SPACING))
-    assert found is not None
     assert found.boundary == "skin"
     assert found.distance == pytest.approx(0.5 * SPACING)
     # The patch grows with the square root of time; nodes within two spacings of the edge touch from here on.
@@ -129,7 +128,6 @@ def test_every_counterface_is_looked_at() -> None:
     history = ending_at(HALF_WIDTH).drop_dims("counterface").assign(two)
     history = history.assign_coords(counterface=["left", "right"], contact_counterface=("contact_node", belongs))
     found = edge_contact(history)
-    assert found is not None
     assert found.boundary == "right"
 
 
@@ -185,7 +183,6 @@ def test_sites_that_are_not_recorded_are_said_to_be_missing() -> None:
 def test_peaks_are_read_at_named_sites_alone() -> None:
     settings = PeakSettings(sites=("SA-II-3",))
     signal = peak_signal(AT_SITES, settings)
-    assert signal is not None
     row = AT_SITES["site"].values.tolist().index("SA-II-3")
     own = np.abs(tangential_acceleration(AT_SITES, np.array([row])))[:, 0]
     assert signal.values == pytest.approx(own[-signal.size :])

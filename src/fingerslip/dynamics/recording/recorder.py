@@ -6,6 +6,7 @@ A step only copies what the history needs. What follows from it is computed for 
 from __future__ import annotations
 
 import copy
+import functools
 import logging
 import operator
 from dataclasses import replace
@@ -26,6 +27,7 @@ from fingerslip.fe.finite.recovery import finite_site_recovery
 from fingerslip.fe.space import inverted_cells, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
 from fingerslip.materials.viscoelastic import Relaxed, follow_strains
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
@@ -77,11 +79,13 @@ class Recorder:
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
         self._recoveries = recoveries or Recoveries(system)
         self._at_sites = self._recoveries.at_sites(system.site_nodes, regions)
-        self._sites = replace(self._at_sites.recovery, relax=self._strain_histories)
         at_once = min(_STEPS_AT_ONCE, times.size)
         self._energies = np.zeros((times.size, len(_ENERGIES)))
         self._strains = np.zeros((times.size, *self._at_sites.strain_shape))
         self._scheme = make_scheme(model.time)
+        # A function that is not its own: a recorder in a ring would keep all factors until Python looks for rings.
+        histories = functools.partial(_strain_histories, system.materials.formulation, self._scheme.step)
+        self._sites = replace(self._at_sites.recovery, relax=histories)
         self._viscous = viscous_steps(system.viscoelastic, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
         self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
@@ -287,10 +291,6 @@ class Recorder:
             sites[:] = (self._at_sites.motion @ around.T).T.reshape(sites.shape)
             contact[:] = values_of_contact.reshape(contact.shape)
 
-    def _strain_histories(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
-        """Return all strains of points (n_times, k, m) [-] with their dashpots."""
-        return follow_strains(material, strains, self._system.materials.formulation, self._scheme.step)
-
     def _complete_tractions(self, steps: slice) -> None:
         """Sum up the forces in the arrays of tractions, and make tractions of them."""
         values, candidates = self.values, self._system.candidates
@@ -329,6 +329,13 @@ class Recorder:
             whole, total, out=np.zeros_like(whole), where=total > 0.0
         )
         self.values["largest_friction_utilisation"][steps, number] = shares.max(axis=1, initial=0.0)
+
+
+def _strain_histories(
+    formulation: Formulation, step: float, material: Elastic, strains: Array, _: NDArray[np.int64]
+) -> Relaxed:
+    """Return all strains of points (n_times, k, m) [-] at equal steps [s] with their dashpots."""
+    return follow_strains(material, strains, formulation, step)
 
 
 def _first_dimension(name: str) -> str:

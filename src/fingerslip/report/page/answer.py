@@ -72,20 +72,16 @@ def _answer_of_many(
 ) -> tuple[str, ...]:
     since = {run.name: float(run.events.overall or 0.0) - starts[run.name] for run in slipped}
     ordered = sorted(slipped, key=lambda run: since[run.name])
-    kind, digits, travels = (
-        "samples" if study.ranges else "runs",
-        time_digits(slipped),
-        _travels(slipped, "overall_travel_m"),
-    )
+    kind = "samples" if study.ranges else "runs"
+    digits, travels = time_digits(slipped), _travels(slipped, "overall_travel_m")
     first, last = (
         f"{since[run.name]:.{digits}f} s{'' if study.ranges else f' ({run_title(run, run.name)})'}"
         for run in (ordered[0], ordered[-1])
     )
     labels = [path_label(path) for path in differing_paths(study.runs)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
-    which = (
-        f" of {len(study.ranges)} uncertain values" if study.ranges else f" that differ in {listed}" if labels else ""
-    )
+    which = f" that differ in {listed}" if labels else ""
+    which = f" of {len(study.ranges)} uncertain values" if study.ranges else which
     travel = f"after {min(travels):.2f} to {max(travels):.2f} mm of travel, " if travels else ""
     spread = f"between {first} and {last} after the slide begins{_trend(slipped, since)}"
     said = f"Over {len(slipped)} {kind}{which}, the whole contact slips {travel}{spread}."
@@ -116,9 +112,8 @@ def _latencies(runs: Sequence[RunResult]) -> str:
         return ""
     time = _span([round(latency, time_digits(runs) - 3) for latency in latencies], 0, "ms")
     if travels := _travels(runs, "latency_travel_m"):
-        return (
-            f"From incipient slip on, the plate travels {_span(travels, 2, 'mm')}, {time} at the speed of this slide."
-        )
+        way = _span(travels, 2, "mm")
+        return f"From incipient slip on, the plate travels {way}, {time} at the speed of this slide."
     return f"From incipient slip on, {time} are left to react."
 
 

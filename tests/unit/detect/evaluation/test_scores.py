@@ -63,7 +63,6 @@ def test_intervals_are_over_trials() -> None:
     good, bad = np.diag([10, 10, 10]), np.array([[0, 10, 0], [0, 10, 0], [0, 0, 10]])
     scores = frame_scores_of(np.array([good] * 9 + [bad]))
     assert scores.accuracy.value == pytest.approx(290 / 300)
-    assert scores.accuracy.low is not None
     assert scores.accuracy.low < 0.95
     assert scores.recall[0].value == pytest.approx(0.9)
     assert scores.recall[2].value == scores.recall[2].low == 1.0

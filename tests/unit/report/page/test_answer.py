@@ -84,7 +84,7 @@ def test_what_does_not_slip_and_what_does_not_slide_is_said() -> None:
     assert mixed[-2] == "In 1 of 2 runs overall slip is not reached."
     held = run("a", None, numbers={"normal_force_max": 2.0, "normal_force_end": 1.5})
     assert answer(study(held), {}) == (
-        "Nothing slides in this study. Of the largest normal force, 2 N, 75 % is left at the end."
+        "Nothing slides in this study. Of the largest normal force, 2 N, 75 % is left at the end.",
     )
     assert answer(study(run("a", None)), {})[0].startswith("Nothing slides")
 

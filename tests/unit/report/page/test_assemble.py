@@ -127,7 +127,7 @@ def test_runs_without_a_history_are_in_the_tables_only() -> None:
     assert len(report.sections[0].tables[0].rows) == 2
 
 
-def test_every_swept_value_gives_latencies_and_event_times() -> None:
+def test_every_swept_value_that_differs_gives_latencies_and_event_times() -> None:
     swept = [{"time.step": "5 ms", "fingertip.fingerprint.enabled": on} for on in (False, True)]
     swept += [{"time.step": "10 ms", "fingertip.fingerprint.enabled": False}]
     runs = tuple(RunResult(str(number), values, Events()) for number, values in enumerate(swept))
@@ -138,12 +138,8 @@ def test_every_swept_value_gives_latencies_and_event_times() -> None:
         "latency-fingertip-fingerprint-enabled",
         "events-fingertip-fingerprint-enabled",
     ]
-
-
-def test_a_value_that_is_the_same_in_all_runs_is_not_drawn() -> None:
-    runs = tuple(RunResult(str(mu), {"contact.friction_coefficient": 0.6}, Events()) for mu in (1, 2))
-    report = study_report(content_of(runs, {}))
-    assert report.pictures == ()
+    same = tuple(RunResult(str(number), {"contact.friction_coefficient": 0.6}, Events()) for number in (1, 2))
+    assert study_report(content_of(same, {})).pictures == ()
 
 
 def test_refined_runs_have_a_section_of_their_own() -> None:
@@ -156,12 +152,6 @@ def test_refined_runs_have_a_section_of_their_own() -> None:
     assert [table.title for table in section.tables] == ["Numerical uncertainty, n 2"]
     without = study_report(content_of(runs, {}))
     assert "Numerical uncertainty" not in [section.title for section in without.sections]
-
-
-def test_values_are_shown_in_their_groups() -> None:
-    report = study_report(content_of((RunResult("run", {}, Events()),), {}, values=VALUES))
-    (table,) = section_of(report, "Values and their sources").tables
-    assert [row[0] for row in table.rows] == ["fingertip.depth", "fingertip.layers.skin_thickness"]
 
 
 @pytest.mark.parametrize(("count", "detailed"), [(12, 12), (15, 1)])

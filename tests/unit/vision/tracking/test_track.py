@@ -49,7 +49,8 @@ def follow(frames, **options) -> xr.Dataset:
 def tracked(positions: NDArray[np.float64], look: clips.Look = clips.DEFAULT, **options) -> Clip:
     seed, hidden = options.pop("seed", 0), options.pop("hidden", None)
     frames = list(clips.filmed(positions, look, seed=seed, hidden=hidden))
-    return Clip(frames, clips.truth_of(positions, look), follow(frames, n_markers=positions.shape[1], **options))
+    tracks = follow(frames, **{"n_markers": positions.shape[1], **options})
+    return Clip(frames, clips.truth_of(positions, look), tracks)
 
 
 def score_of(made: Clip) -> clips.Score:
