@@ -41,6 +41,9 @@ def test_nothing_found_and_a_video_that_was_cut_off():
     assert np.isnan(matched["position"].values).all()
     errors = track_errors(matched, TRUTH)
     assert (errors.rms, errors.largest, errors.kept) == (None, None, 0.0)
+    unseen = np.where(np.arange(3)[:, None] == 2, np.nan, POSITION)
+    matched = matched_tracks(TRUTH, make_tracks(unseen, TIMES, units="px"))
+    assert np.isnan(matched["position"].values[:, 2]).all(), "what has no truth is no marker of it"
 
 
 def tracks(position):

@@ -199,7 +199,11 @@ def test_angles_run_from_x_to_y_and_the_centre_may_be_empty() -> None:
 
 def test_complaints_of_layouts_that_are_none() -> None:
     scattered = np.random.default_rng(0).uniform(0, 100, (40, 2))
-    assert "not on the hexagonal lattice" in topology(scattered, "hex").complaint
+    found = topology(scattered, "hex")
+    off, words = found.complaint.split(maxsplit=1)
+    assert words == "of 40 markers are not on the hexagonal lattice"
+    assert found.ring is not None
+    assert np.flatnonzero(found.ring == found.ring.max()).tolist() == list(range(40 - int(off), 40)), "in the last ring"
     assert "rings have" in topology(ring_layout(50.0, (1, 8, 16, 12)).position, "rings").complaint
     assert "not on the square grid" in topology(scattered, "grid").complaint
     assert topology(scattered, "auto").layout == "free"
