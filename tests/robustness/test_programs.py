@@ -66,7 +66,7 @@ def test_a_killed_program_is_continued_and_what_was_finished_stays(tmp_path: Pat
         while program.poll() is None and len(finished(study)) < until:
             time.sleep(0.05)
         os.killpg(program.pid, signal.SIGKILL)
-        program.wait()
+        ended(program)
         now = finished(study)
         assert kept.items() <= now.items(), "what was finished stays as it was"
         kept = now
