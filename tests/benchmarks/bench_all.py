@@ -27,8 +27,8 @@ from rows import line, options_of, reference, table, write
 from threadpoolctl import threadpool_limits
 
 import fingerslip as fs
-from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.prepare import prepare
+from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.running.build import prepare
 
 ROOT = Path(__file__).parents[2]
 # CPU seconds, but where the name says something else.

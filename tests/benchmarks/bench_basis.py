@@ -19,8 +19,8 @@ import numpy as np
 from rows import options_of
 
 import fingerslip as fs
-from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.prepare import prepare
+from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.running.build import prepare
 
 STUDIES = Path(__file__).parents[2] / "studies"
 CASES = {"plane": "wang2014_friction", "sweep": "wang2014_friction", "solid": "wang2014_3d"}

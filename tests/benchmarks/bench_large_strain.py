@@ -20,8 +20,7 @@ from pathlib import Path
 from rows import options_of, reference, write
 
 import fingerslip as fs
-from fingerslip.study.definition.runs import expand
-from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.running.build import build_mesh, build_model
 
 ROOT = Path(__file__).parents[2]
@@ -32,7 +31,7 @@ COUNTS = ("newton_iterations", "factorisations", "halved_steps")
 def models(study: str, end: float | None) -> dict[str, fs.Model]:
     """Return the first run of a study at small and at large strain, perhaps cut short."""
     path = ROOT / "studies" / f"{study}.yaml"
-    run = expand(read_study(path), path)[0]
+    run = read_runs(path).runs[0]
     model = build_model(run, build_mesh(run))
     if end is not None:
         model = dataclasses.replace(model, time=dataclasses.replace(model.time, end=end))

@@ -17,8 +17,7 @@ import time
 from pathlib import Path
 
 import fingerslip as fs
-from fingerslip.study.definition.runs import expand
-from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.running.build import build_mesh, build_model
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "viscoelastic_3d.yaml"
@@ -49,7 +48,7 @@ def model(solid: bool, formulation: str | None, terms: tuple[fs.PronyTerm, ...])
 
 def shipped() -> dict[str, fs.Model]:
     """Return the runs of the shipped study at 5 mm/s: elastic with the modulus at once, and relaxing."""
-    runs = {run.name: run for run in expand(read_study(SHIPPED), SHIPPED)}
+    runs = {run.name: run for run in read_runs(SHIPPED).runs}
     names = {"elastic": "pulp-relaxing-prony-none", "relaxing": "pulp-relaxing"}
     mesh = build_mesh(next(iter(runs.values())))
     return {

@@ -26,8 +26,7 @@ from fingerslip.dynamics.statics.motion import static_motion
 from fingerslip.linear.resources import limited_threads
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
-from fingerslip.study.definition.runs import Run, expand
-from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.runs import Run, read_runs
 from fingerslip.study.running.build import build_mesh, build_model
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -48,7 +47,7 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def run_of(name: str) -> Run:
-    return expand(read_study(STUDIES / name), STUDIES / name)[0]
+    return read_runs(STUDIES / name).runs[0]
 
 
 def section() -> None:

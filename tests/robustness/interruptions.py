@@ -18,7 +18,7 @@ from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
 from fingerslip.results import stored_result
 from fingerslip.study.running import runner
-from fingerslip.study.running.pool import without_main_module
+from fingerslip.study.running.compute import without_main_module
 from unit.study.block import block_mesh, block_values
 
 # The server has the modules loaded, so that a process that it forks takes a fraction of a second.
