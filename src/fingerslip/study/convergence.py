@@ -16,7 +16,7 @@ from fingerslip.storage.files import new_folder, write_text
 from fingerslip.study.definition.runs import Plan, Run, plan_study
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jobs, run_studies, write_up
+from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jobs, run_plans, write_up
 from fingerslip.study.storage.store import CONVERGENCE, RunConvergence, read_convergences, write_convergences
 from fingerslip.tables.table import Table, to_csv, to_markdown
 from fingerslip.uncertainty import SETTINGS, Convergence, Series
@@ -154,7 +154,7 @@ def converge(
     for name in only:
         if name not in names:
             raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
-    run_studies([path], results_dir=results_dir, workers=workers, progress=reporter)
+    run_plans([plan], workers=workers, progress=reporter)
     from fingerslip.study.running.build import prepare
 
     jobs = prepare(plan, [run for run in plan.runs if not only or run.name in only])

@@ -31,13 +31,7 @@ from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.dotted import assign, walk
 from fingerslip.study.definition.runs import expand_mapping, read_runs
 from fingerslip.study.definition.settings import CameraSettings, ContactSettings, TimeSettings, TrialSettings
-from fingerslip.study.definition.spec import (
-    Study,
-    known_paths,
-    mistakes_between,
-    parse_study,
-    read_study,
-)
+from fingerslip.study.definition.spec import Study, known_paths, mistakes_between, parse_study, read_study
 from places import ROOT
 from unit.scans import scan_values
 from unit.study.block import block_values, finger_values
