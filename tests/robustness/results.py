@@ -132,25 +132,19 @@ def _other_history(history: xr.Dataset, chance: random.Random) -> xr.Dataset:
         case 0:
             return history.drop_vars(name)
         case 1:
-            history[name] = (
-                variable * chance.choice((0, -1, np.nan, np.inf, 1e300, 1e-300)) if _numeric(variable) else variable
-            )
+            if variable.dtype.kind == "f":
+                history[name] = variable * chance.choice((0, -1, np.nan, np.inf, 1e300, 1e-300))
         case 2:
             history[name].attrs["units"] = chance.choice(("ms", "mm", "", "furlong", "deg"))
         case 3:
             history[name] = variable.astype(str)
         case 4:
-            history.attrs |= {
-                chance.choice(sorted(history.attrs) or ["x"]): chance.choice(("", "x", 3, -1.0, "{", "1" * 400))
-            }
+            name = chance.choice(sorted(history.attrs) or ["x"])
+            history.attrs[name] = chance.choice(("", "x", 3, -1.0, "{", "1" * 400))
         case _:
             name = chance.choice(sorted(map(str, history.sizes)))
             return history.isel({name: slice(0, chance.choice((0, 1, 2)))})
     return history
-
-
-def _numeric(variable: xr.DataArray) -> bool:
-    return bool(np.issubdtype(variable.dtype, np.floating))
 
 
 def _write_study(folder: Path) -> Path:
@@ -180,13 +174,9 @@ def _damage(target: Path, chance: random.Random) -> None:
         # JSON as PyYAML writes it in its flow style reads back as either.
         values = changed_data(yaml.safe_load(target.read_text()), chance)
         style = {"default_flow_style": True, "default_style": '"'} if chance.random() < 0.1 else {"sort_keys": False}
-        target.write_text(_as_text(values, target.suffix, style))
+        target.write_text(json.dumps(values) if target.suffix == ".json" else yaml.safe_dump(values, **style))
     else:
         target.write_bytes(changed_bytes(target.read_bytes(), chance))
-
-
-def _as_text(values: Any, suffix: str, style: dict[str, Any]) -> str:
-    return json.dumps(values) if suffix == ".json" else yaml.safe_dump(values, **style)
 
 
 def _view(folder: Path) -> None:

@@ -26,7 +26,7 @@ Samples = Annotated[
     str, typer.Option("--samples", metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")
 ]
 # The tracker itself refuses other names, so that they are listed in one place.
-Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="Of markers: rings, hex or free.")]
+Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")]
 Least = Annotated[
     float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
 ]
@@ -56,7 +56,7 @@ def simulate(
     trials = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(trials.names)} trials")
     if parquet is not None:
-        from fingerslip.detect.trial_set import write_parquet
+        from fingerslip.detect.trials import write_parquet
 
         write_parquet(trials, parquet)
         typer.echo(f"{parquet}: a row for each frame")
@@ -74,7 +74,7 @@ def collect(
     external_markers: Annotated[
         int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
-    layout: Layout = "rings",
+    layout: Layout = "auto",
 ) -> None:
     """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks."""
     from fingerslip.detect.session import collect_trials
@@ -250,7 +250,7 @@ def run(
         "detector"
     ),
     markers: Markers = None,
-    layout: Layout = "rings",
+    layout: Layout = "auto",
     as_json: AsJson = False,
 ) -> None:
     """Run a detector frame by frame on tracks or on a video, and print its events and its latency."""

@@ -23,12 +23,13 @@ def react(
 ) -> None:
     """Compute how long a reflex may take to save a held object, over friction and rate of its load.
 
-    Answer, tables and figures are written into a folder with the name of the file.
+    A page with the answer, tables, figures and a film is written into a folder with the name of the file.
     """
-    from fingerslip.react.answer import answer, map_file, trial_table
+    from fingerslip.react.answer import answer, trial_table
+    from fingerslip.react.page import map_file
 
     with typer.progressbar(length=1000, label="reactions", hidden=quiet or as_json, file=sys.stderr) as bar:
         result, folder = map_file(file, results, workers, lambda share: bar.update(int(1000 * share) - bar.pos))
     print_tables([trial_table(result)], as_json)
     if not as_json:
-        typer.echo(f"{answer(result)}\nfigures and tables: {folder}")
+        typer.echo("\n".join((*answer(result), f"page: {folder / 'report.html'}")))

@@ -22,11 +22,17 @@ from fingerslip.detect.evaluation.inquiries import (
 )
 from fingerslip.detect.features import FeatureSettings, ring_of_features
 from fingerslip.detect.samples import benchmark_test_trials, left_out, samples_of
-from fingerslip.detect.session import Choices, write_tables
-from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
+from fingerslip.detect.session import (
+    Choices,
+    assumption_table,
+    condition_table,
+    curve_table,
+    importance_table,
+    robustness_table,
+    write_tables,
+)
 from fingerslip.detect.training import candidate_of_name
-from fingerslip.detect.trial_set import TrialSet, open_trials
-from fingerslip.detect.trials import condition_text
+from fingerslip.detect.trials import TrialSet, condition_text, open_trials
 from fingerslip.errors import InputError, shorten
 from fingerslip.report.figures.markers import (
     assumption_figure,

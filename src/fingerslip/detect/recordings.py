@@ -18,8 +18,7 @@ from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import plain_cell
 from fingerslip.units import parse_quantity
-from fingerslip.vision.tables import read_tracks_csv
-from fingerslip.vision.tracks import make_tracks, read_tracks
+from fingerslip.vision.tracks import make_tracks, read_tracks, read_tracks_csv
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +102,7 @@ def recorded_trials(
     read: Callable[[Path], xr.Dataset] = read_any_tracks,
     read_external: Callable[[Path], xr.Dataset] = read_any_tracks,
 ) -> Iterator[Trial]:
-    """Yield a trial for each recording, for :func:`fingerslip.detect.trial_set.write_trials`."""
+    """Yield a trial for each recording, for :func:`fingerslip.detect.trials.write_trials`."""
     table = read_conditions(conditions)
     # All names are checked first: tracking the others takes long.
     for file, values in table.items():
@@ -157,7 +156,7 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
 
 
 def read_recording(
-    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "rings"
+    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "auto"
 ) -> xr.Dataset:
     """Return the tracks of a recording: read where it is a file of tracks, else followed through the video.
 
@@ -184,7 +183,7 @@ def readers(
     n_markers: int | None = None,
     n_external: int | None = None,
     rest_frames: int = 100,
-    layout: LayoutName = "rings",
+    layout: LayoutName = "auto",
 ) -> tuple[Callable[[Path], xr.Dataset], Callable[[Path], xr.Dataset]]:
     """Return what reads the recordings of the inner and of the outer camera; see :func:`read_recording`.
 

@@ -30,8 +30,9 @@ from fingerslip.marker_tracks import marker_tracks, seen_with_plate
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip.windows import stick_ratio
 from fingerslip.units import parse_quantity
+from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 from fingerslip.vision.cameras.camera import external_camera, internal_camera
-from fingerslip.vision.cameras.point import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks, plate_mark
+from fingerslip.vision.cameras.point import CameraPair, pair_tracks, plate_mark
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,46 +1,48 @@
-"""What a map comes to: a sentence, tables, figures, and the folder that holds them."""
+"""What a map comes to: sentences, and tables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 
-from fingerslip.react.figures import map_figure, margin_figure
-from fingerslip.react.mapping import MapResult, Trial, reaction_map, read_reaction_map
+from fingerslip.react.mapping import MapResult, Trial
 from fingerslip.react.reflex import REACTIONS, reaction
-from fingerslip.report.figures.style import save_figure
-from fingerslip.storage.files import write_text
-from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv
+from fingerslip.tables.table import Cell, Column, Missing, Table
 
-__all__ = ["answer", "cell_table", "map_file", "source_table", "trial_table", "write_map"]
+__all__ = ["answer", "cell_table", "error_table", "paper_table", "source_table", "trial_table"]
 
 
-def answer(result: MapResult) -> str:
-    """Return the answer of a map in a sentence or two."""
+def answer(result: MapResult) -> tuple[str, ...]:
+    """Return the answer of a map in a few sentences."""
     settings, centre = result.settings, result.settings.centre
     critical = result.cell(centre).critical[settings.detector]
     where = f"At friction {centre.friction:g} and {centre.load_rate:g} N/s"
     tried = [trial for trial in result.trials if trial.detector == settings.detector]
     if critical is None:
-        return f"{where} no reflex saves the object, however quick."
+        return (f"{where} no reflex saves the object, however quick.",)
     if np.isinf(critical):
-        return f"{where} the grip holds the object; no reflex is needed."
+        return (f"{where} the grip holds the object; no reflex is needed.",)
     longest, lost = 1e3 * critical, 1e3 * (critical + result.cell(centre).error)
+    first = f"{where} a grip that rises as that of {settings.reaction} from {longest:.0f} ms after"
+    bar = f"± {1e3 * result.uncertainty:.0f} ms of search, step and mesh"
     texts = [
         f"{verb} {', '.join(map(_name, trials))}"
         for verb, trials in (("saved by", _of(tried, True)), ("lost by", _of(tried, False)))
         if trials
     ]
-    first = f"{where} a grip that rises {longest:.0f} ms after '{settings.detector}' saves the object"
-    bar = f"± {1e3 * result.uncertainty:.0f} ms of search, step and mesh"
-    return f"{first}, {lost:.0f} ms loses it ({bar}). It is {'; '.join(texts)}."
+    said = "The grip of each reaction has its own rate, so each has its own longest latency, which stands second:"
+    return (
+        f"{first} '{settings.detector}' on saves the object, {lost:.0f} ms loses it ({bar}).",
+        *((f"{said} {'; '.join(texts)}.",) if texts else ()),
+    )
 
 
 def _name(trial: Trial) -> str:
-    since = " since the load" if reaction(trial.reaction).reflex.since == "load" else ""
-    return f"{trial.reaction} ({1e3 * trial.delay:.0f} ms{since})"
+    """Return a reaction with its latency and the longest that its grip allows."""
+    delay = f"{1e3 * trial.delay:.0f}"
+    allowed = (
+        f"{delay} ms, none is short enough" if trial.critical is None else f"{delay} of {1e3 * trial.critical:.0f} ms"
+    )
+    return f"{trial.reaction} ({allowed}{' since the load' if trial.since_load else ''})"
 
 
 def _of(trials: list[Trial], saved: bool) -> list[Trial]:
@@ -109,25 +111,30 @@ def source_table() -> Table:
     return Table("Reactions", tuple(map(Column, ("reaction", "value of", "value", "source", "note"))), rows, "")
 
 
+def paper_table() -> Table:
+    """Return where each reaction comes from, and what it does not claim."""
+    headers = {name: REACTIONS.header(name) for name in REACTIONS.names}
+    rows = tuple(
+        (name, *(header[key] for key in ("citation", "published", "claims_not"))) for name, header in headers.items()
+    )
+    return Table("Where they come from", tuple(map(Column, ("reaction", "citation", "published", "not claimed"))), rows)
+
+
+def error_table(result: MapResult) -> Table:
+    """Return the numerical uncertainty of the answer, cause by cause."""
+    settings = result.settings
+    centre = result.cell(settings.centre)
+    critical = centre.critical[settings.detector]
+    rows = (
+        ("as computed", _milliseconds(critical), 1e3 * centre.error),
+        *((f"with {name}", _milliseconds(value), None) for name, value in result.refined.items()),
+        ("all together", _milliseconds(critical), 1e3 * result.uncertainty),
+    )
+    columns = (Column("critical latency"), Column("value", "ms", 1), Column("may be longer by", "ms", 1))
+    return Table(f"After '{settings.detector}'", columns, rows)
+
+
 def _milliseconds(time: float | None) -> Cell:
     if time is None:
         return Missing.NO_EVENT
     return "held" if np.isinf(time) else 1e3 * time
-
-
-def write_map(result: MapResult, folder: str | Path) -> Path:
-    """Write answer, tables and figures of a map into a folder, and return it."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / "answer.txt", f"{answer(result)}\n")
-    for name, table in (("cells", cell_table(result)), ("trials", trial_table(result)), ("sources", source_table())):
-        write_text(folder / f"{name}.csv", to_csv(table))
-    save_figure(map_figure(result), folder / "reaction-map.png")
-    save_figure(margin_figure(result), folder / "reaction-margin.png")
-    return folder
-
-
-def map_file(path: Path, results: Path, workers: int, progress: Callable[[float], None]) -> tuple[MapResult, Path]:
-    """Compute the map of a file and write it into a folder of its name; return it and the folder."""
-    result = reaction_map(read_reaction_map(path), workers=workers, progress=progress)
-    return result, write_map(result, results / path.stem)

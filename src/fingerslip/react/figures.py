@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -13,15 +13,16 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from fingerslip.react.loop import Grasp
+from fingerslip.contact.states import SLIP, STICK
 from fingerslip.react.mapping import MapResult
-from fingerslip.react.reflex import REACTIONS, Reaction
-from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION
+from fingerslip.react.reflex import REACTIONS
+from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 
-__all__ = ["map_figure", "margin_figure", "timeline_figure"]
+__all__ = ["map_figure", "margin_figure", "outcome_figure"]
 
 _PANEL, _PANEL_OF_LINES = (2.6, 2.2), (3.6, 2.8)  # inch
 _MAP_COLOURS = "cividis"
@@ -34,7 +35,8 @@ _FRONTIERS: tuple[tuple[str, str, Any], ...] = (
     ("servo", ORANGE, (0, (4, 2))),
 )
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
-_PHALANX_COLOURS = (BLUE, ORANGE, GREEN)
+# Lines of phalanges that cover each other are ever thinner, so that all can be seen.
+_PHALANX_COLOURS, _PHALANX_WIDTHS = (BLUE, ORANGE, GREEN), (2.2, 1.4, 0.8)
 _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1, 1.5)))
 
 
@@ -46,7 +48,9 @@ def map_figure(result: MapResult, detector: str | None = None) -> Figure:
     latencies = [result.latency(phalanx, detector) for phalanx in settings.phalanges]
     finite = np.concatenate([values[np.isfinite(values)] for values in latencies])
     colours = ScalarMappable(LogNorm(_LEAST, max(float(finite.max(initial=_LEAST)), 2 * _LEAST)), _MAP_COLOURS)
-    title = f"Longest latency after '{detector}' that saves the object"
+    title = (
+        f"Longest latency after '{detector}' that saves the object, where the grip rises as that of {settings.reaction}"
+    )
     labels = ("rate of the load [N/s]", "friction coefficient [-]")
     figure, panels = figure_grid(len(latencies), 3, _PANEL, title, labels)
     for axes, phalanx, values in zip(panels, settings.phalanges, latencies, strict=True):
@@ -64,7 +68,7 @@ def map_figure(result: MapResult, detector: str | None = None) -> Figure:
     bar.set_ticks(_TICKS, labels=[f"{1e3 * tick:g}" for tick in _TICKS])
     bar.minorticks_off()
     keys: dict[str, Artist] = {
-        f"{name} saves what is left of it ({1e3 * REACTIONS.read(name).delay:.0f} ms)": Line2D(
+        f"{1e3 * REACTIONS.read(name).delay:.0f} ms ({name}) saves what is left of it": Line2D(
             [], [], color=colour, linestyle=dashes, linewidth=2.0
         )
         for name, colour, dashes in _FRONTIERS
@@ -106,20 +110,54 @@ def margin_figure(result: MapResult) -> Figure:
     figure, (rates, travels) = figure_grid(2, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
     row = settings.friction.index(centre.friction)
     keys: dict[str, Artist] = {}
-    for phalanx, colour in zip(settings.phalanges, _PHALANX_COLOURS, strict=False):
+    for phalanx, colour, width in zip(settings.phalanges, _PHALANX_COLOURS, _PHALANX_WIDTHS, strict=False):
+        look: dict[str, Any] = {"color": colour, "linewidth": width * mpl.rcParams["lines.linewidth"], "marker": "o"}
         for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
             values = 1e3 * result.latency(phalanx, detector)[row]
-            rates.plot(settings.load_rates, values, color=colour, linestyle=dashes, marker="o", markersize=3.0)
+            rates.plot(settings.load_rates, values, linestyle=dashes, markersize=1.0 + 2.0 * width, **look)
         latencies, ways = 1e3 * np.array(settings.latencies), 1e3 * np.array(result.travels[phalanx])
         last = int(np.searchsorted(ways, 1e3 * settings.held.travel_limit)) + 1
-        travels.plot(latencies[:last], ways[:last], color=colour, marker="o", markersize=3.0)
-        keys[f"{phalanx} phalanx"] = Line2D([], [], color=colour)
+        travels.plot(latencies[:last], ways[:last], markersize=1.0 + 2.0 * width, **look)
+        keys[f"{phalanx} phalanx"] = Line2D([], [], **look)
     for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
         keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes)
     _finish_rates(rates, settings.load_rates)
     _finish_travels(travels, 1e3 * settings.held.travel_limit, f"{centre.load_rate:g} N/s, after '{settings.detector}'")
     add_legend(figure, keys)
     return figure
+
+
+@with_style
+def outcome_figure(result: MapResult) -> Figure:
+    """Draw what comes of every reaction after every detector at the centre: saved or lost, and by how much time."""
+    settings, centre = result.settings, result.settings.centre
+    names = sorted(settings.reactions, key=lambda name: REACTIONS.read(name).delay, reverse=True)
+    title = f"Friction {centre.friction:g}, {centre.load_rate:g} N/s: time to spare, and travel"
+    size = (max(1.75 * len(settings.detectors), 3.4), 0.42 * len(names))
+    figure, (axes,) = figure_grid(1, 1, size, title, ("detector", ""))
+    for trial in result.trials:
+        row, column = names.index(trial.reaction), list(settings.detectors).index(trial.detector)
+        colour = STATE_COLOURS[STICK if trial.outcome.saved else SLIP]
+        axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, facecolor=colour, edgecolor="white", linewidth=2))
+        spare = "–" if trial.critical is None else f"{1e3 * (trial.critical - trial.delay):+.0f} ms".replace("-", "−")
+        travel = f"{1e3 * trial.outcome.travel:.1f} mm" if trial.outcome.saved else "lost"
+        axes.text(column, row, f"{spare}\n{travel}", ha="center", va="center", fontsize=7.5, linespacing=1.1)
+    axes.set_xlim(-0.5, len(settings.detectors) - 0.5)
+    axes.set_ylim(-0.5, len(names) - 0.5)
+    axes.set_xticks(range(len(settings.detectors)), list(settings.detectors))
+    axes.set_yticks(range(len(names)), [_reaction_label(name) for name in names])
+    axes.tick_params(length=0.0)
+    axes.grid(visible=False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    add_legend(figure, {name: Patch(color=STATE_COLOURS[key]) for name, key in (("saved", STICK), ("lost", SLIP))})
+    return figure
+
+
+def _reaction_label(name: str) -> str:
+    tried = REACTIONS.read(name)
+    since = " after the load" if tried.reflex.since == "load" else ""
+    return f"{name}, {1e3 * tried.delay:.0f} ms{since}, {tried.actuator.force_rate:g} N/s"
 
 
 def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
@@ -153,41 +191,3 @@ def _finish_travels(axes: Axes, limit: float, title: str) -> None:
             axes.axvline(delay, color=GREY, linewidth=0.8, zorder=1)
             label = f" {name}"
             axes.text(delay, 0.93 * limit, label, rotation=90, ha="right", va="top", color=GREY, fontsize=7.0)
-
-
-@with_style
-def timeline_figure(grasp: Grasp, detector: str, reactions: Mapping[str, Reaction]) -> Figure:
-    """Draw load and grip, and the travel of the object, over time: without a reaction, and with some by name."""
-    held, loop = grasp.held, grasp.open_loop
-    title = f"{1e3 * held.mass:g} g, friction {held.friction:g}"
-    figure, (forces, travels) = figure_grid(
-        2, 2, _PANEL_OF_LINES, title, ("time since the load began [ms]", ""), share="x"
-    )
-    times = np.linspace(0.0, 1.4 * (loop.lost or loop.times[-1]), 400)
-    loads = [held.total_load(time) for time in times.tolist()]
-    forces.plot(1e3 * times, loads, color=BLACK)
-    travels.plot(1e3 * loop.times, 1e3 * loop.travel, color=BLACK, linestyle=_DASHES[2], zorder=3)
-    keys: dict[str, Artist] = {
-        "load": Line2D([], [], color=BLACK),
-        "no reaction": Line2D([], [], color=BLACK, linestyle=_DASHES[2]),
-    }
-    for (name, reaction), colour in zip(reactions.items(), (GREEN, VERMILLION, BLUE, ORANGE), strict=False):
-        start = grasp.start_of(reaction, detector)
-        if start is None:
-            continue
-        response, outcome = reaction.response(start, held.first_grip), grasp.react(reaction, detector)
-        bears = [2.0 * held.friction * response.force(time) for time in times.tolist()]
-        forces.plot(1e3 * times, bears, color=colour)
-        travels.plot(1e3 * outcome.times, 1e3 * outcome.travels, color=colour)
-        keys[f"{name}: {'saved' if outcome.saved else 'lost'}"] = Line2D([], [], color=colour)
-    alarm = loop.alarms[detector]
-    for axes in (forces, travels) if alarm is not None else ():
-        axes.axvline(1e3 * alarm.time, color=GREY, linewidth=0.8)  # type: ignore[union-attr]
-        axes.text(1e3 * alarm.time, 0.97, f" {detector}", transform=axes.get_xaxis_transform(), va="top", color=GREY)  # type: ignore[union-attr]
-    forces.set_ylabel("load, and what friction bears [N]")
-    travels.set_ylabel("travel [mm]")
-    travels.axhline(1e3 * held.travel_limit, color=GREY, linewidth=0.8)
-    travels.set_ylim(0.0, 1.1e3 * held.travel_limit)
-    forces.set_xlim(0.0, 1e3 * times[-1])
-    add_legend(figure, keys)
-    return figure

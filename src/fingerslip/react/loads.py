@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -12,11 +13,14 @@ from fingerslip.errors import InputError
 from fingerslip.model.programme import Ramp
 from fingerslip.parameters import Duration, Force, Mass, PositiveDuration, PositiveLength, one_of, parameters
 from fingerslip.react.reflex import ForceRate
+from fingerslip.units import Unit
+from fingerslip.vision.tables import read_csv
 
-__all__ = ["BuiltInLoad", "DroppedBall", "Load", "LoadChoice", "LoadSeries", "RampLoad", "StepLoad"]
+__all__ = ["BuiltInLoad", "DroppedBall", "FilledVessel", "Load", "LoadChoice", "LoadSeries", "RampLoad", "StepLoad"]
 
 GRAVITY = 9.81
 _PULSE_KNOTS = 9
+_COLUMNS = ("time [s]", "force [N]")
 
 
 class Load(Protocol):
@@ -96,6 +100,50 @@ class DroppedBall:
 
 
 @parameters
+class FilledVessel:
+    """A vessel that is filled: the weight of what is in it, and the blow of the jet as long as it flows.
+
+    The vessel's inertia stays that of the object.
+
+    Parameters
+    ----------
+    mass : float
+        Mass that is poured in [kg].
+    flow : float
+        Mass that is poured in a second [kg/s].
+    height : float
+        How deep it falls [m].
+    rise : float
+        How long the blow takes to come, and to go [s].
+
+    Examples
+    --------
+    >>> times, forces = FilledVessel(mass=0.1, flow=0.05).series()
+    >>> [f"{time:.3f} s: {force:.2f} N" for time, force in zip(times, forces)]
+    ['0.000 s: 0.00 N', '0.005 s: 0.07 N', '2.000 s: 1.05 N', '2.005 s: 0.98 N']
+    """
+
+    mass: Mass
+    flow: Annotated[float, Unit("kg/s"), pydantic.Field(gt=0)]
+    height: PositiveLength = 0.1
+    rise: PositiveDuration = 5e-3
+
+    def __post_init__(self) -> None:
+        if self.mass <= self.flow * self.rise:
+            fault, allowed = (
+                f"got {self.mass:g} kg",
+                f"needs more than flows in while the blow comes, {self.flow * self.rise:g} kg",
+            )
+            raise InputError("mass", fault, allowed, "pour more, or more slowly")
+
+    def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return times [s] and forces [N]."""
+        blow, full = self.flow * np.sqrt(2.0 * GRAVITY * self.height), self.mass / self.flow
+        first, last = GRAVITY * self.flow * self.rise + blow, GRAVITY * self.mass
+        return (0.0, self.rise, full, full + self.rise), (0.0, float(first), float(last + blow), last)
+
+
+@parameters
 class LoadSeries:
     """A force that was recorded.
 
@@ -120,8 +168,21 @@ class LoadSeries:
         """Return times [s] and forces [N]."""
         return self.times, self.forces
 
+    @classmethod
+    def read(cls, path: str | Path) -> LoadSeries:
+        """Return the force of a file of comma-separated values with the columns `time [s]` and `force [N]`."""
+        table = read_csv(Path(path))
+        for name in _COLUMNS:
+            if name not in table.columns or table[name].dtype.kind not in "if" or table[name].isna().any():
+                allowed = f"needs the columns {' and '.join(_COLUMNS)}"
+                raise InputError(str(path), f"has no numbers in '{name}'", allowed, "write a number in every row")
+        try:
+            return cls(*(tuple(table[name].astype(float).tolist()) for name in _COLUMNS))
+        except InputError as error:
+            raise error.moved(lambda where: f"{path}: {where.removeprefix('LoadSeries.')}") from None
 
-BuiltInLoad = StepLoad | RampLoad | DroppedBall | LoadSeries
+
+BuiltInLoad = StepLoad | RampLoad | FilledVessel | DroppedBall | LoadSeries
 #: A load as a parameter; files write ``ramp_load: {...}``.
 LoadChoice = Annotated[
     BuiltInLoad,

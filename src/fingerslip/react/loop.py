@@ -7,11 +7,10 @@ saved at every alarm. A reaction is a branch that is restored there; to the last
 from __future__ import annotations
 
 import contextlib
-import gc
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
@@ -177,10 +176,8 @@ class Grasp:
         self.close()
 
     def close(self) -> None:
-        """Remove what was saved, and give the memory of all runs back."""
+        """Remove what was saved."""
         self._folder.cleanup()
-        # Factors are no memory of Python's, which would let them wait.
-        gc.collect()
 
     @cached_property
     def open_loop(self) -> OpenLoop:
@@ -216,9 +213,7 @@ class Grasp:
         """Return when the grip begins to rise, since the load began [s]; None without an alarm."""
         if detector not in self.detectors:
             raise InputError("detector", f"got '{detector}'", f"needs one of {', '.join(self.detectors)}")
-        if 0.0 < reaction.reflex.latency < self.held.step:
-            fault, allowed = f"got {reaction.reflex.latency:g} s", f"needs 0 s or at least a step, {self.held.step:g} s"
-            raise InputError("reflex.latency", fault, allowed, "take a shorter step")
+        require_whole_step("reflex.latency", reaction.reflex.latency, self.held.step)
         if reaction.reflex.since == "load":
             return reaction.delay
         alarm = self.open_loop.alarms[detector]
@@ -273,9 +268,13 @@ class Grasp:
                 simulation.step()
             return self._follow(simulation, response, self.held.load.series()[0][-1])
 
-    def history(self, response: Response | None) -> xr.Dataset:
-        """Return the whole history of a response, or of none, up to its decision: for films and figures."""
-        with Simulation(self.model, threads=1, bases=self._bases) as simulation:
+    def history(self, response: Response | None, *, snapshots_every: float = 0.0) -> xr.Dataset:
+        """Return the whole history of a response, or of none, up to its decision: for films and figures.
+
+        Snapshots of the whole mesh are as far apart as is wanted [s]; there are none without.
+        """
+        model = replace(self.model, record=replace(self.model.record, snapshots_every=snapshots_every))
+        with Simulation(model, threads=1, bases=self._bases) as simulation:
             last = (self.open_loop.times[-1] if response is None else self.branch(response).end) + self.held.begins
             while simulation.time < last - 0.5 * self.held.step:
                 self._step(simulation, response)
@@ -373,6 +372,14 @@ class Grasp:
         later = _later_times(time, self.held.duration, knots)
         bears = (2.0 * self.held.friction * response.force(moment) for moment in later)
         return all(limit > self.held.total_load(moment) for limit, moment in zip(bears, later, strict=True))
+
+
+def require_whole_step(where: str, latency: float, step: float) -> None:
+    """Refuse a latency [s] that is shorter than a step [s], and not zero."""
+    if 0.0 < latency < step:
+        raise InputError(
+            where, f"got {latency:g} s", f"needs 0 s or at least a step, {step:g} s", "take a shorter step"
+        )
 
 
 _LOOKS_AHEAD = 64

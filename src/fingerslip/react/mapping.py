@@ -20,13 +20,23 @@ from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.react.detectors import DetectorChoice, SlippedArea
 from fingerslip.react.latency import critical_start
 from fingerslip.react.loads import RampLoad
-from fingerslip.react.loop import Grasp, MemoryBases, Outcome
-from fingerslip.react.reflex import REACTIONS, ForceRate, Reaction
+from fingerslip.react.loop import Grasp, MemoryBases, Outcome, require_whole_step
+from fingerslip.react.reflex import REACTIONS, ForceRate, Reaction, reaction
 from fingerslip.react.scenario import HeldObject, Holder, holder_of
-from fingerslip.specimens.fingertip.fingertip import preset
+from fingerslip.specimens.fingertip.fingertip import preset, preset_names
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 
-__all__ = ["Cell", "MapCentre", "MapResult", "ReactionMap", "Trial", "reaction_map", "read_reaction_map"]
+__all__ = [
+    "Cell",
+    "MapCentre",
+    "MapResult",
+    "ReactionMap",
+    "Trial",
+    "grasp_of",
+    "map_holder",
+    "reaction_map",
+    "read_reaction_map",
+]
 
 PhalanxVariant = Literal["original", "flattened", "scaled"]
 _Friction = Annotated[float, pydantic.Field(gt=0)]
@@ -107,19 +117,46 @@ class ReactionMap:
     def __post_init__(self) -> None:
         if not isinstance(self.held.load, RampLoad):
             raise InputError("held.load", "is no ramp", "needs one: the map changes its rate", "write ramp_load")
-        for where, name in (("reaction", self.reaction), *(("reactions", name) for name in self.reactions)):
-            if name not in REACTIONS.names:
-                raise unknown_name(where, name, REACTIONS.names)
+        if not self.detectors:
+            raise InputError("detectors", "has none", "needs one or more", "leave it out for 48 % slipped")
+        for where, name, names in (
+            ("fingertip", self.fingertip, preset_names()),
+            ("reaction", self.reaction, REACTIONS.names),
+            *(("reactions", name, REACTIONS.names) for name in self.reactions),
+        ):
+            if name not in names:
+                raise unknown_name(where, name, names)
         for name, value, values in (
             ("friction", self.centre.friction, self.friction),
             ("load_rate", self.centre.load_rate, self.load_rates),
             ("phalanx", self.centre.phalanx, self.phalanges),
         ):
             if value not in values:
-                allowed = f"needs one of the map's: {', '.join(map(str, values))}"
+                allowed = f"needs one of the map's: {', '.join(map(str, values)) or 'none'}"
                 raise InputError(f"centre.{name}", f"got {value}", allowed)
-        if not self.detectors:
-            raise InputError("detectors", "has none", "needs one or more", "leave it out for 48 % slipped")
+        self._check_numbers()
+        self._check_reactions()
+
+    def _check_numbers(self) -> None:
+        """Refuse numbers that do not ascend, and latencies within a step."""
+        rows = {"friction": self.friction, "load_rates": self.load_rates, "latencies": self.latencies}
+        for name, numbers in rows.items():
+            if any(first >= second for first, second in itertools.pairwise(numbers)):
+                raise InputError(
+                    name, f"got {', '.join(f'{number:g}' for number in numbers)}", "needs ascending numbers"
+                )
+        for number, latency in enumerate(self.latencies):
+            require_whole_step(f"latencies.{number}", latency, self.held.step)
+
+    def _check_reactions(self) -> None:
+        """Refuse reactions that are quicker than a step, or cannot even hold a first grip."""
+        largest = replace(self.held, friction=min(self.friction)).first_grip
+        for name in dict.fromkeys((self.reaction, *self.reactions)):
+            try:
+                require_whole_step("reflex.latency", reaction(name).reflex.latency, self.held.step)
+                reaction(name).response(0.0, largest)
+            except InputError as error:
+                raise error.moved(lambda where, name=name: f"reactions: {name}: {where}") from None  # type: ignore[misc]
 
     @property
     def detector(self) -> str:
@@ -161,6 +198,11 @@ class Trial:
     delay: float  # from the alarm, or the load, to the first change of the force [s]
     critical: float | None  # the longest such delay that saves the object [s]
     outcome: Outcome
+
+    @property
+    def since_load(self) -> bool:
+        """Whether its delay counts from the start of the load."""
+        return reaction(self.reaction).reflex.since == "load"
 
 
 @dataclass(frozen=True)
@@ -300,17 +342,23 @@ def _holder(fingertip: str, phalanx: PhalanxVariant, sizes: MeshSizes, depth: fl
 _BASES = MemoryBases()
 
 
-def _grasp(settings: ReactionMap, cell: MapCentre) -> Grasp:
+def map_holder(settings: ReactionMap, phalanx: PhalanxVariant, groups: Iterable[str] = ()) -> Holder:
+    """Return the fingertip of a map with one shape of the phalanx, and with groups of sites that are recorded."""
     sizes = MeshSizes(contact_size=settings.contact_size, bulk_size=settings.bulk_size)
-    groups = tuple(sorted({group for detector in settings.detectors.values() for group in detector.groups}))
-    holder = _holder(settings.fingertip, cell.phalanx, sizes, settings.depth, groups)
+    return _holder(settings.fingertip, phalanx, sizes, settings.depth, tuple(sorted(set(groups))))
+
+
+def grasp_of(settings: ReactionMap, cell: MapCentre) -> Grasp:
+    """Return the object of a cell, held and watched."""
+    groups = (group for detector in settings.detectors.values() for group in detector.groups)
+    holder = map_holder(settings, cell.phalanx, groups)
     return Grasp(settings.held_at(cell), holder, settings.detectors, bases=_BASES)
 
 
 def _compute_cell(settings: ReactionMap, at: MapCentre) -> Cell:
-    with _grasp(settings, at) as grasp:
+    with grasp_of(settings, at) as grasp:
         loop = grasp.open_loop
-        critical = critical_start(grasp, REACTIONS.read(settings.reaction), settings.tolerance)
+        critical = critical_start(grasp, reaction(settings.reaction), settings.tolerance)
         return Cell(
             at=at,
             grip=grasp.held.first_grip,
@@ -325,26 +373,25 @@ def _compute_cell(settings: ReactionMap, at: MapCentre) -> Cell:
 
 def _compute_centre(settings: ReactionMap) -> tuple[Trial, ...]:
     """Try all reactions at the centre, after every detector."""
-    with _grasp(settings, settings.centre) as grasp:
+    with grasp_of(settings, settings.centre) as grasp:
         rows: list[Trial] = []
         for name in settings.reactions:
-            reaction = REACTIONS.read(name)
-            critical, since_load = critical_start(grasp, reaction, settings.tolerance), reaction.reflex.since == "load"
+            tried = reaction(name)
+            critical, since_load = critical_start(grasp, tried, settings.tolerance), tried.reflex.since == "load"
             for detector in settings.detectors:
                 longest = critical.time if since_load else critical.latency(grasp, detector)
-                rows.append(Trial(name, detector, reaction.delay, longest, grasp.react(reaction, detector)))
+                rows.append(Trial(name, detector, tried.delay, longest, grasp.react(tried, detector)))
         return tuple(rows)
 
 
 def _compute_curve(settings: ReactionMap, phalanx: PhalanxVariant) -> tuple[float, ...]:
     """Return the travel [m] after each latency, from the alarm of the detector of the answer on."""
-    reaction = REACTIONS.read(settings.reaction)
-    with _grasp(settings, replace(settings.centre, phalanx=phalanx)) as grasp:
-        return tuple(
-            grasp.react(_with_delay(reaction, latency), settings.detector).travel for latency in settings.latencies
-        )
+    shape = reaction(settings.reaction)
+    with grasp_of(settings, replace(settings.centre, phalanx=phalanx)) as grasp:
+        delayed = (_with_delay(shape, latency) for latency in settings.latencies)
+        return tuple(grasp.react(tried, settings.detector).travel for tried in delayed)
 
 
-def _with_delay(reaction: Reaction, delay: float) -> Reaction:
+def _with_delay(tried: Reaction, delay: float) -> Reaction:
     """Return a reaction that changes the force a time after the alarm [s]."""
-    return Reaction(replace(reaction.reflex, latency=delay), replace(reaction.actuator, dead_time=0.0))
+    return Reaction(replace(tried.reflex, latency=delay), replace(tried.actuator, dead_time=0.0))

@@ -1,6 +1,6 @@
 """A detector that counts the spikes of afferents, step by step.
 
-Each afferent is that of :mod:`fingerslip.afferents.integrate_and_fire`, whose filter and membrane carry on from one
+Each afferent is that of :mod:`fingerslip.afferents.model`, whose filter and membrane carry on from one
 step to the next; between two steps its stimulus is linear.
 """
 
@@ -16,15 +16,15 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import signal
 
-from fingerslip.afferents.integrate_and_fire import AFFERENTS, IntegrateAndFire
-from fingerslip.afferents.signals import BandwidthWarning
-from fingerslip.afferents.stimuli import STIMULI
+from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning
+from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.history import VARIABLES
 from fingerslip.parameters import Duration, PositiveDuration, parameters
 from fingerslip.react.moment import Alarm, Moment
 from fingerslip.sites import ReceptorKind
 
-__all__ = ["SpikeCount", "SpikeStream"]
+__all__ = ["SpikeCount", "SpikeStream", "stimulus_of"]
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ class _SpikeWatch:
 
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm, or None, after a step."""
-        stimulus = self._stimulus(moment)
+        stimulus = stimulus_of(moment.observation, self._settings.kind)
         if self._stream is None:
             self._stream, self._began = SpikeStream(self._model, moment.time, stimulus), moment.time
             return None
@@ -95,16 +95,15 @@ class _SpikeWatch:
             warnings.warn(f"{text} {longest:.1g} s", BandwidthWarning, stacklevel=2)
         self._has_warned = True
 
-    def _stimulus(self, moment: Moment) -> Array:
-        """Return the stimulus of each afferent, (k,) in its SI unit."""
-        recorded = moment.observation.recorder.values
-        rows = np.flatnonzero(np.asarray(recorded["site_kind"]) == self._settings.kind)
-        values = {
-            name: (VARIABLES[name].dims, np.asarray(moment.observation[name])[None][:, rows]) for name in _SIGNALS
-        }
-        at = xr.Dataset(values, {"stress_component": recorded["stress_component"]})
-        stimulus: Array = np.asarray(STIMULI[self._model.stimulus][2](at))[0]
-        return stimulus
+
+def stimulus_of(seen: Observation, kind: ReceptorKind) -> Array:
+    """Return the stimulus of each recorded afferent of a kind, (k,) in its SI unit."""
+    recorded = seen.recorder.values
+    rows = np.flatnonzero(np.asarray(recorded["site_kind"]) == kind)
+    values = {name: (VARIABLES[name].dims, np.asarray(seen[name])[None][:, rows]) for name in _SIGNALS}
+    at = xr.Dataset(values, {"stress_component": recorded["stress_component"]})
+    stimulus: Array = np.asarray(STIMULI[AFFERENTS.read(kind.lower()).stimulus][2](at))[0]
+    return stimulus
 
 
 class SpikeStream:

@@ -102,14 +102,6 @@ def test_states_follow_from_tractions(history):
     assert (friction[state == 1] < 0.4 * pressure[state == 1]).all()
 
 
-def test_snapshots_are_the_motion_at_their_times(history):
-    np.testing.assert_allclose(history.snapshot_time.values, [0.0, 0.05, 0.1, 0.15, 0.2, 0.22])
-    nodes = history.contact_node.values
-    at = history.sel(time=0.15, method="nearest")
-    np.testing.assert_array_equal(history.snapshot_displacement.values[3][nodes], at.contact_displacement.values)
-    np.testing.assert_array_equal(history.snapshot_velocity.values[3][nodes], at.contact_velocity.values)
-
-
 def test_energy_of_the_cells_is_the_strain_energy():
     """Linear triangles have one strain each, so density times volume, summed over the cells, is exact."""
     model = push_and_slide("T3", record=fs.Recording(snapshots_every=0.05))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Literal
@@ -11,9 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fingerslip.dynamics.steering.steering import Simulation
 from fingerslip.errors import InputError
 from fingerslip.react.detectors import AtOnce, ForceRatio, Never, SlippedArea
-from fingerslip.react.figures import timeline_figure
 from fingerslip.react.latency import critical_start, search_edge
 from fingerslip.react.loads import RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
@@ -88,6 +90,17 @@ def test_detector_that_never_speaks_and_an_endless_latency_are_the_open_loop(gra
         assert outcome.start is None
         assert not outcome.saved
         assert np.array_equal(outcome.travels, grasp.open_loop.travel)
+
+
+def test_memory_of_a_run_is_given_back_when_it_is_over(grasp: Grasp) -> None:
+    gc.disable()
+    try:
+        with Simulation(grasp.model, threads=1) as simulation:
+            recorder = weakref.ref(simulation.observation.recorder)
+        del simulation
+        assert recorder() is None, "something in a ring keeps it, and with it the factors"
+    finally:
+        gc.enable()
 
 
 def test_latency_is_never_rounded_to_steps(grasp: Grasp) -> None:
@@ -173,7 +186,7 @@ def test_reflex_that_counts_from_the_load_needs_no_alarm(grasp: Grasp) -> None:
 def test_grip_that_adds_too_little_loses_at_any_latency(grasp: Grasp) -> None:
     weak = Reaction(Reflex(gain=0.05), FAST)
     assert not grasp.react(weak, "at once").saved
-    assert critical_start(grasp, weak).time is None
+    assert critical_start(grasp, weak, tolerance=20e-3).time is None
 
 
 @pytest.mark.parametrize(
@@ -196,17 +209,6 @@ def test_history_of_a_response_ends_with_its_decision(grasp: Grasp) -> None:
     place = history["rigid_body_displacement"].values[:, 0, 0]
     first = round(HELD.begins / HELD.step)
     assert (place - place[first])[first:].max() == outcome.travel
-
-
-def test_figure_of_a_reaction_has_its_travel_and_says_what_came_of_it(grasp: Grasp) -> None:
-    figure = timeline_figure(grasp, "force", {"quick": reaction(10e-3), "slow": reaction(0.15)})
-    _, travels = figure.axes
-    quick = grasp.react(reaction(10e-3), "force")
-    drawn = [np.asarray(line.get_ydata()) for line in travels.lines]
-    assert any(line.shape == quick.travels.shape and np.allclose(line, 1e3 * quick.travels) for line in drawn)
-    texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
-    assert texts == ["load", "no reaction", "quick: saved", "slow: lost"]
-    assert len(timeline_figure(grasp, "never", {"quick": reaction(10e-3)}).legends[0].get_texts()) == 2
 
 
 @pytest.mark.parametrize("edge", [0.0, 0.013, 0.5, 0.77, 0.9995])

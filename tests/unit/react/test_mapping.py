@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -9,17 +11,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fingerslip.report.figures.film import Film
 from typer.testing import CliRunner
 
 from fingerslip.commands.app import app
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
-from fingerslip.react import mapping
-from fingerslip.react.answer import answer, cell_table, source_table, trial_table
-from fingerslip.react.figures import map_figure, margin_figure
+from fingerslip.react import mapping, page
+from fingerslip.react.answer import answer, cell_table, error_table, paper_table, source_table, trial_table
+from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
 from fingerslip.react.loads import StepLoad
 from fingerslip.react.mapping import MapResult, ReactionMap, reaction_map, read_reaction_map
+from fingerslip.react.page import filmed_reactions, map_report
 from fingerslip.react.scenario import HeldObject
+from fingerslip.vision.video import open_frames
 from places import ROOT
 from unit.pads import pad
 
@@ -86,7 +91,10 @@ def test_uncertainty_is_that_of_search_step_and_mesh(result: MapResult) -> None:
     # The pads of these tests have one mesh.
     assert mesh == critical
     assert result.uncertainty == pytest.approx(cell.error + abs(step - critical))
-    assert f"± {1e3 * result.uncertainty:.0f} ms" in answer(result)
+    assert f"± {1e3 * result.uncertainty:.0f} ms" in answer(result)[0]
+    computed, halved, finer, together = error_table(result).rows
+    assert (computed[1], halved[1], finer[1]) == pytest.approx((1e3 * critical, 1e3 * step, 1e3 * mesh))
+    assert together[2] == pytest.approx(1e3 * result.uncertainty)
 
 
 def test_travel_grows_with_latency_up_to_the_loss(result: MapResult) -> None:
@@ -95,13 +103,18 @@ def test_travel_grows_with_latency_up_to_the_loss(result: MapResult) -> None:
 
 
 def test_answer_names_who_saves_the_object_and_who_loses_it(result: MapResult) -> None:
-    text = answer(result)
-    assert text.startswith("At friction 0.4 and 4 N/s a grip that rises ")
-    assert text.endswith("). It is saved by human-slip (74 ms); lost by gripper (400 ms).")
+    first, second = answer(result)
+    assert first.startswith("At friction 0.4 and 4 N/s a grip that rises as that of human-slip from ")
+    limits = {trial.reaction: f"{1e3 * (trial.critical or 0.0):.0f} ms" for trial in result.trials[::2]}
+    assert second == (
+        "The grip of each reaction has its own rate, so each has its own longest latency, which stands second: "
+        f"saved by human-slip (74 of {limits['human-slip']}); lost by gripper (400 of {limits['gripper']})."
+    )
+    assert limits["human-slip"] != limits["gripper"]
     (cell,) = (cell for cell in result.cells if cell.at == result.settings.centre)
     for critical, expected in ((None, "no reflex saves the object"), (np.inf, "no reflex is needed")):
         other = replace(result, cells=(replace(cell, critical={"force": critical}),))
-        assert expected in answer(other)
+        assert expected in answer(other)[0]
 
 
 def test_tables_have_a_row_for_each_cell_and_trial(result: MapResult) -> None:
@@ -109,6 +122,7 @@ def test_tables_have_a_row_for_each_cell_and_trial(result: MapResult) -> None:
     assert len(trial_table(result).rows) == 4
     assumed = [row for row in source_table().rows if row[3] == "assumed"]
     assert len(assumed) > 9
+    assert {row[0] for row in paper_table().rows} == {row[0] for row in source_table().rows}
 
 
 def test_figures_say_every_latency(result: MapResult) -> None:
@@ -121,15 +135,73 @@ def test_figures_say_every_latency(result: MapResult) -> None:
     assert travels.get_ylabel() == "largest travel [mm]"
 
 
-def test_verb_writes_answer_tables_and_figures(file: Path, tmp_path: Path) -> None:
-    done = CliRunner().invoke(app, ["react", str(file), "--results", str(tmp_path), "--workers", "1", "--quiet"])
+def test_figure_of_outcomes_says_time_to_spare_and_travel(result: MapResult) -> None:
+    (axes,) = outcome_figure(result).axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == [
+        "gripper, 400 ms, 100 N/s",
+        "human-slip, 74 ms, 20 N/s",
+    ]
+    saved = result.trials[0]
+    assert saved.critical is not None
+    spare = f"{1e3 * (saved.critical - saved.delay):+.0f} ms\n{1e3 * saved.outcome.travel:.1f} mm"
+    texts = [text.get_text() for text in axes.texts]
+    assert texts[0] == spare
+    assert texts[1::2] == ["–\nlost", "–\nlost"]
+
+
+@pytest.fixture(scope="module")
+def folder(file: Path, result: MapResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return what the verb writes; the map is that of the other tests, the film short and small."""
+    results = tmp_path_factory.mktemp("results")
+
+    def computed(settings: ReactionMap, **_: Any) -> MapResult:
+        assert settings == result.settings
+        return result
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "reaction_map", computed)
+        patch.setattr(page, "SHOWN_FILM", Film(size=(640, 480), frame_rate=5.0, seconds=1.0))
+        done = CliRunner().invoke(app, ["react", str(file), "--results", str(results), "--quiet"])
     assert done.exit_code == 0, done.output
-    names = {path.name for path in (tmp_path / "small").iterdir()}
-    assert names == {
-        *("answer.txt", "cells.csv", "trials.csv", "sources.csv"),
-        *("reaction-map.png", "reaction-margin.png"),
+    assert "\n".join(answer(result)) in done.output
+    return results / "small"
+
+
+def test_verb_writes_page_tables_figures_and_film(folder: Path, result: MapResult) -> None:
+    assert {path.name for path in folder.iterdir()} == {
+        *(
+            "answer.txt",
+            "cells.csv",
+            "trials.csv",
+            "sources.csv",
+            "report.html",
+            "reaction-film.mp4",
+            "reaction-film.png",
+        ),
+        *("reaction-map.png", "reaction-margin.png", "reaction-outcome.png"),
     }
-    assert (tmp_path / "small" / "answer.txt").read_text() in done.output
+    assert (folder / "answer.txt").read_text().splitlines() == list(answer(result))
+    assert [frame.shape for frame in open_frames(folder / "reaction-film.mp4").read()] == [(480, 640)] * 5
+
+
+def test_page_holds_answer_film_figures_and_the_study_file(folder: Path, result: MapResult) -> None:
+    text = html.unescape((folder / "report.html").read_text())
+    assert all(sentence in text for sentence in answer(result))
+    assert text.count("<video") == 1
+    assert text.count("<img") == 3
+    assert SMALL in text
+    assert "http" not in re.sub(r"<pre.*?</pre>", "", text, flags=re.DOTALL)
+
+
+def test_page_without_film_and_trials_has_neither(result: MapResult) -> None:
+    report = map_report(replace(result, trials=()))
+    titles = [section.title for section in report.sections]
+    assert "Saved and lost" not in titles
+    assert [picture.name for picture in report.pictures] == ["reaction-map", "reaction-margin"]
+
+
+def test_film_shows_the_slowest_that_saves_and_the_quickest_that_loses(result: MapResult) -> None:
+    assert list(filmed_reactions(result)) == ["human-slip, 74 ms", "gripper, 400 ms"]
 
 
 @pytest.mark.parametrize(
@@ -137,9 +209,30 @@ def test_verb_writes_answer_tables_and_figures(file: Path, tmp_path: Path) -> No
     [
         ({"reaction": "human"}, "reaction: 'human' is not known, needs one of "),
         ({"reactions": ["grippers"]}, "reactions: 'grippers' is not known, needs one of "),
+        ({"fingertip": "wang"}, "fingertip: 'wang' is not known, needs one of "),
         ({"centre": {"friction": 0.5}}, "centre.friction: got 0.5, needs one of the map's: 0.3, 0.45, 0.6, 0.75, 0.9"),
         ({"detectors": {}}, "detectors: has none, needs one or more; leave it out for 48 % slipped"),
+        ({"friction": []}, "centre.friction: got 0.6, needs one of the map's: none"),
+        ({"friction": [0.6, 0.3]}, "friction: got 0.6, 0.3, needs ascending numbers"),
         ({"load_rates": ["4 N"]}, "load_rates.0: got '4 N', needs a unit of [N/s]"),
+        ({"load_rates": ["4 N/s", "4 N/s"]}, "load_rates: got 4, 4, needs ascending numbers"),
+        (
+            {"latencies": ["0 ms", "1 ms"], "held": {"step": "2 ms"}},
+            "latencies.1: got 0.001 s, needs 0 s or at least a step, 0.002 s; take a shorter step",
+        ),
+        (
+            {"reactions": ["gripper"], "held": {"step": "20 ms"}},
+            "reactions: gripper: reflex.latency: got 0.01 s, needs 0 s or at least a step, 0.02 s; take a shorter step",
+        ),
+        (
+            {"reactions": ["servo"], "held": {"mass": "1 kg", "step": "2 ms"}},
+            "reactions: servo: actuator.largest_force: got 20 N, needs at least the grip force, 23.71 N",
+        ),
+        ({"held": {"margin": 0}}, "held.grip: got 1.635 N, needs more than 1.635 N to hold 1.962 N; grip harder, or"),
+        ({"held": {"mas": "2 kg"}}, "held.mas: "),
+        ({"held": {"load": {"tide": {}}}}, "held.load.tide: "),
+        ({"held": {"mass": "100 N"}}, "held.mass: got '100 N', needs a unit of [kg]"),
+        ({"held": {"step": 2}}, "held.step: '2' has no unit, needs a unit of [s]; write '2 ms' or '2 s'"),
         ({"detectors": {"a": {"touch": {}}}}, "detectors.a.touch: "),
     ],
 )

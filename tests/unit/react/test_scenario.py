@@ -59,6 +59,8 @@ def test_model_is_half_of_the_object() -> None:
     ("changes", "message"),
     [
         ({"grip": 0.8, "weight": 1.0}, "grip: got 0.8 N, needs more than 0.8333 N to hold 1 N; grip harder, or give a"),
+        ({"margin": 0.0, "weight": 1.0}, "grip: got 0.8333 N, needs more than 0.8333 N to hold 1 N; grip harder"),
+        ({"weight": 0.0}, "grip: got 0 N, needs more than 0 N to hold 0 N; grip harder, or give a margin"),
         ({"margin": -0.1}, "margin: got -0.1, needs a number >= 0"),
         ({"step": 0.2}, "step: got 0.2 s, needs to be shorter than settle and rest"),
         ({"friction": 0.0}, "friction: got 0.0, needs a number > 0"),

@@ -157,7 +157,7 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     study = open_study(folder).result
     if method == "linear":
         return _linear(study, output)
-    from fingerslip.report.figures.samples import indices_figure
+    from fingerslip.report.figures.study import indices_figure
     from fingerslip.report.figures.style import figure_bytes
 
     results = sensitivities(study, output, method)

@@ -31,7 +31,7 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.store import BasisFolder, write_run
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
     from fingerslip.study.running.pictures import Drawing
 
 #: Folder of the reduced bases in the results of a study.

@@ -36,26 +36,25 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
 from fingerslip.vision.cameras.camera import Camera, true_tracks
-from fingerslip.vision.cameras.looks import (
+from fingerslip.vision.cameras.pixel import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,
     Lighting,
     PixelCamera,
     SensorNoise,
+    film,
 )
-from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
 from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_errors
-from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
-from fingerslip.vision.tracks import write_tracks
+from fingerslip.vision.tracks import write_tracks, write_tracks_csv
 from fingerslip.vision.video import open_frames
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
     from fingerslip.study.running.build import Job
 
 
@@ -73,7 +72,7 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
 
     A report shows its first runs in detail, of many the first one, and the model of the first run with each mesh.
     """
-    from fingerslip.report.page.content import detailed_of
+    from fingerslip.report.content import detailed_of
 
     if plan.study.sample:
         return {}
@@ -94,7 +93,7 @@ def draw_runs(
             # Whatever goes wrong here goes wrong in the report too, which tells the user.
             with contextlib.suppress(Exception):
                 # What draws is slow to import, and a worker of a sweep mostly draws nothing.
-                from fingerslip.report.figures.kinds import RunSubject
+                from fingerslip.report.content import RunSubject
                 from fingerslip.report.labels import run_title
                 from fingerslip.report.page.pictures import draw_ahead
 

@@ -22,7 +22,7 @@ from fingerslip.study.storage.reporting import REPORT, film_keys, write_report
 from fingerslip.study.storage.store import read_manifest, read_uncertainties, refused_in, write_results
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
     from fingerslip.study.running.build import Job
     from fingerslip.study.running.compute import Outcome
     from fingerslip.study.running.pictures import Drawing

@@ -45,8 +45,8 @@ from fingerslip.units import Unit
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fingerslip.report.content import Film, ReportContent, RunPictures
     from fingerslip.report.page.comparison import ComparedStudy
-    from fingerslip.report.page.content import Film, ReportContent, RunPictures
 
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
@@ -242,8 +242,8 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    from fingerslip.report.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.assemble import notes_html
-    from fingerslip.report.page.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.samples import representatives
     from fingerslip.study.running.build import build_mesh
 
@@ -308,7 +308,7 @@ def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
 def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film, ...]:
     """Read the films of the runs whose histories are shown, as far as a report shows them."""
     # Pictures and videos are slow to load, and few studies have cameras.
-    from fingerslip.report.page.content import Film
+    from fingerslip.report.content import Film
     from fingerslip.vision.tracks import read_tracks
 
     films = []
@@ -328,7 +328,7 @@ def _stored_films(run: Path) -> list[Path]:
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
     """Return the frames that a report shows by their times [s]; none without a video or a slide."""
-    from fingerslip.report.figures.sensor import film_times
+    from fingerslip.report.figures.markers import film_times
     from fingerslip.vision.video import read_frames
 
     window, times = slide_window(history), truth["time"].values

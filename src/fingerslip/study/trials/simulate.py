@@ -9,8 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials, open_trials
-from fingerslip.detect.trials import FILES, write_trial
+from fingerslip.detect.trials import FILES, MANIFEST, TrialSet, gather_trials, open_trials, write_trial
 from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.parameters import as_mapping
 from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, holds, new_folder

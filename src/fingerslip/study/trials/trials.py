@@ -33,7 +33,8 @@ from fingerslip.study.definition.spec import Study
 from fingerslip.study.trials.bodies import load_rate, plate_of, programme_of, turned_whole
 from fingerslip.version import __version__
 from fingerslip.vision.cameras.camera import Pose, interpolate
-from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, PositionErrors, pair_tracks, plate_mark
+from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, pair_tracks, plate_mark
+from fingerslip.vision.comparison import PositionErrors
 from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:

@@ -12,8 +12,6 @@ from scipy.spatial import cKDTree
 
 from fingerslip.vision.video import opencv
 
-__all__ = ["Blobs", "blobs_of", "field_of", "reduced_to"]
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 

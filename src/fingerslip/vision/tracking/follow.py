@@ -17,11 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingerslip.vision.tracking.blobs import Blobs, blobs_of, reduced_to
+from fingerslip.vision.tracking.layouts import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
-from fingerslip.vision.tracking.neighbours import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.video import opencv
-
-__all__ = ["State", "follow", "rest_state"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

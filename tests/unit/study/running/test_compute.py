@@ -26,7 +26,7 @@ import fingerslip as fs
 from fingerslip.dynamics.step import sharing
 from fingerslip.errors import ConvergenceError, FingerslipError, InputError, ResultError, SlipOutsideContactError
 from fingerslip.history import read_history
-from fingerslip.report.page.content import RunPictures
+from fingerslip.report.content import RunPictures
 from fingerslip.slip import events_from_mapping, find_events
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running import compute, cost

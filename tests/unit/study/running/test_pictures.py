@@ -14,9 +14,9 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.history import write_history
+from fingerslip.report.content import MOST_RUNS
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page import pictures as page
-from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running import runner

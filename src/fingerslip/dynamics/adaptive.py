@@ -11,57 +11,27 @@ about the difference of both (step doubling, Hairer, Norsett & Wanner 1993, sect
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.adaptive.spans import Span, spans_of
-from fingerslip.dynamics.integrator import Integrator
-from fingerslip.dynamics.loop import Observer
+from fingerslip.dynamics.integrator import BodyIntegrator
+from fingerslip.dynamics.recording.steps import Span, spans_of
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.stepper import Stopwatch
-from fingerslip.dynamics.system.scheme import HHT
+from fingerslip.dynamics.system.scheme import Scheme
 from fingerslip.errors import ConvergenceError
 from fingerslip.model.model import Model
 from fingerslip.model.timing import Adaptive
 
-__all__ = ["run_adaptive"]
+__all__ = ["Controlled"]
 
 Array = NDArray[np.float64]
 
 # Steps are doubled after so many in a row whose double is expected to be within this part of the allowed error.
 _GOOD, _MARGIN = 2, 0.9
-
-
-def run_adaptive(
-    model: Model,
-    mass: sparse.csr_matrix,
-    integrator: Integrator,
-    observer: Observer,
-    *,
-    watch: Stopwatch,
-    progress: Callable[[float], None] | None,
-) -> dict[str, object]:
-    """Take one motion to its end with steps that control their error; return what a history says of them."""
-    time = model.time
-    assert isinstance(time, Adaptive)
-    steps = _Steps(integrator, time, _Errors(mass, time.tolerance), observer, watch)
-    reached = integrator.start()[0]
-    observer.record(reached)
-    for span in spans_of(model, time):
-        for state in steps.cross(replace(reached, working_set=None), span):
-            reached = state
-            with watch.part("recording"):
-                observer.record(state)
-            if progress is not None:
-                progress(min(state.time / model.end, 1.0))
-    observer.finish()
-    with watch.part("recording"):
-        observer.recorder.complete()
-    return {"time_step": "auto", "time_tolerance": time.tolerance, **vars(steps.counts)}
 
 
 class _Errors:
@@ -73,9 +43,9 @@ class _Errors:
     def __init__(self, mass: sparse.csr_matrix, tolerance: float) -> None:
         self._mass, self._tolerance, self._largest = mass, tolerance, 0.0
 
-    def of_step(self, before: State, after: State, scheme: HHT) -> float:
+    def of_step(self, before: State, after: State, scheme: Scheme) -> float:
         """Return the error of a step of implicit dynamics, over the allowed one."""
-        error = (scheme.beta - 1.0 / 6.0) * after.step**2 * (after.acceleration - before.acceleration)
+        error = (scheme.displacement_factor - after.step**2 / 6.0) * (after.acceleration - before.acceleration)
         return self._ratio(error, after, 1.0)
 
     def of_halves(self, whole: State, halves: State, share: float) -> float:
@@ -112,33 +82,48 @@ class _Counts:
         self.shortest_step, self.longest_step = min(self.shortest_step, length), max(self.longest_step, length)
 
 
-class _Steps:
-    """Chooses the steps of one motion."""
+class Controlled:
+    """Takes one motion from record to record by an integrator, with steps that control their error.
+
+    `pass_by` is told the states between records.
+    """
 
     def __init__(
-        self, integrator: Integrator, time: Adaptive, errors: _Errors, observer: Observer, watch: Stopwatch
+        self, integrator: BodyIntegrator, model: Model, mass: sparse.csr_matrix, pass_by: Callable[[State], None]
     ) -> None:
-        self._integrator, self._time, self._errors = integrator, time, errors
-        self._observer, self._watch = observer, watch
-        self._halves = time.scheme == "quasi_static"
+        assert isinstance(model.time, Adaptive)
+        self._integrator, self._time, self._pass_by = integrator, model.time, pass_by
+        self._errors = _Errors(mass, model.time.tolerance)
+        self._halves = model.time.scheme == "quasi_static"
         # By how much the error over the allowed one grows with twice the step.
         self._growth = 2.0 if self._halves else 8.0
-        self.counts = _Counts()
+        self._counts = _Counts()
+        self._records = ((span, units) for span in spans_of(model, model.time) for units in span.intervals())
+        self._span: Span | None = None
 
-    def cross(self, state: State, span: Span) -> Iterator[State]:
-        """Take a motion through a span, and yield the states to be recorded; it begins with the smallest step."""
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What a history says of the steps, and of how they were computed."""
+        own = {"time_step": "auto", "time_tolerance": self._time.tolerance, **vars(self._counts)}
+        return {**own, **self._integrator.attributes}
+
+    def start(self) -> dict[int, State]:
+        """Return the state at time zero."""
+        return self._integrator.start()
+
+    def advance(self, states: Mapping[int, State], ends: Array) -> dict[int, tuple[State, list[State]]]:  # noqa: ARG002
+        """Take steps to the next record; in a new span the first one is the smallest."""
+        state, (span, units) = states[0], next(self._records)
         finest = _finest(span.unit, self._time.shortest, least=int(self._halves))
-        tick = span.unit / 2**finest
-        self._span, self._tick, self._level, self._good = span, tick, int(self._halves), 0
-        self._highest = _highest(tick, self._time.largest, least=self._level)
-        first = 0
-        for length in span.intervals():
-            last = first + (length << finest)
-            at = first
-            while at < last:
-                state, at = self._step(state, at, first, last)
-            first = last
-            yield state
+        if span is not self._span:
+            state = replace(state, working_set=None)
+            self._span, self._tick = span, span.unit / 2**finest
+            self._at, self._level, self._good = 0, int(self._halves), 0
+            self._highest = _highest(self._tick, self._time.largest, least=self._level)
+        first, last = self._at, self._at + (units << finest)
+        while self._at < last:
+            state, self._at = self._step(state, self._at, first, last)
+        return {0: (state, [state])}
 
     def _step(self, state: State, at: int, first: int, last: int) -> tuple[State, int]:
         """Take one step from a place, in ticks of the span, within the interval between two records."""
@@ -153,13 +138,12 @@ class _Steps:
                 error = float("inf")
             if error <= 1.0 or lowest:
                 break
-            self.counts.steps_rejected += 1
+            self._counts.steps_rejected += 1
             level -= 1
             self._level, self._good = level, 0
         after = at + (1 << level)
-        with self._watch.part("recording"):
-            for element in states if after < last else states[:-1]:
-                self._observer.pass_by(element)
+        for element in states if after < last else states[:-1]:
+            self._pass_by(element)
         self._accept(states, error, level)
         return states[-1], after
 
@@ -169,7 +153,6 @@ class _Steps:
         whole = self._advance(state, at, size)
         if not self._halves:
             scheme = self._integrator.steppers[0].scheme
-            assert isinstance(scheme, HHT)
             return [whole], self._errors.of_step(state, whole, scheme)
         middle = self._advance(state, at, size // 2)
         after = self._advance(middle, at + size // 2, size // 2)
@@ -177,6 +160,7 @@ class _Steps:
 
     def _advance(self, state: State, at: int, size: int) -> State:
         """Take a step of a size from a place, both in ticks."""
+        assert self._span is not None
         end = self._span.start + (at + size) * self._tick
         if abs(end - self._span.end) < 0.5 * self._tick:
             end = self._span.end
@@ -184,9 +168,9 @@ class _Steps:
 
     def _accept(self, states: list[State], error: float, level: int) -> None:
         """Take note of the states of a step, and decide how long the next one is."""
-        self.counts.steps_above_tolerance += error > 1.0
+        self._counts.steps_above_tolerance += error > 1.0
         for state in states:
-            self.counts.take(state.step)
+            self._counts.take(state.step)
             self._errors.accept(state)
         if level < self._level:
             return

@@ -1,3 +1,5 @@
+"""Trials on disk, data sets of them, and one table of all frames."""
+
 from __future__ import annotations
 
 import dataclasses
@@ -10,8 +12,20 @@ import pytest
 
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
-from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_parquet, write_trials
-from fingerslip.detect.trials import Trial, check_conditions, layout_digest, layout_text, read_trial, write_trial
+from fingerslip.detect.trials import (
+    MANIFEST,
+    Trial,
+    TrialSet,
+    check_conditions,
+    check_labels,
+    layout_digest,
+    layout_text,
+    open_trials,
+    read_trial,
+    write_parquet,
+    write_trial,
+    write_trials,
+)
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.storage.files import read_json, write_json
@@ -36,55 +50,51 @@ def test_the_hash_of_a_data_set_is_that_of_its_files(trials: TrialSet, tmp_path:
     assert write_trials([synthetic_trial("a", SHORT)], tmp_path / "b", "B").digest == again.digest != trials.digest
 
 
-def test_layouts_are_not_mixed_and_nothing_is_left(tmp_path: Path) -> None:
-    other = SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8)))
-    made = (synthetic_trial(name, SHORT, sensor) for name, sensor in (("a", SyntheticSensor()), ("b", other)))
-    with pytest.raises(InputError, match="trial b: has 9 internal and 19 external markers in px, needs the layout"):
-        write_trials(made, tmp_path / "mixed", "Mixed")
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ("ab", "trial b: has 9 internal and 19 external markers in px, needs the layout"),
+        ("aa", "trial a: stands twice"),
+        ("", "trials: got none"),
+    ],
+)
+def test_a_set_of_other_trials_is_refused_and_nothing_is_left(names: str, message: str, tmp_path: Path) -> None:
+    sensors = {"a": SyntheticSensor(), "b": SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8)))}
+    with pytest.raises(InputError, match=message):
+        write_trials((synthetic_trial(name, SHORT, sensors[name]) for name in names), tmp_path / "set", "Set")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_names_stand_once_and_there_is_a_trial(tmp_path: Path) -> None:
-    trial = synthetic_trial("a", SHORT)
-    with pytest.raises(InputError, match="trial a: stands twice"):
-        write_trials([trial, trial], tmp_path / "set", "Twice")
-    with pytest.raises(InputError, match="trials: got none"):
-        write_trials([], tmp_path / "set", "None")
-    assert list(tmp_path.iterdir()) == []
+DAMAGES = {
+    "other labels": (
+        lambda folder: (folder / "slide-0003/labels.csv").write_text("source,incipient_s,gross_s\n"),
+        r"slide-0003/labels.csv.*is not the file of manifest.json",
+    ),
+    "no labels": (lambda folder: (folder / "slide-0003/labels.csv").unlink(), r"labels\.csv: cannot be read"),
+    "another trial": (lambda folder: (folder / "extra").mkdir(), "extra.*is in the folder, not in manifest.json"),
+    "a trial gone": (
+        lambda folder: (folder / "slide-0005").rename(folder.parent / "gone"),
+        "slide-0005.*is in manifest.json, not in the folder",
+    ),
+    "another form": (
+        lambda folder: write_json(folder / MANIFEST, read_json(folder / MANIFEST, "") | {"format": 9}),
+        "has the format 9, not 1",
+    ),
+    "no checksum": (lambda folder: (folder / MANIFEST).write_text("{}"), "checksum"),
+}
 
 
-def test_a_manifest_that_does_not_match_its_files_is_refused(copied: Callable[[], Path]) -> None:
-    folder = copied()
-    labels = folder / "slide-0003" / "labels.csv"
-    text = labels.read_text()
-    labels.write_text(text.replace("external_markers", "other_markers"))
-    with pytest.raises(DamagedError, match=r"slide-0003/labels.csv.*is not the file of manifest.json"):
-        open_trials(folder)
-    labels.unlink()
-    with pytest.raises(ResultError, match=r"labels\.csv: cannot be read"):
-        open_trials(folder)
-    labels.write_text(text)
-    (folder / "extra").mkdir()
-    with pytest.raises(DamagedError, match=r"extra.*is in the folder, not in manifest.json"):
-        open_trials(folder)
-    (folder / "extra").rmdir()
-    (folder / "slide-0005").rename(folder.parent / "gone")
-    with pytest.raises(DamagedError, match=r"slide-0005.*is in manifest.json, not in the folder"):
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage: str, copied: Callable[[], Path]) -> None:
+    folder, (make, message) = copied(), DAMAGES[damage]
+    make(folder)
+    with pytest.raises(ResultError if damage == "no labels" else DamagedError, match=message):
         open_trials(folder)
 
 
-def test_manifests_that_are_missing_changed_or_of_another_form_are_refused(copied: Callable[[], Path]) -> None:
-    folder = copied()
-    values = read_json(folder / MANIFEST, "")
-    write_json(folder / MANIFEST, values | {"format": 9})
-    with pytest.raises(DamagedError, match="has the format 9, not 1"):
-        open_trials(folder)
-    (folder / MANIFEST).write_text("{}")
-    with pytest.raises(DamagedError, match="checksum"):
-        open_trials(folder)
-    (folder / MANIFEST).unlink()
+def test_a_folder_without_a_manifest_is_no_data_set(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"has no manifest.json, needs the folder of a data set"):
-        open_trials(folder)
+        open_trials(tmp_path)
 
 
 def test_a_label_that_never_comes_is_named() -> None:
@@ -103,6 +113,7 @@ def test_a_trial_is_read_back_as_it_was_written(tmp_path: Path) -> None:
     folder.mkdir()
     write_trial(TRIAL, folder)
     found = read_trial(folder)
+    assert set(found.labels) == {"external_markers", "contact"}
     assert found.tracks.equals(TRIAL.tracks)
     assert (found.name, found.labels, found.conditions) == ("one", TRIAL.labels, TRIAL.conditions)
     assert found.provenance["source"] == "analytic example, no sensor"
@@ -134,11 +145,6 @@ def test_layouts_are_told_apart() -> None:
     fewer = tracks.isel(marker=slice(1, None))
     others = tracks.assign_coords(ring=tracks["ring"] + 1)
     assert len({layout_digest(one) for one in (tracks, fewer, others)}) == 3
-
-
-def test_onsets_are_those_of_its_sources() -> None:
-    assert set(TRIAL.labels) == {"external_markers", "contact"}
-    assert all(isinstance(one, Onsets) for one in TRIAL.labels.values())
 
 
 def test_the_table_has_a_row_for_each_frame(trials: TrialSet, tmp_path: Path) -> None:

@@ -1,10 +1,17 @@
-"""The fingertip of the preset, and a stand-in of any number of nodes: a half-ellipsoid, pressed and slid on a plate."""
+"""Models that benchmarks share: of studies, the section of the paper, the fingertip in 3D, and a stand-in for it.
+
+The stand-in is a half-ellipsoid of any number of nodes, pressed and slid on a plate.
+"""
 
 from __future__ import annotations
+
+import contextlib
+from pathlib import Path
 
 import numpy as np
 import skfem
 
+STUDIES = Path(__file__).parents[2] / "studies"
 PRESS_DEPTH, PRESS_SPEED, SLIDE_SPEED = 2e-3, 4e-3, 5e-3
 _HALF_WIDTH, _HALF_LENGTH, _HEIGHT = 8e-3, 10e-3, 8e-3
 
@@ -56,4 +63,55 @@ def model(
         contacts=(fs.Contact("skin", fs.Plane((0.0, 0.0, 1.0) if is_pad else (0.0, 1.0, 0.0)), fs.Coulomb(friction)),),
         programme=(fs.Press(PRESS_DEPTH, PRESS_SPEED), slide),
         time=fs.TimeStepping(5e-3, -0.05 if is_pad else -0.41421, end=5e-3 * steps),
+    )
+
+
+class Memory:
+    """A store of bases in memory, which costs nothing."""
+
+    def __init__(self):
+        self.stored = {}
+
+    def load(self, key):
+        return self.stored.get(key)
+
+    def save(self, key, arrays):
+        self.stored[key] = dict(arrays)
+
+    def alone(self, _key):
+        return contextlib.nullcontext()
+
+
+def run_of(study: str, name: str | None = None):
+    """Return a run of a shipped study by its name; the first without."""
+    from fingerslip.study.definition.runs import read_runs
+
+    return next(run for run in read_runs(STUDIES / f"{study}.yaml").runs if name in {None, run.name})
+
+
+def model_of(study: str, name: str | None = None):
+    """Return the model of a run, on the mesh."""
+    from dataclasses import replace
+
+    from fingerslip.study.running.build import build_mesh, build_model
+
+    run = run_of(study, name)
+    return replace(build_model(run, build_mesh(run)), basis=None)
+
+
+def section(step: float = 5e-3):
+    """Return the push and slide of the paper's section on elements of 0.15 mm."""
+    import fingerslip as fs
+
+    finger = fs.preset("wang2014-2d")
+    return fs.Model(
+        mesh=fs.build_section(finger, contact_size=0.15e-3),
+        materials=finger.materials,
+        formulation=finger.formulation,
+        depth=finger.depth,
+        supports={"phalanx": ("x", "y")},
+        contacts=(fs.Contact(boundary="skin", friction=fs.Coulomb(0.6)),),
+        programme=(fs.Press(1.5e-3, 1.5e-3), fs.Slide(6e-3, 3e-3)),
+        time=fs.TimeStepping(step),
+        record=fs.Recording(sites=fs.receptor_sites(finger)),
     )

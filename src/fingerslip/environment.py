@@ -1,0 +1,265 @@
+"""Held objects as environments of Gymnasium (extra `gym`): a controller senses the skin and sets the rate of the grip.
+
+Importing this module registers `fingerslip/HoldFinger2D-v0` and `fingerslip/HoldTacTip2D-v0`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from fingerslip.afferents.integrate_and_fire import AFFERENTS
+from fingerslip.contact.states import OPEN
+from fingerslip.dynamics.steering.commands import Command
+from fingerslip.dynamics.steering.steering import Observation, Simulation
+from fingerslip.errors import InputError, unknown_name
+from fingerslip.react.film import pixels
+from fingerslip.react.loads import RampLoad
+from fingerslip.react.loop import MemoryBases
+from fingerslip.react.mapping import ReactionMap, map_holder, read_reaction_map
+from fingerslip.react.moment import Moment
+from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model, holder_of
+from fingerslip.react.spikes import SpikeStream, stimulus_of
+from fingerslip.report.colours import BLACK, BLUE, VERMILLION
+from fingerslip.report.figures.style import with_style
+from fingerslip.specimens.tactip import PRESETS as SENSORS
+from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
+
+__all__ = ["HoldEnv"]
+
+Floats = NDArray[np.float64]
+Sensed = dict[str, NDArray[Any]]
+
+_KINDS = ("FA-I", "SA-I")
+_SENSOR, _SENSOR_SIZES = "tactip-ridged-2d", SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.5e-3)
+_LARGEST_GRIP, _FAR, _MOST_SPIKES = 40.0, 100.0, 100_000  # [N]; [mm] and [N]; bounds of what is sensed
+_LOSS = 10.0  # what a loss costs, in mm of slip
+_BASES = MemoryBases()
+
+
+class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
+    """Hold an object whose load grows, with as little grip as it takes.
+
+    The action is the rate of the grip force, -1 to 1 of `force_rate`; it takes effect after the latency, to the
+    microsecond, and then lasts as long as a control period. What is sensed:
+
+    - `markers` : (n, 2), displacement of points of the skin, of a TacTip of its pins, since the load began [mm]
+    - `mask` : (n,), which of them can be seen: those that touch the object, of a TacTip all
+    - `taxels` : (k, 6), displacement [mm] and force [N] of the skin's contact nodes along x, y and z
+    - `spikes` : (2,), spikes of FA-I and SA-I afferents in the last period; not of a TacTip
+    - `grip` : (1,), grip force [N]
+
+    A reward is minus the slip of the last period in mm, minus the share of the first grip that was added times the
+    period in seconds, and -10 for the loss, which ends the episode. `info` has the truth, without NaN.
+
+    Parameters
+    ----------
+    body : {'finger', 'tactip'}
+        What holds the object, against its mirror image.
+    study : path, optional
+        Settings of a map: object and fingertip; friction and rate of the load are drawn between its smallest and
+        largest, the rate on a logarithmic scale.
+    control_period : float
+        Time from action to action, whole time steps [s].
+    latency : float
+        Time from an action to its effect [s].
+    force_rate : float
+        Largest rate of the grip force [N/s].
+    render_mode : {'rgb_array'}, optional
+        Whether :meth:`render` draws forces and travel so far.
+
+    Examples
+    --------
+    ::
+
+        import gymnasium, fingerslip.environment
+        env = gymnasium.make("fingerslip/HoldFinger2D-v0", latency=0.074)
+        seen, info = env.reset(seed=1, options={"friction": 0.6, "load_rate": 4.0})
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012  as Gymnasium wants it
+
+    def __init__(
+        self,
+        body: Literal["finger", "tactip"] = "finger",
+        *,
+        study: str | Path | None = None,
+        control_period: float = 10e-3,
+        latency: float = 0.0,
+        force_rate: float = 50.0,
+        render_mode: str | None = None,
+    ) -> None:
+        default = ReactionMap(held=HeldObject(mass=0.1, load=RampLoad(rate=4.0, force=1.0), step=2e-3))
+        self._settings = default if study is None else read_reaction_map(study)
+        self._steps = round(control_period / self._settings.held.step)
+        if self._steps < 1 or abs(self._steps * self._settings.held.step - control_period) > 1e-9:
+            allowed = f"needs whole steps of {self._settings.held.step:g} s"
+            raise InputError("control_period", f"got {control_period:g} s", allowed)
+        self.render_mode, self._force_rate, self._latency = render_mode, force_rate, latency
+        self._kinds = _KINDS if body == "finger" else ()
+        self._holder = map_holder(self._settings, "original", _KINDS) if body == "finger" else _sensor()
+        self._simulation: Simulation | None = None
+        self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.observation_space = self._space()
+
+    def _space(self) -> spaces.Dict:
+        """Return the space of what is sensed; the number of nodes is that of a model."""
+        with Simulation(held_model(self._settings.held, self._holder), threads=1, bases=_BASES) as simulation:
+            seen = simulation.observation
+        nodes = len(seen["contact_state"])
+        markers = nodes if self._kinds else len(self._holder.sites)
+        space: dict[str, spaces.Space[Any]] = {
+            "markers": spaces.Box(-_FAR, _FAR, (markers, 2), np.float32),
+            "mask": spaces.MultiBinary(markers),
+            "taxels": spaces.Box(-_FAR, _FAR, (nodes, 6), np.float32),
+            "grip": spaces.Box(0.0, _LARGEST_GRIP, (1,), np.float32),
+        }
+        if self._kinds:
+            space["spikes"] = spaces.Box(0, _MOST_SPIKES, (len(self._kinds),), np.int32)
+        return spaces.Dict(space)
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Sensed, dict[str, Any]]:
+        """Hold another object: `friction`, `load_rate` [N/s] and `latency` [s] may be given, or are drawn."""
+        super().reset(seed=seed)
+        self.close()
+        frictions, rates = self._settings.friction, self._settings.load_rates
+        drawn = {
+            "friction": self.np_random.uniform(min(frictions), max(frictions)),
+            "load_rate": float(np.exp(self.np_random.uniform(np.log(min(rates)), np.log(max(rates))))),
+            "latency": self._latency,
+        }
+        for name in options or {}:
+            if name not in drawn:
+                raise unknown_name("options", name, drawn)
+        self._truth = {name: float(value) for name, value in {**drawn, **(options or {})}.items()}
+        load = self._settings.held.load
+        assert isinstance(load, RampLoad)
+        self._held = replace(
+            self._settings.held, friction=self._truth["friction"], load=RampLoad(self._truth["load_rate"], load.force)
+        )
+        simulation = self._simulation = Simulation(held_model(self._held, self._holder), threads=1, bases=_BASES)
+        for _ in range(round(self._held.begins / self._held.step)):
+            seen = simulation.step()
+        self._first = {name: seen[name].copy() for name in ("contact_displacement", "slip_distance", "displacement")}
+        self._areas = simulation.history()["contact_area"].values
+        self._start = float(seen["rigid_body_displacement"][0, 0])
+        self._streams = {
+            kind: SpikeStream(AFFERENTS.read(kind.lower()), 0.0, stimulus_of(seen, kind)) for kind in self._kinds
+        }
+        # Knots of the grip force that was asked for, over the times of the actions.
+        self._times, self._grips, self._travels = [0.0], [self._held.first_grip], [(0.0, 0.0)]
+        return self._sensed(seen, [0] * len(self._kinds)), self._info(seen)
+
+    def _grip(self, time: float) -> float:
+        """Return the grip force [N] at a time since the load began [s]."""
+        return float(np.interp(time - self._truth["latency"], self._times, self._grips))
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Sensed, float, bool, bool, dict[str, Any]]:
+        """Change the grip, and go on for a control period."""
+        if self._simulation is None:
+            raise InputError("environment", "has no object", "needs one", "call reset() first")
+        held, period = self._held, self._steps * self._held.step
+        rate = self._force_rate * float(np.clip(action, -1.0, 1.0)[0])
+        self._times.append(self._times[-1] + period)
+        self._grips.append(float(np.clip(self._grips[-1] + rate * period, 0.0, _LARGEST_GRIP)))
+        counts, before = [0] * len(self._kinds), self._travels[-1][1]
+        for _ in range(self._steps):
+            time = self._simulation.time + held.step - held.begins
+            seen = self._simulation.step(Command(OBJECT, force=(0.0, self._grip(time) - held.first_grip)))
+            for number, (kind, stream) in enumerate(self._streams.items()):
+                counts[number] += len(stream.advance(time, stimulus_of(seen, kind)))
+            self._travels.append((time, self._travel(seen)))
+            is_lost = self._travels[-1][1] > held.travel_limit
+            if is_lost or self._simulation.is_finished:
+                break
+        added = self._grip(time) / held.first_grip - 1.0
+        reward = -1e3 * abs(self._travels[-1][1] - before) - max(added, 0.0) * period - _LOSS * is_lost
+        is_over = self._simulation.is_finished and not is_lost
+        return self._sensed(seen, counts), reward, is_lost, is_over, self._info(seen)
+
+    def _travel(self, seen: Observation) -> float:
+        """Return how far the object is from where it was when the load began [m]."""
+        return self._held.direction * (float(seen["rigid_body_displacement"][0, 0]) - self._start)
+
+    def _sensed(self, seen: Observation, counts: list[int]) -> Sensed:
+        """Return what the controller senses."""
+        moved = 1e3 * (seen["contact_displacement"] - self._first["contact_displacement"])
+        forces = seen["tangential_traction"] * self._areas[:, None]
+        forces[:, 1] += seen["normal_traction"] * self._areas
+        flat = np.zeros((len(moved), 1))
+        pins = 1e3 * (seen["displacement"] - self._first["displacement"])
+        touching = (seen["contact_state"] != OPEN).astype(np.int8)
+        values: Sensed = {
+            "markers": moved if self._kinds else pins,
+            "mask": touching if self._kinds else np.ones(len(pins), np.int8),
+            "taxels": np.hstack([moved, flat, forces, flat]),
+            "grip": np.array([self._grips[0] if len(self._times) == 1 else self._grip(self._travels[-1][0])]),
+        }
+        for name in ("markers", "taxels", "grip"):
+            box = self.observation_space[name]  # type: ignore[index]
+            values[name] = np.clip(values[name], box.low, box.high).astype(np.float32)
+        return {**values, "spikes": np.array(counts, np.int32)} if self._kinds else values
+
+    def _info(self, seen: Observation) -> dict[str, Any]:
+        """Return the truth."""
+        moment = Moment(self._travels[-1][0], seen, self._areas, self._first["slip_distance"])
+        return {
+            **self._truth,
+            "time": moment.time,
+            "load": self._held.total_load(moment.time),
+            "travel": self._travels[-1][1],
+            "slipped_fraction": moment.slipped_fraction(),
+            "stick_ratio": moment.stick_ratio,
+        }
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return a picture (height, width, 3) of forces and travel so far, in the mode 'rgb_array'."""
+        if self.render_mode is None:
+            return None
+        times, travels = np.array(self._travels).T
+        return _drawn(self._held, times, travels, np.array([self._grip(time) for time in times.tolist()]))
+
+    def close(self) -> None:
+        """Give the memory of the simulation back."""
+        if self._simulation is not None:
+            self._simulation.close()
+            self._simulation = None
+
+
+@with_style
+def _drawn(held: HeldObject, times: Floats, travels: Floats, grips: Floats) -> NDArray[np.uint8]:
+    """Draw load, what friction bears at grip forces [N], and travels [m] over times [s], each (n,)."""
+    figure = Figure(figsize=(6.4, 3.2), layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    forces, ways = figure.subplots(1, 2, sharex=True)
+    forces.plot(1e3 * times, 2.0 * held.friction * grips, color=BLUE, label="what friction bears")
+    forces.plot(1e3 * times, [held.total_load(time) for time in times.tolist()], color=BLACK, label="load")
+    forces.set(ylabel="force along the object [N]", ylim=(0.0, None), xlabel="time since the load began [ms]")
+    forces.legend(loc="upper left")
+    ways.plot(1e3 * times, 1e3 * travels, color=BLACK)
+    ways.axhline(1e3 * held.travel_limit, color=VERMILLION)
+    ways.set(ylabel="travel [mm]", xlabel="time since the load began [ms]")
+    return pixels(canvas)
+
+
+def _sensor() -> Holder:
+    """Return the section of the ridged TacTip, with its pins."""
+    sensor = holder_of(
+        SENSORS.read(_SENSOR), _SENSOR_SIZES, boundary="contact", depth=20e-3, groups=["internal_markers"]
+    )
+    return replace(sensor, normal_penalty=5e9, tangential_penalty=5e9, search_distance=6e-3)
+
+
+for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):
+    gymnasium.register(f"fingerslip/{_name}-v0", entry_point=HoldEnv, kwargs={"body": _body})

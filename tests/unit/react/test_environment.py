@@ -1,0 +1,134 @@
+"""Held objects as environments of Gymnasium, where it is installed."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.react.scenario import Holder
+from fingerslip.sites import Site
+from unit.pads import pad
+
+gymnasium = pytest.importorskip("gymnasium")
+
+STUDY = """
+held:
+  {mass: 100 g, margin: 0.3, settle: 0.1 s, rest: 0.02 s, after: 0.1 s, step: 2 ms,
+   load: {ramp_load: {rate: 4 N/s, force: 1 N}}}
+friction: [0.4, 0.6]
+load_rates: [4 N/s, 16 N/s]
+centre: {friction: 0.6}
+"""
+
+
+def held_by() -> Holder:
+    sites = (Site("FA-I-1", "FA-I", (-1e-3, 1e-3)), Site("SA-I-1", "SA-I", (1e-3, 1e-3)))
+    return replace(pad(), sites=sites)
+
+
+@pytest.fixture(scope="module")
+def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Give what makes an environment with a pad."""
+    from fingerslip import environment
+
+    study = tmp_path_factory.mktemp("domain") / "domain.yaml"
+    study.write_text(STUDY)
+
+    def made(**options: Any) -> Any:
+        return gymnasium.make("fingerslip/HoldFinger2D-v0", study=study, disable_env_checker=True, **options).unwrapped
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(environment, "map_holder", lambda *_: held_by())
+        yield made
+
+
+def episode(env: Any, rate: float, **options: float) -> tuple[list[float], dict[str, Any], bool, bool]:
+    """Return the grip forces and how an episode with a constant action ends."""
+    env.reset(seed=1, options={"friction": 0.6, "load_rate": 16.0, **options})
+    grips = []
+    while True:
+        seen, _, lost, over, info = env.step(np.array([rate], np.float32))
+        grips.append(float(seen["grip"][0]))
+        if lost or over:
+            return grips, info, lost, over
+
+
+def test_environment_is_one_of_gymnasium(make: Any) -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(make(render_mode="rgb_array"))
+
+
+def test_object_is_lost_without_grip_and_saved_with_it(make: Any) -> None:
+    grips, info, lost, over = episode(make(), 0.0)
+    assert (lost, over) == (True, False)
+    assert set(grips) == {grips[0]}
+    assert info["travel"] > 10e-3
+    assert info["stick_ratio"] == 0.0
+    _, info, lost, over = episode(make(), 1.0)
+    assert (lost, over) == (False, True)
+    assert info["travel"] < 2e-3
+
+
+def test_action_takes_effect_after_the_latency_in_seconds(make: Any) -> None:
+    at_once, _, _, _ = episode(make(force_rate=20.0), 1.0)
+    late, info, _, _ = episode(make(force_rate=20.0), 1.0, latency=0.0133)
+    first = at_once[0] - 20.0 * 10e-3
+    assert info["latency"] == 0.0133
+    assert late[0] == pytest.approx(first)
+    assert late[1:4] == pytest.approx([first + 20.0 * (time - 0.0133) for time in (0.02, 0.03, 0.04)], rel=1e-5)
+
+
+def test_what_is_sensed_is_finite_and_the_truth_has_no_nan(make: Any) -> None:
+    env = make()
+    seen, info = env.reset(seed=3)
+    assert 0.4 <= info["friction"] <= 0.6
+    assert 4.0 <= info["load_rate"] <= 16.0
+    for _ in range(5):
+        assert env.observation_space.contains(seen)
+        assert all(np.isfinite(values).all() for values in seen.values())
+        assert all(np.isfinite(value) for value in info.values())
+        # Skin on the object bears the grip and the load.
+        assert seen["taxels"][:, 4].sum() == pytest.approx(seen["grip"][0], rel=0.05)
+        assert abs(seen["taxels"][:, 3].sum()) == pytest.approx(0.5 * info["load"], rel=0.2)
+        seen, *_, info = env.step(np.array([0.5], np.float32))
+    assert np.array_equal(seen["mask"] > 0, np.abs(seen["taxels"][:, 4]) > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"control_period": 3e-3}, "control_period: got 0.003 s, needs whole steps of 0.002 s"),
+        ({"options": {"mass": 1.0}}, "options: 'mass' is not known, needs one of friction, load_rate, latency"),
+    ],
+)
+def test_wrong_settings_are_refused(make: Any, wrong: dict[str, Any], message: str) -> None:
+    options = wrong.pop("options", {})
+    with pytest.raises(InputError) as caught:
+        make(**wrong).reset(options=options)
+    assert str(caught.value).startswith(message)
+
+
+def test_step_before_reset_is_refused(make: Any) -> None:
+    with pytest.raises(InputError, match=r"^environment: has no object, needs one; call reset\(\) first$"):
+        make().step(np.zeros(1, np.float32))
+
+
+@pytest.mark.slow
+def test_sensor_senses_its_pins() -> None:
+    env = gymnasium.make("fingerslip/HoldTacTip2D-v0", control_period=20e-3, disable_env_checker=True).unwrapped
+    seen, _ = env.reset(seed=1)
+    assert "spikes" not in seen
+    assert seen["mask"].all()
+    for _ in range(4):
+        seen, _, _, _, info = env.step(np.zeros(1, np.float32))
+    assert np.abs(seen["markers"]).max() > 0.01
+    assert info["slipped_fraction"] >= 0.0
