@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from fingerslip.afferents.integrate_and_fire import AFFERENTS
+from fingerslip.afferents.model import AFFERENTS
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation

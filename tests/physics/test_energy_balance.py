@@ -112,7 +112,8 @@ def balance(model):
     for after in marching:
         states = [states[-1], after]
         forces = [*forces[-2:], unbalance(stepper, states[1])]
-        lost += dissipated(stepper, *states) + taken_by_scheme(stepper, *states, forces) + taken_by_dropping(*states)
+        lost += dissipated(stepper, *states) + taken_by_dropping(*states)
+        lost += taken_by_scheme(system.mass, model.time, *states, forces)
         work += external_work(system, *states)
         largest = max(largest, abs(work))
         imbalance = max(imbalance, abs(work - lost - (stored(system, states[1]) - start)))
@@ -154,12 +155,12 @@ def dissipated(stepper, before, after):
     return friction + law + (after.displacement - before.displacement) @ damping_force(stepper, mean)
 
 
-def taken_by_scheme(stepper, before, after, forces):
+def taken_by_scheme(mass, time, before, after, forces):
     """Return what HHT-alpha takes in a step [J], from the unbalanced forces of three times."""
-    alpha, step = stepper.scheme.alpha, stepper.scheme.step
+    alpha, step = time.alpha, time.step
     beta, gamma = (1 - alpha) ** 2 / 4, 0.5 - alpha
     displacement, velocity = after.displacement - before.displacement, after.velocity - before.velocity
-    inertia = stepper.system.mass @ (after.acceleration - before.acceleration)
+    inertia = mass @ (after.acceleration - before.acceleration)
     newmark = step * (beta - gamma / 2) * (inertia @ velocity) - (gamma - 0.5) * (inertia @ displacement)
     return newmark + alpha / 2 * displacement @ (forces[2] - forces[0])
 

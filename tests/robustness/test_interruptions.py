@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from robustness.block import TWO_RUNS, write_block
 from robustness.cases import SEED, unfinished
-from robustness.interruptions import begin, differences, write_study
+from robustness.interruptions import begin, differences
 
 _KILLS, _PARTS, _IN_A_ROW = 200, 8, 5
 _ENDINGS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -20,7 +21,7 @@ _ENDINGS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_study(tmp_path_factory.mktemp("study"))
+    return write_block(tmp_path_factory.mktemp("study"), **TWO_RUNS)
 
 
 @pytest.fixture(scope="module")

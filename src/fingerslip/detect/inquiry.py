@@ -58,15 +58,14 @@ class Levels:
     @property
     def pairs(self) -> list[tuple[str, float]]:
         """The disturbances and their amounts."""
-        return [(name, amount) for name, text in vars(self).items() for amount in _numbers(f"--{name}", text)]
-
-
-def _numbers(where: str, text: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",") if part.strip()]
-    except ValueError:
-        repair = f"write {where} 0,0.1,0.2"
-        raise InputError(where, f"got {shorten(text)!r}", "needs numbers with commas", repair) from None
+        pairs = []
+        for name, text in vars(self).items():
+            try:
+                pairs += [(name, float(part)) for part in text.split(",") if part.strip()]
+            except ValueError:
+                fault, repair = f"got {shorten(text)!r}", f"write --{name} 0,0.1,0.2"
+                raise InputError(f"--{name}", fault, "needs numbers with commas", repair) from None
+        return pairs
 
 
 @dataclass(frozen=True)

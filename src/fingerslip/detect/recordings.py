@@ -7,7 +7,6 @@ import io
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -177,18 +176,3 @@ def read_recording(
         )
     # What only its quality page needs stays behind: data sets hold positions and qualities.
     return tracks.drop_vars([name for name in tracks.data_vars if name not in ("position", "quality")])
-
-
-def readers(
-    n_markers: int | None = None,
-    n_external: int | None = None,
-    rest_frames: int = 100,
-    layout: LayoutName = "auto",
-) -> tuple[Callable[[Path], xr.Dataset], Callable[[Path], xr.Dataset]]:
-    """Return what reads the recordings of the inner and of the outer camera; see :func:`read_recording`.
-
-    The markers of the outer camera are numbered by rows: only the middle one of them counts by itself.
-    """
-    inner = partial(read_recording, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
-    outer = partial(read_recording, n_markers=n_external, rest_frames=rest_frames, layout="free")
-    return inner, outer

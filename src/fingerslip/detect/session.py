@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +26,7 @@ from fingerslip.detect.evaluation.scores import (
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, readers, recorded_trials
+from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, read_recording, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trials import TrialSet, open_trials, write_trials
@@ -149,11 +150,6 @@ def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = 
     return _table(title, ("event", *scores), rows, f"{note} {_EVENT_NOTE}".strip())
 
 
-def score_table(scores: EventScores, where: str) -> Table:
-    """Return the scores of a submission."""
-    return event_table({f"{where}, {scores.trials} trials": scores}, title="Benchmark")
-
-
 def left_out_table(key: str, rows: Sequence[tuple[str, str, int, Estimate]]) -> Table:
     """Return accuracies where a condition was left out: classifier, its value, number of trials and accuracy."""
     names = ("classifier", f"{key} left out", "trials", "accuracy")
@@ -246,7 +242,9 @@ def collect_trials(
     """Write a data set of recordings and return what was done, and what is wrong with videos."""
     onsets = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
-    inner, outer = readers(*markers, rest_frames, layout)
+    inner = partial(read_recording, n_markers=markers[0], rest_frames=rest_frames, layout=layout)
+    # Of the outer markers, which are numbered by rows, only the middle one counts by itself.
+    outer = partial(read_recording, n_markers=markers[1], rest_frames=rest_frames, layout="free")
     trials = recorded_trials(folder, conditions, onsets=onsets, settings=settings, read=inner, read_external=outer)
     result = write_trials(trials, output, title)
     complaints = [
@@ -382,7 +380,7 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
     scores = score_submission(
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
-    return score_table(scores, submission.name)
+    return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
 
 
 def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:

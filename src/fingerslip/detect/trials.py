@@ -242,7 +242,7 @@ def _write_set(
     with new_folder(folder) as unfinished:
         for trial, put in trials:
             first = first or trial
-            common_layout(first.name, first.tracks, trial.name, trial.tracks)
+            _check_layout(trial, first)
             if trial.name in entries:
                 raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
             put(unfinished / trial.name)
@@ -267,14 +267,13 @@ def _write_set(
     return open_trials(folder)
 
 
-def common_layout(first: str, tracks: xr.Dataset, second: str, other: xr.Dataset) -> None:
-    """Check that two trials have one layout."""
-    if layout_digest(tracks) != layout_digest(other):
-        fault = (
-            f"has {layout_text(other)}" if layout_text(other) != layout_text(tracks) else "has other markers or rings"
-        )
-        repair = "make a data set for each layout"
-        raise InputError(f"trial {second}", fault, f"needs the layout of trial {first}: {layout_text(tracks)}", repair)
+def _check_layout(trial: Trial, first: Trial) -> None:
+    """Check that a trial has the layout of the first one."""
+    text, wanted = layout_text(trial.tracks), layout_text(first.tracks)
+    if layout_digest(trial.tracks) != layout_digest(first.tracks):
+        fault = f"has {text if text != wanted else 'other markers or rings'}"
+        allowed = f"needs the layout of trial {first.name}: {wanted}"
+        raise InputError(f"trial {trial.name}", fault, allowed, "make a data set for each layout")
 
 
 def open_trials(folder: str | Path) -> TrialSet:

@@ -25,9 +25,9 @@ from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
 from fingerslip.react.reflex import Reaction, Response
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
-from fingerslip.report.figures.deformed import CORNERS
-from fingerslip.report.figures.film import Film
+from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.style import with_style
+from fingerslip.report.scene.scene import CORNERS
 from fingerslip.vision.video import write_video
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ from fingerslip.detect.recordings import (
     read_any_tracks,
     read_conditions,
     read_recording,
-    readers,
     recorded_trials,
     with_external,
 )
@@ -161,9 +160,7 @@ def test_the_layout_is_found_by_itself(tmp_path: Path) -> None:
     assert np.bincount(open_trials(target).tracks("hexagon")["ring"].values).tolist() == [1, 6, 12]
 
 
-@pytest.mark.parametrize(
-    "function", [read_recording, readers, collect_trials, run_detector, commands.collect, commands.run]
-)
+@pytest.mark.parametrize("function", [read_recording, collect_trials, run_detector, commands.collect, commands.run])
 def test_the_layout_is_found_unless_it_is_said(function: Callable[..., object]) -> None:
     track = inspect.signature(track_markers).parameters["layout"].default
     assert inspect.signature(function).parameters["layout"].default == track == "auto"
@@ -214,6 +211,5 @@ def test_recordings_of_two_cameras_have_to_fit(recordings: Path, tmp_path: Path)
     with pytest.raises(InputError, match="external: is in m, needs the unit of the inner camera"):
         with_external(inner, metres)
     (tmp_path / "table.csv").write_text("file,external\none.mkv,none.mkv\n")
-    inside, outside = readers(6, 5, REST, "free")
     with pytest.raises(InputError, match=r"names none\.mkv, needs files that are in"):
-        next(recorded_trials(recordings, tmp_path / "table.csv", read=inside, read_external=outside))
+        next(recorded_trials(recordings, tmp_path / "table.csv"))

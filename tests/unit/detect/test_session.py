@@ -28,7 +28,6 @@ from fingerslip.detect.session import (
     robustness_table,
     run_detector,
     score_onsets,
-    score_table,
     train_detector,
 )
 from fingerslip.detect.trials import TrialSet
@@ -92,7 +91,9 @@ def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, t
     assert Choices(labels="contact").onsets(trials) == trials.onsets("contact")
     tests = benchmark_test_trials(trials.names)
     write_onsets({name: later[name] for name in tests}, tmp_path / "submission.csv")
-    rows = dict(score_onsets(trials_folder, tmp_path / "submission.csv", Choices(rest_frames=20)).rows)  # type: ignore[arg-type]
+    table = score_onsets(trials_folder, tmp_path / "submission.csv", Choices(rest_frames=20))
+    assert table.columns[1].name == "submission.csv, 5 trials"
+    rows = dict(table.rows)  # type: ignore[arg-type]
     assert str(rows["onset error [s]"]).startswith("0.100")
 
 
@@ -129,7 +130,6 @@ def test_events_have_a_column_for_each_classifier() -> None:
     assert rows["median delay [frames]"] == "2.000"
     assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
     assert rows["gross onset error [s]"] is Missing.NOT_DEFINED
-    assert score_table(scores, "mine.csv").columns[1].name == "mine.csv, 1 trials"
     assert "n/a" in to_markdown(table)
 
 

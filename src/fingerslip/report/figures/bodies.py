@@ -82,33 +82,45 @@ def deformed_figure(
     """Draw the deformed body with a field, a panel for each time [s]: sections to scale, or lit views of a solid."""
     solid, options = is_solid(history), options or SceneOptions(cut="z", written=False)
     check_options(history, options)
-    moments = dict.fromkeys(times or (), "")
+    moments, every = dict.fromkeys(times or (), ""), history["snapshot_time"].values
     if times is None:
-        named = MAIN_EVENTS if not solid else ("incipient", "overall")
-        moments = frame_times(history, events, named)
-    every = history["snapshot_time"].values
-    even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
-    numbers = snapshots_at(history, moments or {float(time): "" for time in even})
-    pictures = crop(stills(history, list(numbers), options, (1200, 900))) if solid else []
-    columns, (width, height) = style.columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)[:2]
-    ratio, room = (pictures[0].shape[0] / pictures[0].shape[1], 0.35) if solid else (float(height / width), 0.75)
-    wide = 6.0 if columns == 1 else 3.2 if solid else 3.4
-    field = SCALARS[options.scalar][0]
-    share, labels = ("none", ("", "")) if solid else ("all", ("x [mm]", "y [mm]"))
+        even = every[-1:] if solid else np.linspace(every[0], every[-1], min(4, every.size))
+        named = ("incipient", "overall") if solid else MAIN_EVENTS
+        moments = frame_times(history, events, named) or {float(time): "" for time in even}
+    numbers, field = snapshots_at(history, moments), SCALARS[options.scalar][0]
     heading = style.join_title(f"Deformed {'body' if solid else 'section'}, {field.partition(' [')[0]}", title)
-    figure, panels = style.figure_grid(len(numbers), columns, (wide, wide * ratio + room), heading, labels, share=share)
-    limits = field_limits(history, options)
-    for index, (axes, (number, name)) in enumerate(zip(panels, numbers.items(), strict=True)):
-        if solid:
-            style.show_picture(axes, pictures[index])
-        else:
-            draw_section(axes, history, number, options.scalar, limits)
-        style.name_panel(axes, name, columns)
+    figure, panels = (_draw_views if solid else _draw_sections)(history, list(numbers), options, heading)
+    for axes, name in zip(panels, numbers.values(), strict=True):
+        style.name_panel(axes, name, style.columns_for(len(numbers)))
     keys = style.region_keys(region_names(history)) if options.scalar == "region" else {}
     if options.scalar != "region":
-        style.add_field_bar(figure, panels, field, limits)
+        style.add_field_bar(figure, panels, field, field_limits(history, options))
     style.add_legend(figure, keys | ({} if solid and not options.contact else style.state_keys((STICK, SLIP))))
     return figure
+
+
+def _draw_views(
+    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, heading: str
+) -> tuple[Figure, list[Axes]]:
+    pictures, columns = crop(stills(history, numbers, options, (1200, 900))), style.columns_for(len(numbers))
+    (height, width, _), wide = pictures[0].shape, 3.2 if columns > 1 else 6.0
+    size = (wide, wide * height / width + 0.35)
+    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("", ""), share="none")
+    for axes, picture in zip(panels, pictures, strict=True):
+        style.show_picture(axes, picture)
+    return figure, panels
+
+
+def _draw_sections(
+    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, heading: str
+) -> tuple[Figure, list[Axes]]:
+    columns, (width, height) = style.columns_for(len(numbers)), np.ptp(history["node_position"].values, axis=0)
+    wide, limits = 3.4 if columns > 1 else 6.0, field_limits(history, options)
+    size = (wide, wide * float(height / width) + 0.75)
+    figure, panels = style.figure_grid(len(numbers), columns, size, heading, ("x [mm]", "y [mm]"))
+    for axes, number in zip(panels, numbers, strict=True):
+        draw_section(axes, history, number, options.scalar, limits)
+    return figure, panels
 
 
 def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:

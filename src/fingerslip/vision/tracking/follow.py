@@ -120,11 +120,7 @@ def _blobs(markers: Markers, image: Frame, mask: Flags | None, window: tuple[sli
     """Return the blobs of the markers' size and about their strength in a window of an image."""
     least = _FAINT * light * float(np.median(markers.strength))
     blobs = blobs_of(image[window], markers.size, markers.polarity, least)
-    blobs = dataclasses.replace(blobs, position=blobs.position + _corner(window))
-    if mask is None:
-        return blobs
-    columns, rows = np.rint(blobs.position).astype(np.intp).T
-    return blobs.select(mask[rows.clip(0, len(mask) - 1), columns.clip(0, mask.shape[1] - 1)])
+    return dataclasses.replace(blobs, position=blobs.position + _corner(window)).inside(mask)
 
 
 def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, slice]) -> Floats:

@@ -163,12 +163,17 @@ def topology(points: Floats, layout: LayoutName) -> Topology:
         row = np.cumsum(np.diff(points[by_height, 1], prepend=-np.inf) > gap)[np.argsort(by_height)]
         return Topology("free", np.lexsort((points[:, 0], row)), None, None)
     centre = _centre(points)
-    if layout == "grid":
-        cell, is_on = _lattice(points, centre, _STEPS["grid"])
-        off = int((~is_on).sum())
-        fault = f"{off} of {len(points)} markers are not on the square grid" if off else ""
-        return Topology(layout, np.lexsort((cell[:, 0], cell[:, 1], ~is_on)), None, None, fault)
-    ring, complaint = _circles(points, centre) if layout == "rings" else _hexagons(points, centre)
+    if layout == "rings":
+        ring, complaint = _circles(points, centre)
+    else:
+        cell, is_on = _lattice(points, centre, _STEPS[layout])
+        off, words = int((~is_on).sum()), "square grid" if layout == "grid" else "hexagonal lattice"
+        complaint = f"{off} of {len(points)} markers are not on the {words}" if off else ""
+        if layout == "grid":
+            return Topology(layout, np.lexsort((cell[:, 0], cell[:, 1], ~is_on)), None, None, complaint)
+        # Those on no lattice are in a ring of their own.
+        ring = np.maximum(np.abs(cell).max(axis=1), np.abs(cell.sum(axis=1)))
+        ring[~is_on] = ring[is_on].max() + 1
     dx, dy = (points - centre).T
     # Rounding keeps the marker on the x axis first in its ring, wherever noise puts it.
     angle = np.arctan2(dy, dx) % (2.0 * math.pi)
@@ -248,15 +253,6 @@ def _circles(points: Floats, centre: Floats) -> tuple[Integers, str]:
     outer = counts[counts > 1]
     uneven = len(outer) > 1 and bool((np.diff(outer) <= 0).any())
     return ring, f"rings have {', '.join(map(str, counts))} markers, not more outwards" if uneven else ""
-
-
-def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
-    """Return the hexagonal ring of each marker; those on no lattice are in one of their own."""
-    cell, is_on = _lattice(points, centre, _STEPS["hex"])
-    ring = np.maximum(np.abs(cell).max(axis=1), np.abs(cell.sum(axis=1)))
-    off = int((~is_on).sum())
-    ring[~is_on] = ring[is_on].max() + 1
-    return ring, f"{off} of {len(points)} markers are not on the hexagonal lattice" if off else ""
 
 
 def _lattice(

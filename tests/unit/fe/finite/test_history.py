@@ -28,19 +28,25 @@ def test_an_elastic_body_has_no_history():
 
 
 @EVERY_KIND
-def test_dashpots_follow_what_is_remembered(kind):
+def test_dashpots_follow_what_is_remembered_and_a_step_finds_their_share(kind):
     """All that is remembered, of points and of groups, obeys the recurrence of its own material."""
     other = (PronyTerm(0.1, 0.2), PronyTerm(0.4, 1.0))
     bulk = relaxing_body(kind, beside=replace(SOFT, prony=other))
-    histories = [stepped(bulk, steps).history for steps in (1, 2, 3)]
+    states = [stepped(bulk, steps) for steps in (1, 2, 3)]
+    history, left = states[-1].history, bulk.begun(states[-1], STEP).left
     for number, terms in enumerate((TERMS, other)):
-        for name, dashpots, members in (
-            ("points", histories[-1].point_dashpots, bulk.relaxation.points == number),
-            ("groups", histories[-1].group_dashpots, bulk.relaxation.groups == number),
+        follow = recurrence(terms, STEP)
+        for name, dashpots, found in (
+            ("points", history.point_dashpots, left.points),
+            ("groups", history.group_dashpots, left.groups),
         ):
-            values = [getattr(history, name)[members] for history in histories]
-            followed = recurrence(terms, STEP).follow(np.stack([np.zeros_like(values[0]), *values]))[:, -1]
+            members = getattr(bulk.relaxation, name) == number
+            values = [getattr(state.history, name)[members] for state in states]
+            followed = follow.follow(np.stack([np.zeros_like(values[0]), *values]))[:, -1]
             np.testing.assert_allclose(dashpots[:, members], followed, atol=1e-12)
+            shared = np.tensordot(follow.shares * follow.decay, followed, axes=1)
+            shared += follow.shares @ follow.start * values[-1]
+            np.testing.assert_allclose(found[members], shared, atol=1e-12)
 
 
 @EVERY_KIND

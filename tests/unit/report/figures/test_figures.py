@@ -596,7 +596,9 @@ def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart
     figure = bodies.slip_onset_figure({"there": history, "back": turned})
     first, second = (axes for axes in figure.axes if axes.get_title("left"))
     (there,), (back,) = ([text for text in axes.texts if hasattr(text, "arrow_patch")] for axes in (first, second))
-    np.testing.assert_allclose(np.subtract(there.xy, there.xyann), -np.subtract(back.xy, back.xyann), atol=1e-12)
+    forth = np.subtract(there.xy, there.xyann)
+    assert np.linalg.norm(forth) > 1.0, "millimetres of the plate"
+    np.testing.assert_allclose(forth, -np.subtract(back.xy, back.xyann), atol=1e-12)
     assert first.get_xlim() == second.get_xlim()
 
 

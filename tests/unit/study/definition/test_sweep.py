@@ -141,6 +141,12 @@ def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay() -> N
         assert epidermis >= skin or "skin" in one.reason
         assert one.name == f"sample-{one.swept['sample']:02}"
     assert "fingertip.layers.epidermis_thickness: got " in expansion.refused[0].reason
+    ranges = {
+        "fingertip.layers.skin_thickness": ["0.7 mm", "0.75 mm"],
+        "fingertip.layers.epidermis_thickness": ["1 mm", "1.2 mm"],
+    }
+    with pytest.raises(InputError, match="epidermis_thickness: got "):  # where all are refused, the study is wrong
+        expand_mapping(sampled(ranges=ranges), SOURCE)
 
 
 def mistakes(swept: dict[str, Any], **changes: Any) -> list[str]:
