@@ -104,8 +104,8 @@ class Controlled:
     @property
     def attributes(self) -> Mapping[str, object]:
         """What a history says of the steps, and of how they were computed."""
-        own = {"time_step": "auto", "time_tolerance": self._time.tolerance, **vars(self._counts)}
-        return {**own, **self._integrator.attributes}
+        steps = {"time_step": "auto", "time_tolerance": self._time.tolerance, **vars(self._counts)}
+        return {**steps, **self._integrator.attributes}
 
     def start(self) -> dict[int, State]:
         """Return the state at time zero."""

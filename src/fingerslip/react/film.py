@@ -226,7 +226,7 @@ class _View:
         number = nearest_snapshot(history, held.begins + time)
         record = nearest_record(history, held.begins + time)
         right = self._places(number)
-        stresses = self._colours.to_rgba(1e-3 * history["snapshot_von_mises"].values[number])
+        stresses: Any = self._colours.to_rgba(1e-3 * history["snapshot_von_mises"].values[number])
         states = history["contact_state"].values[record]
         touching, colours = self._nodes[states != OPEN], [STATE_COLOURS[state] for state in states[states != OPEN]]
         for body, skin, side in zip(self._bodies, self._skins, (1.0, -1.0), strict=True):

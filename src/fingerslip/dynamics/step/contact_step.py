@@ -184,10 +184,10 @@ def solve_law(
     wanted, accepted = (_GOAL_SINGLE if compliance.is_single else GOAL), TOLERANCE
     if goal is not None:
         wanted, accepted = goal, goal * _MISSED_BY
-    first, kept = warm
+    first, old = warm
     origin = None if first is before.forces else before.forces
     solution, working_set = solve_contact(
-        compliance, problem, coefficients, first, wanted, working_set=kept, origin=origin, few=few
+        compliance, problem, coefficients, first, wanted, working_set=old, origin=origin, few=few
     )
     if not solution.residual <= accepted:
         raise unsolved(candidates, over[1], solution.residual, solution.worst, accepted)

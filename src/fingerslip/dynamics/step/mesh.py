@@ -105,8 +105,8 @@ def advance(
             halfway = condensed.forward(sides[0] if len(sides) == 1 else np.stack(sides).T)
         with watch.part("contact"):
             local = halfway.local.T.reshape(len(steppers), -1)
-            own = [row[stepper.rows] for row, stepper in zip(local, steppers, strict=True)]
-            contacts = list(mapper(solve_step, steppers, starts, own))
+            rows = [row[stepper.rows] for row, stepper in zip(local, steppers, strict=True)]
+            contacts = list(mapper(solve_step, steppers, starts, rows))
             forces = _on_joint_rows(steppers, list(map(weighted_forces, steppers, contacts)), halfway.local)
         with watch.part("substitution"):
             moved = None if halfway.kept is None else _joint_motion(steppers, contacts, halfway.local)
