@@ -84,11 +84,9 @@ class Memory:
 
 def run_of(study: str, name: str | None = None):
     """Return a run of a shipped study by its name; the first without."""
-    from fingerslip.study.definition.runs import expand
-    from fingerslip.study.definition.spec import read_study
+    from fingerslip.study.definition.runs import read_runs
 
-    path = STUDIES / f"{study}.yaml"
-    return next(run for run in expand(read_study(path), path) if name in {None, run.name})
+    return next(run for run in read_runs(STUDIES / f"{study}.yaml").runs if name in {None, run.name})
 
 
 def model_of(study: str, name: str | None = None):

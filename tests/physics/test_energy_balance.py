@@ -16,9 +16,8 @@ from fingerslip.linear.resources import one_by_one
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.mesh.source import MeshFile
 from fingerslip.results import SAMPLE
-from fingerslip.study.definition.runs import expand
-from fingerslip.study.definition.spec import read_study
-from fingerslip.study.running.build import build_mesh, build_model, mesh_key
+from fingerslip.study.definition.runs import read_runs
+from fingerslip.study.running.build import build_mesh, build_model
 from places import STUDIES
 from problems.matrices import EXACT
 from problems.verification.reference import condensed_states, make_stepper
@@ -88,9 +87,9 @@ def coarse_in_space(run):
 
 def models(path, change):
     """Yield name and model of every run of a study, of samples the first, each changed; runs share meshes."""
-    meshes, runs = {}, expand(read_study(path), path)
+    meshes, runs = {}, read_runs(path).runs
     for run in map(change, [run for run in runs if run.swept.get(SAMPLE, 1) == 1]):
-        key = mesh_key(run)
+        key = run.mesh_key
         if key not in meshes:
             meshes[key] = build_mesh(run)
         yield run.name, build_model(run, meshes[key])

@@ -16,7 +16,7 @@ from fingerslip.commands.shared import stop_on_termination
 from fingerslip.history import read_history
 from fingerslip.results import stored_result
 from fingerslip.study.running import runner
-from fingerslip.study.running.pool import without_main_module
+from fingerslip.study.running.compute import without_main_module
 
 # The server has the modules loaded, so that a process that it forks takes a fraction of a second.
 _CONTEXT = multiprocessing.get_context("forkserver")

@@ -124,7 +124,7 @@ def _readers(study: Path) -> dict[str, Callable[[], Any]]:
         "show run": lambda: show(str(study / _NAMES[0])),
         "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
         "view": lambda: _view(study / _NAMES[0]),
-        "validate": lambda: [_measure(study / name, read_run(study / name, {})) for name in _NAMES],
+        "validate": lambda: [_measure(study / name, read_run(study / name)) for name in _NAMES],
     }
 
 

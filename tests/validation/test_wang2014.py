@@ -22,8 +22,8 @@ import fingerslip as fs
 from fingerslip.history import read_history
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events
+from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.runner import run_study
 from fingerslip.validation.checks import determination
 from fingerslip.validation.measures import Measures, measure

@@ -31,6 +31,8 @@ Least = Annotated[
     float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
 ]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
+Markers = Annotated[int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")]
+Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
 
@@ -68,9 +70,7 @@ def collect(
     labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
-    markers: Annotated[
-        int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the videos, else found.")
-    ] = None,
+    markers: Markers = None,
     external_markers: Annotated[
         int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
@@ -156,9 +156,7 @@ def inquire(
     dataset: DataSet,
     *,
     classifier: Classifier = "forest",
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")] = Path(
-        "inquiry"
-    ),
+    output: Pictures = Path("inquiry"),
     lost: Annotated[
         str, typer.Option("--lost", metavar="A,B,...", help="Shares of positions lost.")
     ] = "0,0.1,0.2,0.3,0.4,0.5",
@@ -192,9 +190,7 @@ def vary(
     dataset: DataSet,
     *,
     classifier: Classifiers = None,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and a figure.")] = Path(
-        "assumptions"
-    ),
+    output: Pictures = Path("assumptions"),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
     by: Annotated[
         list[str] | None, typer.Option("--by", metavar="CONDITION", help="List accuracies by this too; repeatable.")
@@ -253,9 +249,7 @@ def run(
     detector: Annotated[Path, typer.Option("--detector", metavar="DIR", help="Folder of the detector.")] = Path(
         "detector"
     ),
-    markers: Annotated[
-        int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")
-    ] = None,
+    markers: Markers = None,
     layout: Layout = "auto",
     as_json: AsJson = False,
 ) -> None:

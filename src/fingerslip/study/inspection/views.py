@@ -19,7 +19,7 @@ from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.study.storage.reporting import read_results, read_stored_run, slide_starts
-from fingerslip.study.storage.summary import read_manifest
+from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Sweeps: all combinations in order, each with its values and a folder name of its own, and what is wrong in them."""
+"""What changes from run to run: sweeps, samples and repeats, each run with its values and a name of its own."""
 
 from __future__ import annotations
 
@@ -8,24 +8,35 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshFile
+from fingerslip.parameters import as_mapping
 from fingerslip.study.definition import sweep
-from fingerslip.study.definition.runs import expand, expand_mapping, run_names
+from fingerslip.study.definition.runs import expand_mapping, read_runs, run_names
 from fingerslip.study.definition.spec import parse_study, read_study
-from fingerslip.study.definition.sweep import check_sweep, combinations, with_values
+from fingerslip.study.definition.sweep import (
+    RepeatSettings,
+    SampleSettings,
+    check_sweep,
+    combinations,
+    drawn,
+    sample_mistakes,
+    scatter_values,
+    with_values,
+)
 from places import STUDIES
-from unit.study.block import block_values, finger_values
+from unit.study.block import FRICTIONS, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
 
 
 def runs_of(swept: dict[str, Any], values: dict[str, Any] | None = None) -> tuple[sweep.Run, ...]:
-    return expand(parse_study((values or block_values()) | {"sweep": swept}, SOURCE), SOURCE)
+    return expand_mapping((values or block_values()) | {"sweep": swept}, SOURCE).runs
 
 
 def test_first_path_varies_slowest() -> None:
@@ -48,58 +59,26 @@ def test_study_without_sweep_is_one_run() -> None:
     assert (run.name, dict(run.swept), run.where) == ("run", {}, "studies/x.yaml")
 
 
-def test_values_inside_lists_can_be_swept() -> None:
-    runs = runs_of({"programme.0.press.depth": ["0.1 mm", "0.2 mm"]})
-    assert [run.study.programme[0].depth for run in runs] == [1e-4, 2e-4]
-    assert [run.name for run in runs] == ["depth-0.1mm", "depth-0.2mm"]
-
-
-def test_optional_values_that_are_not_in_the_file_can_be_swept() -> None:
-    runs = runs_of({"contact.normal_penalty": ["1e9 Pa/m", "1e10 Pa/m"]})
-    assert [run.study.contact.normal_penalty for run in runs if run.study.contact] == [1e9, 1e10]
-
-
-def test_swept_mesh_file_is_relative_to_the_study() -> None:
-    runs = runs_of({"mesh.file": ["coarse.msh", "fine.msh"]})
-    folder = SOURCE.parent.resolve()
-    assert [run.study.mesh for run in runs] == [MeshFile(str(folder / f"{n}.msh")) for n in ("coarse", "fine")]
+HERE = SOURCE.parent.resolve()
 
 
 @pytest.mark.parametrize(
-    ("path", "repair"),
+    ("path", "values", "read", "expected"),
     [
-        ("contact.coefficient", "did you mean 'contact.friction_coefficient'?"),
-        ("phalanx.variant", "did you mean 'fingertip.phalanx.variant'?"),
-        ("fingertip.phalanx.varient", "did you mean 'fingertip.phalanx.variant'?"),
-        ("time.stp", "did you mean 'time.step'?"),
-        ("programme.7.press.depth", "did you mean 'programme.0.press.depth'?"),
-        ("qqq", "fingerslip show STUDY lists all paths"),
+        # inside a list, not in the file, and relative to the study
+        ("programme.0.press.depth", ["0.1 mm", "0.2 mm"], lambda study: study.programme[0].depth, [1e-4, 2e-4]),
+        ("contact.normal_penalty", ["1e9 Pa/m"], lambda study: study.contact.normal_penalty, [1e9]),
+        ("mesh.file", ["a.msh", "b.msh"], lambda study: study.mesh, [MeshFile(str(HERE / f"{n}.msh")) for n in "ab"]),
     ],
 )
-def test_unknown_path_is_refused_with_the_nearest(path: str, repair: str) -> None:
-    with pytest.raises(InputError) as caught:
-        runs_of({path: [1]}, finger_values())
-    assert caught.value.where == f"studies/x.yaml: sweep.{path}"
-    assert caught.value.repair == repair
-
-
-@pytest.mark.parametrize("path", ["title", "sweep", "compare"])
-def test_what_is_no_value_of_the_model_cannot_be_swept(path: str) -> None:
-    with pytest.raises(InputError, match="is not known"):
-        runs_of({path: ["a"]})
-
-
-def test_every_swept_value_is_checked() -> None:
-    with pytest.raises(InputError) as caught:
-        runs_of({"contact.friction_coefficient": [0.2, -0.4]})
-    expected = "studies/x.yaml: sweep.contact.friction_coefficient.1: got -0.4, needs a number >= 0"
-    assert str(caught.value) == expected
+def test_values_anywhere_can_be_swept(path: str, values: list[str], read: Any, expected: list[object]) -> None:
+    assert [read(run.study) for run in runs_of({path: values})] == expected
 
 
 def test_runs_of_a_study_made_in_python_are_checked_too() -> None:
     study = dataclasses.replace(parse_study(block_values(), SOURCE), sweep={"tme.step": (1,), "time.step": ("1 mm",)})
     with pytest.raises(InputError) as caught:
-        expand(study, SOURCE)
+        expand_mapping(as_mapping(study), SOURCE)
     assert [error.where for error in caught.value.all] == [
         "studies/x.yaml: sweep.tme.step",
         "studies/x.yaml: sweep.time.step.0",
@@ -112,7 +91,7 @@ def test_resolved_run_has_every_value_of_the_fingertip() -> None:
     assert resolved["fingertip"]["phalanx"]["variant"] == "scaled"
     assert resolved["fingertip"]["layers"]["skin_thickness"] == "0.0015 m"
     assert "sweep" not in resolved
-    (again,) = expand(parse_study(resolved, SOURCE), SOURCE)
+    (again,) = expand_mapping(resolved, SOURCE).runs
     assert again.specimen == run.specimen
 
 
@@ -123,7 +102,7 @@ def sampled(**sample: Any) -> dict[str, Any]:
 
 def test_every_combination_is_run_with_every_sample() -> None:
     values = sampled() | {"sweep": {"fingertip.phalanx.variant": ["original", "scaled"]}}
-    runs = expand(parse_study(values, SOURCE), SOURCE)
+    runs = expand_mapping(values, SOURCE).runs
     assert len(runs) == 24
     assert [runs[0].name, runs[-1].name] == ["variant-original_sample-01", "variant-scaled_sample-12"]
     assert runs[12].swept == {"fingertip.phalanx.variant": "scaled", "sample": 1}
@@ -134,15 +113,15 @@ def test_every_combination_is_run_with_every_sample() -> None:
 
 
 def test_a_sampled_run_is_a_study_file_of_its_own() -> None:
-    run = expand(parse_study(sampled(), SOURCE), SOURCE)[3]
+    run = expand_mapping(sampled(), SOURCE).runs[3]
     assert "sample" not in run.plain_values()
-    (again,) = expand(parse_study(run.plain_values(), SOURCE), SOURCE)
+    (again,) = expand_mapping(run.plain_values(), SOURCE).runs
     assert again.specimen == run.specimen
 
 
 def test_equal_values_change_together() -> None:
     equal = {"fingertip.transverse.half_height": "fingertip.sagittal.half_height"}
-    for run in expand(parse_study(sampled(equal=equal), SOURCE), SOURCE):
+    for run in expand_mapping(sampled(equal=equal), SOURCE).runs:
         assert run.specimen is not None
         assert run.specimen.transverse.half_height == run.specimen.sagittal.half_height  # type: ignore[attr-defined]
 
@@ -162,6 +141,12 @@ def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay() -> N
         assert epidermis >= skin or "skin" in one.reason
         assert one.name == f"sample-{one.swept['sample']:02}"
     assert "fingertip.layers.epidermis_thickness: got " in expansion.refused[0].reason
+    ranges = {
+        "fingertip.layers.skin_thickness": ["0.7 mm", "0.75 mm"],
+        "fingertip.layers.epidermis_thickness": ["1 mm", "1.2 mm"],
+    }
+    with pytest.raises(InputError, match="epidermis_thickness: got "):  # where all are refused, the study is wrong
+        expand_mapping(sampled(ranges=ranges), SOURCE)
 
 
 def mistakes(swept: dict[str, Any], **changes: Any) -> list[str]:
@@ -173,32 +158,11 @@ def mistakes(swept: dict[str, Any], **changes: Any) -> list[str]:
     return []
 
 
-def test_all_paths_and_values_are_judged() -> None:
-    swept = {
-        "contact.friction_coefficient": [0.2, -0.4, "much"],
-        "time.stp": ["1 ms"],
-        "materials.block.density": ["1 kg/m^3", "1 kg"],
-    }
-    assert mistakes(swept) == [
-        "sweep.contact.friction_coefficient.1: got -0.4, needs a number >= 0",
-        "sweep.contact.friction_coefficient.2: got 'much', needs a number",
-        "sweep.time.stp: is not known, needs the dotted path of a value of the study; did you mean 'time.step'?",
-        "sweep.materials.block.density.1: got '1 kg', needs a unit of [kg/m^3]; write for example '1 kg/m^3'",
-    ]
+TOGETHER = "contact.friction_coefficient, programme.0.press.depth"
 
 
-def test_a_name_like_none_of_its_group_is_answered_by_the_names_of_the_group() -> None:
-    (found,) = mistakes({"contact.mu": [0.4]})
-    assert found.startswith("sweep.contact.mu: is not known, contact may have boundary, clearance, counterface, ")
-    assert ", friction_coefficient, " in found
-
-
-def test_they_come_with_the_other_mistakes_of_the_file() -> None:
-    found = mistakes({"contact.friction_coefficient": [-0.4], "time.stp": ["1 ms"]}, depth="1 s", time={"step": 3})
-    assert [line.partition(":")[0] for line in found] == [
-        *("depth", "time.step"),
-        *("sweep.contact.friction_coefficient.0", "sweep.time.stp"),
-    ]
+def test_equal_texts_that_are_no_numbers_may_differ_in_spaces() -> None:
+    assert check_sweep({"a": ("a b", "ab"), "ab": (1,)})
 
 
 def test_paths_into_a_wrong_field_are_judged_by_their_values() -> None:
@@ -208,13 +172,6 @@ def test_paths_into_a_wrong_field_are_judged_by_their_values() -> None:
         "contact.boundary: got 3, needs text",
         "sweep.contact.friction_coefficient.1: got -1, needs a number >= 0",
         mistakes({}, contact=contact | {"frictoin": 1})[1].replace("contact.frictoin", "sweep.contact.frictoin"),
-    ]
-
-
-def test_values_inside_groups_are_named() -> None:
-    swept = {"contact.counterface": [{"cylinder": {"radius": "8 mm"}}, {"cylinder": {"radius": 8}}]}
-    assert mistakes(swept) == [
-        "sweep.contact.counterface.1.cylinder.radius: '8' has no unit, needs a unit of [m]; write '8 mm' or '8 m'"
     ]
 
 
@@ -240,32 +197,6 @@ def test_a_mistake_between_values_names_the_run() -> None:
     )
 
 
-def test_values_of_the_fingertip_are_judged() -> None:
-    values = finger_with_mesh() | {
-        "sweep": {"fingertip.phalanx.variant": ["scaled", "flat"], "fingertip.preset": ["wang"]}
-    }
-    with pytest.raises(InputError) as caught:
-        parse_study(values, SOURCE)
-    assert "studies/x.yaml: sweep.fingertip.preset.0: 'wang' is not known" in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("sweep", "message"),
-    [
-        ({"a": ()}, "a: has no values, needs a list such as [0.2, 0.4]"),
-        ({"a": (1, 2, 1)}, "a: has 1 twice, needs every value once"),
-        ({"a": (None, None)}, "a: has None twice, needs every value once"),
-        ({"a": ("1 mm", "1mm")}, "a: has '1mm' twice, needs every value once"),
-        ({"a": (1,), "a.b": (1,)}, "a.b: is a part of the swept 'a', needs paths apart from each other"),
-    ],
-)
-def test_lists_are_right_on_their_own(sweep: dict[str, tuple[Any, ...]], message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        check_sweep(sweep)
-    assert str(caught.value) == message
-    assert check_sweep({"a": ("a b", "ab"), "ab": (1,)})
-
-
 def test_values_are_put_into_a_copy() -> None:
     values = block_values()
     changed = with_values(values, {"contact.friction_coefficient": 0.1, "damping.stiffness": "1 s"})
@@ -278,43 +209,12 @@ def test_values_are_put_into_a_copy() -> None:
     assert combinations({}) == [{}]
 
 
-TOGETHER = "contact.friction_coefficient, programme.0.press.depth"
-
-
 def test_values_that_change_together_are_runs_side_by_side() -> None:
     swept = {TOGETHER: [[0.2, "0.1 mm"], [0.4, "0.2 mm"]], "time.step": ["2 ms", "1 ms"]}
     study = parse_study(block_values() | {"sweep": swept}, SOURCE)
     found = combinations(study.sweep)
-    assert [tuple(one.values()) for one in found] == [
-        (0.2, "0.1 mm", "2 ms"),
-        (0.2, "0.1 mm", "1 ms"),
-        (0.4, "0.2 mm", "2 ms"),
-        (0.4, "0.2 mm", "1 ms"),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ([[0.2, "0.1 mm"], [0.4]], f"sweep.{TOGETHER}.1: got [0.4], needs a list of 2 values, one for each path"),
-        ([0.2], f"sweep.{TOGETHER}.0: got 0.2, needs a list of 2 values, one for each path"),
-        ([[0.2, "0.1 mm"], [-1, "0.1 mm"]], f"sweep.{TOGETHER}.1.0: got -1, needs a number >= 0"),
-        ([[0.2, "0.1 s"]], f"sweep.{TOGETHER}.0.1: got '0.1 s', needs a unit of [m]; write for example '0.1 mm'"),
-        ([[0.2, "0.1 mm"], [0.2, "0.1 mm"]], f"sweep.{TOGETHER}: has [0.2, '0.1 mm'] twice, needs every value once"),
-    ],
-)
-def test_mistakes_in_values_that_change_together_are_named(values: list[Any], message: str) -> None:
-    assert mistakes({TOGETHER: values}) == [message]
-
-
-def test_paths_that_change_together_are_judged() -> None:
-    (unknown,) = mistakes({"contact.friction_coefficient, time.stp": [[0.2, "1 ms"]]})
-    assert unknown.startswith("sweep.contact.friction_coefficient, time.stp: has 'time.stp', which is not known, needs")
-    assert unknown.endswith("did you mean 'time.step'?")
-    (inside, _) = mistakes({"depth, time.step": [["1 mm", "1 ms"]], "time.step": ["2 ms"]})
-    assert "is a part of the swept 'time.step'" in inside
-    (inside,) = mistakes({"depth, depth": [["1 mm", "2 mm"]]})
-    assert "is a part of the swept 'depth'" in inside
+    pairs = [(0.2, "0.1 mm"), (0.4, "0.2 mm")]
+    assert [tuple(one.values()) for one in found] == [(*pair, step) for pair in pairs for step in ("2 ms", "1 ms")]
 
 
 PATHS = ["contact.friction_coefficient", "time.step", "fingertip.fingerprint.enabled"]
@@ -407,4 +307,122 @@ def test_values_that_look_alike_are_told_apart_by_a_hash() -> None:
 )
 def test_finished_runs_of_shipped_studies_keep_their_folders(study: str, name: str) -> None:
     path = STUDIES / f"{study}.yaml"
-    assert name in [run.name for run in expand(read_study(path), path)]
+    assert name in [run.name for run in read_runs(path).runs]
+
+
+HEIGHT, CLEARANCE = "fingertip.sagittal.half_height", "contact.clearance"
+
+
+RATIO = "fingertip.materials.tissue.poisson_ratio"
+
+
+def finger(**sample: Any) -> dict[str, Any]:
+    return finger_values(sample={"count": 4, "ranges": {HEIGHT: ["6 mm", "7 mm"]}} | sample)
+
+
+def test_every_part_of_a_range_holds_one_sample() -> None:
+    samples = drawn(SampleSettings({"a": ("10 mm", "20 mm"), "b": (-1, 1)}, count=10))
+    parts = [sorted(int(float(sample["a"].removesuffix(" mm")) - 10.0) for sample in samples)]
+    parts.append(sorted(int(5 * (sample["b"] + 1.0)) for sample in samples))
+    assert parts == [list(range(10))] * 2
+    assert {sample["a"].split()[1] for sample in samples} == {"mm"}
+
+
+def test_a_sobol_sequence_fills_every_part_and_every_quarter_of_pairs() -> None:
+    samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=16, method="sobol"))
+    values = np.array([[sample["a"], sample["b"]] for sample in samples])
+    assert sorted((16 * values[:, 0]).astype(int)) == list(range(16))
+    quarters, counts = np.unique((4 * values).astype(int), axis=0, return_counts=True)
+    assert (len(quarters), set(counts)) == (16, {1})
+
+
+def test_independent_values_are_uniform() -> None:
+    values = np.array([one["a"] for one in drawn(SampleSettings({"a": (2, 4)}, count=2000, method="random"))])
+    assert values.mean() == pytest.approx(3.0, abs=0.05)
+    assert values.std() == pytest.approx(2.0 / np.sqrt(12.0), rel=0.05)
+    assert values.min() >= 2.0
+    assert values.max() <= 4.0
+
+
+@pytest.mark.parametrize("method", ["latin_hypercube", "sobol", "random"])
+def test_the_seed_decides_the_samples(method: str) -> None:
+    ranges = {"a": ("10 mm", "20 mm"), "b": (-1, 1)}
+    first, again, other = (drawn(SampleSettings(ranges, count=8, seed=seed, method=method)) for seed in (1, 1, 2))
+    assert first == again
+    assert first != other
+
+
+def test_ranges_come_together_at_random() -> None:
+    samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=200))
+    values = np.array([[sample["a"], sample["b"]] for sample in samples])
+    assert abs(np.corrcoef(values.T)[0, 1]) < 0.15
+
+
+def test_equal_values_follow_a_sampled_one() -> None:
+    settings = SampleSettings({"a": (0, 1)}, count=2, equal={"b": "a", "c": "a"})
+    assert settings.values({"a": 0.3}) == {"a": 0.3, "b": 0.3, "c": 0.3}
+
+
+def test_mistakes_have_their_lines(tmp_path: Path) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text(
+        "fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms}\ncontact: {friction_coefficient: 0.6}\n"
+        f"sample:\n  count: 4\n  ranges:\n    {RATIO}: [0.45, 0.6]\n"
+    )
+    with pytest.raises(InputError) as caught:
+        read_study(path)
+    assert str(caught.value).endswith("(line 7)")
+
+
+def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path: Path) -> None:
+    values = finger(equal={"fingertip.transverse.half_height": HEIGHT})
+    study = parse_study(values, SOURCE)
+    assert parse_study(as_mapping(study), SOURCE) == study
+    path = tmp_path / "x.yaml"
+    path.write_text(str(values).replace("'", '"'))
+    assert read_runs(path).given[-2:] == (HEIGHT, "fingertip.transverse.half_height")
+
+
+def test_a_study_that_is_wrong_in_its_samples_has_no_further_mistakes_in_them() -> None:
+    known = [InputError("sample.count", "is missing", "needs a value")]
+    assert sample_mistakes(block_values() | {"sample": {}}, known, {}, lambda _: []) == []
+
+
+def test_every_choice_is_drawn() -> None:
+    for method, count in (("latin_hypercube", 30), ("saltelli", 16), ("morris", 30)):
+        samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
+        counts = {sample["word"] for sample in samples}
+        assert counts == set("abcd"), method
+
+
+REPEATS = {"count": 3, "scatter": {"contact.friction_coefficient": 0.02, "programme.0.press.depth": "0.01 mm"}}
+
+
+def test_every_run_is_repeated_with_the_same_draws() -> None:
+    runs = expand_mapping(block_values() | {"repeats": REPEATS}, Path("x.yaml")).runs
+    assert [run.name for run in runs[:2]] == [f"friction_coefficient-0.2_repeat-{number}" for number in (1, 2)]
+    assert len(runs) == 9
+    off = np.array([run.sampled["contact.friction_coefficient"] for run in runs]) - np.repeat(FRICTIONS, 3)
+    assert off.reshape(3, 3) == pytest.approx(np.tile(off[:3], (3, 1)), abs=1e-6)
+    assert len(set(off[:3])) == 3
+    assert runs[0].study.contact.friction_coefficient == runs[0].sampled["contact.friction_coefficient"]
+
+
+def test_draws_have_the_standard_deviation_and_follow_from_the_seed() -> None:
+    settings = RepeatSettings(count=400, scatter={"a": "0.1 mm"})
+    drawn = [scatter_values(settings, number, {"a": "1.5 mm"})["a"] for number in range(1, 401)]
+    values = np.array([float(text.removesuffix(" m")) for text in drawn])
+    assert values.mean() == pytest.approx(1.5e-3, abs=2e-5)
+    assert values.std() == pytest.approx(1e-4, rel=0.1)
+    other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
+    assert scatter_values(settings, 1, {"a": "1 mm"}) == scatter_values(settings, 1, {"a": "1 mm"})
+    assert scatter_values(settings, 1, {"a": "1 mm"}) != scatter_values(other, 1, {"a": "1 mm"})
+
+
+def test_impossible_draws_are_refused_alone() -> None:
+    values = block_values() | {"repeats": {"count": 20, "scatter": {"contact.friction_coefficient": 0.2}}, "sweep": {}}
+    values["contact"]["friction_coefficient"] = 0.1
+    expansion = expand_mapping(values, Path("x.yaml"))
+    assert expansion.refused
+    assert expansion.runs
+    assert all(one.sampled["contact.friction_coefficient"] < 0.0 for one in expansion.refused)
