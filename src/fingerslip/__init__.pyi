@@ -85,6 +85,7 @@ from .react.mapping import (
     reaction_map as reaction_map,
     read_reaction_map as read_reaction_map,
 )
+from .react.markers import LearnedMarkers as LearnedMarkers
 from .react.moment import Alarm as Alarm, Moment as Moment
 from .react.reflex import (
     Actuator as Actuator,

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 Frame = NDArray[np.uint8]
 
 #: How films of a report are made.
-SHOWN_FILM = Film(size=(1280, 800), frame_rate=15.0, seconds=8.0)
+SHOWN_FILM = Film(size=(1280, 800), frame_rate=10.0, seconds=8.0)
 
 _DOTS_PER_INCH = 100
 _CODEC = "vp09"  # what browsers play
@@ -165,7 +165,7 @@ def _rise_time(response: Response) -> float:
     """Return how long the grip rises, up to 99 % of what is added [s]."""
     times = np.linspace(0.0, 2.0, 2001)
     risen = np.array([response.force(response.start + time) - response.grip for time in times.tolist()])
-    return float(times[np.argmax(risen >= 0.99 * response.addition)])
+    return float(times[min(np.searchsorted(risen, 0.99 * response.addition), times.size - 1)])
 
 
 class _View:

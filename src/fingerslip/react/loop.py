@@ -156,11 +156,16 @@ class Grasp:
         bases: MemoryBases | None = None,
     ) -> None:
         self.held, self.detectors = held, dict(detectors)
-        recorded = {site.kind for site in holder.sites}
+        kinds = {site.kind for site in holder.sites}
+        # Groups of pins are named by their plural.
+        recorded = {*kinds, *(f"{kind.replace(' ', '_')}s" for kind in kinds)}
         for name, detector in self.detectors.items():
             missing = next((group for group in detector.groups if group not in recorded), None)
             if missing is not None:
-                fault, allowed = f"needs sites of the kind {missing}", f"the holder has {', '.join(recorded) or 'none'}"
+                fault, allowed = (
+                    f"needs sites of the kind {missing}",
+                    f"the holder has {', '.join(sorted(kinds)) or 'none'}",
+                )
                 raise InputError(f"detectors.{name}", fault, allowed, f"write holder_of(..., groups=['{missing}'])")
         self.model = held_model(held, holder)
         self._bases = bases or MemoryBases()
