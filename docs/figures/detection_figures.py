@@ -18,13 +18,12 @@ from matplotlib.axes import Axes
 import fingerslip as fs
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.evaluation.crossval import on_unseen
-from fingerslip.detect.features import features_of
+from fingerslip.detect.features import features_of, motion_of
 from fingerslip.detect.labels import CLASSES
-from fingerslip.detect.motion import motion_of
 from fingerslip.detect.samples import Sampling, benchmark_test_trials
 from fingerslip.detect.simulated import Filming
 from fingerslip.detect.training import Detector, train
-from fingerslip.detect.trial_set import TrialSet, open_trials
+from fingerslip.detect.trials import TrialSet, open_trials
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE, GREEN, GREY, VERMILLION

@@ -24,9 +24,8 @@ from matplotlib.lines import Line2D
 
 from fingerslip.history import nearest_record, read_history
 from fingerslip.results import RunResult
-from fingerslip.study.running.plan import plan_study
-from fingerslip.study.storage.store import read_run
-from fingerslip.study.storage.summary import read_uncertainties
+from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.storage.store import read_run, read_uncertainties
 
 ROOT = Path(__file__).parents[2]
 VARIANTS = ("original", "flattened", "scaled")

@@ -17,7 +17,7 @@ from fingerslip.report.tables.samples import intervals_table, sensitivity_table
 from fingerslip.results import StudyResult
 from fingerslip.sampling.sensitivity import Fit, fits_of
 from fingerslip.study.storage.reporting import read_results
-from fingerslip.study.storage.summary import SENSITIVITY
+from fingerslip.study.storage.store import SENSITIVITY
 from fingerslip.tables.table import Table, to_markdown
 from fingerslip.validation.evidence import Work
 from fingerslip.validation.rows import GEOMETRY, GEOMETRY_FILE, allowed_geometry, geometry_table

@@ -14,7 +14,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.trial_set import TrialSet, open_trials
+from fingerslip.detect.trials import TrialSet, open_trials
 from fingerslip.report.colours import BLUE, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, with_style

@@ -17,8 +17,7 @@ from matplotlib.patches import Patch as Swatch
 
 from fingerslip.history import read_history
 from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
-from fingerslip.report.figures.deformed import crop
-from fingerslip.report.figures.solid import slip_onset_figure
+from fingerslip.report.figures.bodies import crop, slip_onset_figure
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import still

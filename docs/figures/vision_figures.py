@@ -17,8 +17,7 @@ import xarray as xr
 import fingerslip as fs
 from fingerslip.report.figures.markers import fields_figure, marker_tracks_figure
 from fingerslip.report.figures.style import save_figure
-from fingerslip.vision.cameras.looks import DARK_ON_BRIGHT, HARSH_LIGHT
-from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, frames_of
 from fingerslip.vision.cameras.point import following, window_centroids
 from fingerslip.vision.overlay import field_frames, overlay_frames
 from fingerslip.vision.video import opencv

@@ -1,8 +1,12 @@
 # The public names of fingerslip and their homes: the one list that type checkers read and that loads them when used.
 
-from .afferents.integrate_and_fire import IntegrateAndFire as IntegrateAndFire, human_afferents as human_afferents
-from .afferents.model import Spikes as Spikes, spikes_of as spikes_of
-from .afferents.stimuli import receptor_stimuli as receptor_stimuli
+from .afferents.model import (
+    IntegrateAndFire as IntegrateAndFire,
+    Spikes as Spikes,
+    human_afferents as human_afferents,
+    spikes_of as spikes_of,
+)
+from .afferents.signals import receptor_stimuli as receptor_stimuli
 from .contact.counterfaces import Cylinder as Cylinder, Plane as Plane, Sphere as Sphere
 from .contact.friction import (
     Anisotropic as Anisotropic,
@@ -92,7 +96,7 @@ from .react.reflex import (
 )
 from .react.scenario import HeldObject as HeldObject, Holder as Holder, holder_of as holder_of
 from .react.spikes import SpikeCount as SpikeCount
-from .report.figures.browse import HistoryPlot as HistoryPlot, plot as plot
+from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (
     BodyLoad as BodyLoad,
@@ -124,25 +128,34 @@ from .specimens.fingertip.sites import (
 )
 from .study.definition.schema import study_schema as study_schema
 from .study.definition.spec import read_study as read_study
-from .study.opened import OpenedStudy as OpenedStudy, open_study as open_study
+from .study.scripted import OpenedStudy as OpenedStudy, open_study as open_study
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .study.scripted import Study as Study
 from .model.timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
-from .vision.cameras.calibration import read_calibration as read_calibration, write_calibration as write_calibration
 from .vision.cameras.camera import Camera as Camera, Pose as Pose, true_tracks as true_tracks
-from .vision.cameras.point import PositionErrors as PositionErrors, measure_errors as measure_errors
-from .vision.cameras.intrinsics import Fisheye as Fisheye, Pinhole as Pinhole, pinhole_for_view as pinhole_for_view
-from .vision.cameras.looks import (
+from .vision.cameras.intrinsics import (
+    Fisheye as Fisheye,
+    Pinhole as Pinhole,
+    pinhole_for_view as pinhole_for_view,
+    read_calibration as read_calibration,
+    write_calibration as write_calibration,
+)
+from .vision.cameras.pixel import (
     BrightRing as BrightRing,
     Glare as Glare,
     Lighting as Lighting,
     MarkerLook as MarkerLook,
     PixelCamera as PixelCamera,
     SensorNoise as SensorNoise,
+    film as film,
 )
-from .vision.cameras.pixel import film as film
-from .vision.cameras.point import PointCamera as PointCamera, point_tracks as point_tracks
+from .vision.cameras.point import (
+    PointCamera as PointCamera,
+    measure_errors as measure_errors,
+    point_tracks as point_tracks,
+)
+from .vision.comparison import PositionErrors as PositionErrors
 from .vision.cameras.camera import external_camera as external_camera, internal_camera as internal_camera
 from .vision.fields import marker_fields as marker_fields
 from .marker_layouts import (
@@ -150,6 +163,11 @@ from .marker_layouts import (
     hexagonal_layout as hexagonal_layout,
     ring_layout as ring_layout,
 )
-from .vision.tables import read_tracks_csv as read_tracks_csv, write_tracks_csv as write_tracks_csv
 from .vision.tracking.track import TrackingWarning as TrackingWarning, track_markers as track_markers
-from .vision.tracks import make_tracks as make_tracks, read_tracks as read_tracks, write_tracks as write_tracks
+from .vision.tracks import (
+    make_tracks as make_tracks,
+    read_tracks as read_tracks,
+    read_tracks_csv as read_tracks_csv,
+    write_tracks as write_tracks,
+    write_tracks_csv as write_tracks_csv,
+)

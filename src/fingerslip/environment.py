@@ -17,7 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from fingerslip.afferents.integrate_and_fire import AFFERENTS
+from fingerslip.afferents.model import AFFERENTS
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
@@ -31,6 +31,7 @@ from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model, ho
 from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
 from fingerslip.report.figures.style import with_style
+from fingerslip.sites import ReceptorKind
 from fingerslip.specimens.tactip import PRESETS as SENSORS
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
 
@@ -39,7 +40,7 @@ __all__ = ["HoldEnv"]
 Floats = NDArray[np.float64]
 Sensed = dict[str, NDArray[Any]]
 
-_KINDS = ("FA-I", "SA-I")
+_KINDS: tuple[ReceptorKind, ...] = ("FA-I", "SA-I")
 _SENSOR, _SENSOR_SIZES = "tactip-ridged-2d", SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.5e-3)
 _LARGEST_GRIP, _FAR, _MOST_SPIKES = 40.0, 100.0, 100_000  # [N]; [mm] and [N]; bounds of what is sensed
 _LOSS = 10.0  # what a loss costs, in mm of slip

@@ -16,7 +16,7 @@ from fingerslip.slip import measures
 from fingerslip.slip.events import Events, events_from_mapping, events_mapping, find_slip
 from fingerslip.slip.front import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
-from fingerslip.slip.peaks import Peak
+from fingerslip.slip.receptors import Peak
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 from fingerslip.storage.files import file_digest, read_json, write_json
 

@@ -22,17 +22,16 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from bench_basis import Memory
+from models import Memory, model_of, section
 from rows import line, options_of, reference, table, write
 from threadpoolctl import threadpool_limits
 
 import fingerslip as fs
-from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.prepare import prepare
 
 ROOT = Path(__file__).parents[2]
 # CPU seconds, but where the name says something else.
 Figures = dict[str, float]
+BASIS = fs.ReducedBasis(1e-2, 0.5)
 
 
 @dataclass(frozen=True)
@@ -63,32 +62,10 @@ def speed() -> float:
         return time.process_time() - start
 
 
-def model_of(study: str, number: int = 0) -> fs.Model:
-    plan = plan_study(ROOT / "studies" / f"{study}.yaml", "results")
-    return prepare(plan, plan.runs[number : number + 1])[0].model
-
-
-def push_and_slide(step: float) -> fs.Model:
-    """Return the push and slide of the paper's section on elements of 0.15 mm, in a basis."""
-    finger = fs.preset("wang2014-2d")
-    return fs.Model(
-        mesh=fs.build_section(finger, contact_size=0.15e-3),
-        materials=finger.materials,
-        formulation=finger.formulation,
-        depth=finger.depth,
-        supports={"phalanx": ("x", "y")},
-        contacts=(fs.Contact(boundary="skin", friction=fs.Coulomb(0.6)),),
-        programme=(fs.Press(1.5e-3, 1.5e-3), fs.Slide(6e-3, 3e-3)),
-        time=fs.TimeStepping(step),
-        record=fs.Recording(sites=fs.receptor_sites(finger)),
-        basis=fs.ReducedBasis(1e-2, 0.5),
-    )
-
-
 def plane() -> Figures:
-    """Run 600 steps with everything recorded: in a basis that is made, in one that is kept, and on the mesh."""
+    """Run the push and slide of the section, 600 steps: in a basis that is made, in one that is kept, on the mesh."""
     figures: Figures = {}
-    model = push_and_slide(5e-3)
+    model = replace(section(), basis=BASIS)
     fs.simulate(replace(model, time=fs.TimeStepping(5e-3, end=0.1)), bases=Memory())
     store = Memory()
     for name in ("basis made", "basis kept"):
@@ -101,7 +78,7 @@ def plane() -> Figures:
 
 def control() -> Figures:
     """Step 1 ms at a time from outside and read the slip of each node: milliseconds a step."""
-    model, store = push_and_slide(1e-3), Memory()
+    model, store = replace(section(1e-3), basis=BASIS), Memory()
     clocks = []
     with fs.Simulation(model, threads=1, bases=store) as simulation:
         for _ in range(200):
@@ -148,7 +125,7 @@ def sweep() -> Figures:
 def solid() -> Figures:
     """Run the shipped tetrahedra in one direction, and in eight together."""
     figures: Figures = {}
-    model = replace(model_of("wang2014_3d_tetrahedra"), basis=None)
+    model = model_of("wang2014_3d_tetrahedra")
     fs.simulate(replace(model, time=replace(model.time, end=20 * model.time.step)))
     with seconds(figures, "one direction"):
         fs.simulate(model)
@@ -165,10 +142,8 @@ def large() -> Figures:
     """Run the study of large strain in 2D, and the same motion at small strain on the mesh."""
     figures: Figures = {}
     model = model_of("finite_strain")
-    plan = plan_study(ROOT / "studies" / "finite_strain.yaml", "results")
-    small = next(job.model for job in prepare(plan, plan.runs) if not job.model.is_finite)
-    finite = next(job.model for job in prepare(plan, plan.runs) if job.model.is_finite)
-    for name, each in (("small strain", replace(small, basis=None)), ("large strain", finite)):
+    for name, kinematics in (("small strain", "small"), ("large strain", "finite")):
+        each = replace(model, kinematics=kinematics)
         fs.simulate(replace(each, time=replace(each.time, end=20 * model.time.step)))
         with seconds(figures, name):
             fs.simulate(each)

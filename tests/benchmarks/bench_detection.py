@@ -21,14 +21,12 @@ from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, union_of_sets
 from fingerslip.detect.evaluation.crossval import Fold, events_of_folds, fit_fold, frames_by_sample
-from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.live import run_on_markers
-from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.samples import Sampling, grouped_folds, samples_of
 from fingerslip.detect.synthetic import SyntheticSensor, film_trials, synthetic_slides
 from fingerslip.detect.training import train
-from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
-from fingerslip.detect.trials import Trial
+from fingerslip.detect.trials import Trial, TrialSet, open_trials, write_trials
 from fingerslip.vision.tracking.track import open_markers
 
 SENSOR = SyntheticSensor(frame_rate=67.0, rest_frames=100)

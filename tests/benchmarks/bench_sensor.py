@@ -1,16 +1,23 @@
-"""What slides of the sensor cost, and how much they depend on the mesh in 3D; the tables of docs/tactip.md.
+"""What slides of the sensor cost, how much they depend on the mesh, on large strain and on its half: docs/tactip.md.
 
-    OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases section meshes] [--sizes coarse shipped fine]
-                                                              [--depths 2 3] [--deepest 3]
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases section meshes large whole]
+        [--skins smooth ridged] [--sizes coarse shipped fine] [--depths 2 3] [--travel 1.5] [--part 0.25]
 
 `section` is the slide of 47 s in 2D. `meshes` slides the ridged half in 3D over 14 mm on meshes of which all
-sizes have a common factor, with the surface in patches of one size; memory is that of the largest so far.
+sizes have a common factor, with the surface in patches of one size, by the first of the depths and the others.
+`large` presses the half in 3D by the last depth and slides it, at small and at large strain (`--strains`); a run that
+ends early says where, also by Ctrl-C, which ends it after the step; the error stream has the forces of each step.
+`whole` slides a whole sensor, pressed by the first depth, along x and at 45 degrees beside its half; errors are the
+largest at any time, over the largest displacement of a marker and the largest force. Both take linear tetrahedra of the
+first size, Coulomb friction 0.85 and quasi-static steps of `--part` [mm]. Forces are those of the whole sensor; memory
+is the largest so far.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import resource
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -18,23 +25,31 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from models import run_of
 from rows import line, options_of, table
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.dynamics.statics.motion import static_motion
+from fingerslip.errors import FingerslipError
 from fingerslip.linear.resources import limited_threads
+from fingerslip.marker_tracks import marker_tracks
+from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
-from fingerslip.study.definition.runs import Run, expand
-from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.build import build_mesh, build_model
+from problems.sensors import pressed_sensor
+from problems.whole_sensors import half_of, slid_beside_half
 
-STUDIES = Path(__file__).parents[2] / "studies"
 #: Sizes at the contact, in the gel and at rods [mm].
 SIZES = {"coarse": (1.5, 4.0, 0.5), "shipped": (1.0, 3.0, 0.35), "fine": (0.75, 2.2, 0.25)}
 PATCH, HIDDEN = 0.8e-3, 1e-3
 TRAVELS = (0.5e-3, 1e-3, 2e-3)
+SPEED = 5e-3
 # Distance over which a ring has slipped, and over which the centre has: 2 px and 1 px of 0.07 mm.
 SLIPPED = (0.07e-3, 0.14e-3)
 
@@ -47,13 +62,9 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
     return found, time.process_time() - start
 
 
-def run_of(name: str) -> Run:
-    return expand(read_study(STUDIES / name), STUDIES / name)[0]
-
-
-def section() -> None:
+def section(_given) -> None:
     """Print what the slide in 2D costs."""
-    run = run_of("tactip_slide.yaml")
+    run = run_of("tactip_slide")
     mesh, meshing = timed(lambda: build_mesh(run))
     model = build_model(run, mesh)
     model = dataclasses.replace(model, record=dataclasses.replace(model.record, snapshots_every=0.0))
@@ -62,11 +73,15 @@ def section() -> None:
     line(mesh.p.shape[1], history.sizes["time"] - 1, float(history["time"][-1]), meshing, stepping)
 
 
+def solid_mesh(sensor, sizes: tuple[float, ...]):
+    """Return linear tetrahedra of a sensor; sizes in mm."""
+    contact, bulk, rods = (1e-3 * size for size in sizes)
+    return SensorSolidSizes(contact_size=contact, bulk_size=bulk, rod_size=rods).build(sensor)
+
+
 def body_of(run: Run, sizes: tuple[float, ...], deepest: float) -> tuple[StaticBody, list[object]]:
     """Return the condensed body on a mesh, and what it cost: nodes, patches, seconds of mesh and body, memory."""
-    contact, bulk, rods = (1e-3 * size for size in sizes)
-    source = SensorSolidSizes(contact_size=contact, bulk_size=bulk, rod_size=rods)
-    mesh, meshing = timed(lambda: source.build(run.specimen))
+    mesh, meshing = timed(lambda: solid_mesh(run.specimen, sizes))
     model, reach = build_model(run, mesh), 1.5 * deepest
     contacts = tuple(dataclasses.replace(one, search_distance=reach) for one in model.contacts)
     model = dataclasses.replace(model, contacts=contacts)
@@ -106,14 +121,14 @@ def _when(times: np.ndarray, values: np.ndarray, limit: float) -> float:
     return float(times[over[0]]) if over.size else float("nan")
 
 
-def meshes(names: list[str], depths: list[float], deepest: float) -> None:
+def meshes(given) -> None:
     """Print the slides on all meshes, and what these cost."""
-    run, rows = run_of("tactip_directions_3d.yaml"), []
+    run, rows = run_of("tactip_directions_3d"), []
     table("mesh", "nodes", "patches", "mesh [CPU s]", "body [CPU s]", "memory [GB]")
-    for name in names:
-        body, cost = body_of(run, SIZES[name], 1e-3 * deepest)
+    for name in given.sizes:
+        body, cost = body_of(run, SIZES[name], 1e-3 * max(given.depths))
         line(name, *cost)
-        rows += [[name, *slide(run, body, 1e-3 * depth)] for depth in depths]
+        rows += [[name, *slide(run, body, 1e-3 * depth)] for depth in given.depths]
     markers = [f"{which} at {1e3 * travel:g} mm [mm]" for travel in TRAVELS for which in ("centre", "outermost")]
     forces = ["pressed by [N]", "largest friction force [N]", "area that touches [mm²]"]
     sys.stdout.write("\n")
@@ -122,18 +137,101 @@ def meshes(names: list[str], depths: list[float], deepest: float) -> None:
         line(*row)
 
 
+def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:
+    """Return the history as far as it goes, why it ended early, and processor seconds."""
+    start, why = time.process_time(), ""
+    stops: list[str] = []
+    # A step that is interrupted has no factors, so that one stops between steps.
+    signal.signal(signal.SIGINT, lambda *_: stops.append("interrupted"))
+    with limited_threads(1), fs.Simulation(model, threads=1) as sim:
+        try:
+            while not (sim.is_finished or stops):
+                seen = sim.step()
+                force = 2.0 * seen["counterface_force"][0]
+                sys.stderr.write(f"{sim.time:.3f} s, {force[1]:.3f} N, {time.process_time() - start:.0f} CPU s\n")
+        except FingerslipError as error:
+            why = str(error)
+        return sim.history(), why or "".join(stops[:1]), time.process_time() - start
+
+
+def rows_of(history: xr.Dataset, depth: float, travel: float) -> list[list[float]]:
+    """Return depth, travel, normal and friction force, central marker, outermost ring along x and y [mm, N]."""
+    tracks = marker_tracks(history, ("internal",))
+    moved = 1e3 * (tracks["position"].values - tracks["position"].values[0])
+    outer = tracks["ring"].values == tracks["ring"].values.max()
+    far = outer & (np.abs(tracks["angle"].values) < 1e-6)
+    force = 2.0 * history["counterface_force"].values[:, 0]
+    rows = []
+    for number, now in enumerate(history["time"].values):
+        down, along = min(SPEED * now, depth), max(SPEED * now - depth, 0.0)
+        middle, outermost = moved[number, 0], moved[number, far][0]
+        values = [force[number, 1], force[number, 0], *middle[:2], *outermost[:2]]
+        if _is_told(down if along < 1e-9 else along) and along <= travel + 1e-9:
+            rows.append([1e3 * down, 1e3 * along, *values])
+    return rows
+
+
+def _is_told(length: float) -> bool:
+    """Tell whether a length is a whole number of half millimetres above none."""
+    halves = length / 0.5e-3
+    return round(halves) > 0 and abs(halves - round(halves)) < 1e-6
+
+
+def large(given) -> None:
+    """Print the table of each skin at small and at large strain."""
+    depth, travel, part = (1e-3 * value for value in (given.depths[-1], given.travel, given.part))
+    programme = (fs.Press(depth, SPEED), fs.Slide(travel, SPEED))
+    markers = ("centre x [mm]", "centre up [mm]", "outermost x [mm]", "outermost up [mm]")
+    table("skin", "strain", "depth [mm]", "travel [mm]", "normal force [N]", "friction force [N]", *markers)
+    for skin in given.skins:
+        sensor = PRESETS.changed({"preset": f"tactip-{skin}-3d"})
+        mesh = solid_mesh(sensor, SIZES[given.sizes[0]])
+        model = pressed_sensor(sensor, mesh, fs.Coulomb(0.85), programme, step=part / SPEED)
+        for strain in given.strains:
+            history, why, seconds = stepped(dataclasses.replace(model, kinematics=strain))
+            for row in rows_of(history, depth, travel):
+                line(skin, strain, *row)
+            cost = {name: history.attrs.get(name) for name in ("newton_iterations", "factorisations", "halved_steps")}
+            ended = f"ended early: {why}" if why else "went through"
+            sys.stdout.write(f"{mesh.p.shape[1]} nodes, {seconds:.0f} CPU s, {cost}, {ended}\n")
+            sys.stdout.flush()
+
+
+def whole(given) -> None:
+    """Print a row for each skin and direction."""
+    depth, travel, part = (1e-3 * value for value in (given.depths[0], given.travel, given.part))
+    table("skin", "direction", "error of markers", "error of force", "friction, normal, transverse force [N]")
+    for skin in given.skins:
+        sensor = dataclasses.replace(PRESETS.changed({"preset": f"tactip-{skin}-3d"}), part="whole")
+        mesh, meshing = timed(lambda sensor=sensor: solid_mesh(sensor, SIZES[given.sizes[0]]))
+        with limited_threads(1):
+            *slid, of_half, of_whole = slid_beside_half(
+                sensor, mesh, fs.Coulomb(0.85), depth=depth, travel=travel, part=part
+            )
+        for name, own in zip(("along x", "at 45 degrees"), slid, strict=True):
+            line(skin, name, own.markers, own.forces, ", ".join(f"{value:.4f}" for value in own.force))
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        sys.stdout.write(f"nodes {half_of(mesh).p.shape[1]} of {mesh.p.shape[1]}; CPU s: mesh {meshing:.0f}, ")
+        sys.stdout.write(f"half {of_half:.0f}, both slides of the whole {of_whole:.0f}; {memory:.1f} GB\n")
+        sys.stdout.flush()
+
+
+CASES = {"section": section, "meshes": meshes, "large": large, "whole": whole}
+
+
 def main() -> None:
     """Print the tables that are asked for."""
     parser = options_of(__doc__)
-    parser.add_argument("--cases", nargs="+", default=["section"], choices=["section", "meshes"])
+    parser.add_argument("--cases", nargs="+", default=["section"], choices=CASES)
+    parser.add_argument("--skins", nargs="+", default=["smooth", "ridged"], choices=["smooth", "ridged"])
     parser.add_argument("--sizes", nargs="+", default=list(SIZES), choices=list(SIZES))
     parser.add_argument("--depths", nargs="+", type=float, default=[2.0, 3.0])
-    parser.add_argument("--deepest", type=float, default=3.0)
+    parser.add_argument("--travel", type=float, default=1.5)
+    parser.add_argument("--part", type=float, default=0.25)
+    parser.add_argument("--strains", nargs="+", default=["small", "finite"], choices=["small", "finite"])
     given = parser.parse_args()
-    if "section" in given.cases:
-        section()
-    if "meshes" in given.cases:
-        meshes(given.sizes, given.depths, given.deepest)
+    for name in given.cases:
+        CASES[name](given)
 
 
 if __name__ == "__main__":

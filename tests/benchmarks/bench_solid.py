@@ -16,12 +16,12 @@ import multiprocessing
 import resource
 import sys
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rows import options_of, reference, write
+from rows import line, options_of, reference, table, write
 
 # Size along the skin that can touch, size of the bulk and height up to which the skin is fine [m].
 SIZES = {
@@ -33,6 +33,8 @@ SIZES = {
 CASES = (*SIZES, "one", "directions", "frictions", "fallback")
 TOGETHER = 8
 NODES = (2_000, 5_000, 12_000, 34_000, 75_000, 150_000)
+PARTS = ("assembly", "factorisation", "stepping", "substitution", "contact", "recording", "all")
+SAID = ("solver", "nodes", "degrees", "candidates", "touching", "mesh")
 
 
 @dataclass(frozen=True)
@@ -46,57 +48,8 @@ class Case:
         return self.name in SIZES or not self.nodes
 
 
-@dataclass(frozen=True)
-class Timing:
-    """What a case took: seconds of each part and of all by the clock and by the processor, and its peak memory [GB]."""
-
-    name: str
-    solver: str
-    nodes: int
-    degrees: int
-    candidates: int
-    touching: int
-    mesh: float
-    seconds: dict[str, float]
-    processor: dict[str, float]
-    peak: float
-
-    @property
-    def total(self) -> float:
-        return self.seconds["all"]
-
-    @property
-    def row(self) -> str:
-        """The case and its seconds by the clock, then those of the processor."""
-        case = (
-            f"{self.name:<10} {self.solver:<11} {self.nodes:>7} {self.degrees:>7} {self.candidates:>5} "
-            f"{self.touching:>5} {self.mesh:>6.1f}"
-        )
-        return f"{case} {split(self.seconds)} {self.peak:>6.2f}\n{'processor':>{len(case)}} {split(self.processor)}"
-
-
-def split(seconds: dict[str, float]) -> str:
-    return " ".join(f"{seconds[name]:>7.2f}" for name in (*PARTS, "all"))
-
-
-def rows_before(case: dict[str, Any] | None) -> str:
-    """Return the rows of a case in the reference, empty without."""
-    if case is None:
-        return ""
-    width = len(HEADER.partition(" assem.")[0])
-    seconds, processor = (split(case[kind]) for kind in ("seconds", "processor"))
-    return f"{'before':>{width}} {seconds} {case['peak']:>6.2f}\n{'processor':>{width}} {processor}\n"
-
-
-PARTS = ("assembly", "factorisation", "stepping", "substitution", "contact", "recording")
-HEADER = (
-    f"{'case':<10} {'solver':<11} {'nodes':>7} {'dof':>7} {'cand.':>5} {'touch':>5} {'mesh':>6} {'assem.':>7} "
-    f"{'factor':>7} {'steps':>7} {'subst.':>7} {'contact':>7} {'record':>7} {'all':>7} {'GB':>6}"
-)
-
-
 def models(case: Case, mesh, steps: int):
-    from solids import model
+    from models import model
 
     integration = "nodal" if case.name in {"coarse", "eight"} else "selective"
     if case.name in {"directions", "eight"}:
@@ -107,9 +60,9 @@ def models(case: Case, mesh, steps: int):
     return [model(mesh, steps=steps, integration=integration)]
 
 
-def measure(case: Case) -> Timing:
-    """Simulate a small pad for the compiled code, then the one that is asked for."""
-    from solids import finger_mesh, pad_mesh
+def measure(case: Case) -> dict[str, Any]:
+    """Simulate a small pad for the compiled code, then the one that is asked for; peak memory is in GB."""
+    from models import finger_mesh, pad_mesh
 
     import fingerslip as fs
     from fingerslip.linear.solvers.superlu import SuperLU
@@ -118,65 +71,51 @@ def measure(case: Case) -> Timing:
     fs.simulate_together(models(case, pad_mesh(12_000), 5), solver=solver)
     start = time.perf_counter()
     mesh = finger_mesh(*SIZES.get(case.name, SIZES["shipped"])) if case.is_finger else pad_mesh(case.nodes)
-    meshed = time.perf_counter() - start
-    given = models(case, mesh, case.steps)
+    meshing = time.perf_counter() - start
+    together = models(case, mesh, case.steps)
     start, processor = time.perf_counter(), time.process_time()
-    history = fs.simulate_together(given, solver=solver)[0]
+    history = fs.simulate_together(together, solver=solver)[0]
     total, processor = time.perf_counter() - start, time.process_time() - processor
-    known = history.attrs
-    return Timing(
-        name=case.name,
-        solver=known["linear_solver"],
-        nodes=known["n_nodes"],
-        degrees=known["n_degrees_of_freedom"],
-        candidates=known["n_contact_candidates"],
-        touching=int((history.contact_state.values > 0).sum(axis=1).max()),
-        mesh=meshed,
-        seconds={name: known[f"seconds_{name}"] for name in PARTS} | {"all": total},
-        processor={name: known[f"cpu_seconds_{name}"] for name in PARTS} | {"all": processor},
-        peak=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2,
-    )
+    attrs = history.attrs
+    return {
+        "name": case.name,
+        "solver": attrs["linear_solver"],
+        "nodes": attrs["n_nodes"],
+        "degrees": attrs["n_degrees_of_freedom"],
+        "candidates": attrs["n_contact_candidates"],
+        "touching": int((history.contact_state.values > 0).sum(axis=1).max()),
+        "mesh": meshing,
+        "seconds": {name: attrs[f"seconds_{name}"] for name in PARTS[:-1]} | {"all": total},
+        "processor": {name: attrs[f"cpu_seconds_{name}"] for name in PARTS[:-1]} | {"all": processor},
+        "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2,
+    }
 
 
-LABELS = {
-    "assembly": "assembly",
-    "factorisation": "factorisation and condensation",
-    "substitution": "substitutions",
-    "contact": "contact",
-    "recording": "energies and recording",
-}
+def rows(timing: dict[str, Any], before: dict[str, Any] | None) -> None:
+    """Print a case, its seconds by the clock and those of the processor, and both as they were before."""
+    line(timing["name"], *(timing[name] for name in SAID), *timing["seconds"].values(), timing["peak"], digits=3)
+    line("processor", *[""] * len(SAID), *timing["processor"].values(), "", digits=3)
+    for kind, label in (("seconds", "before"), ("processor", "processor")) if before else ():
+        line(label, *[""] * len(SAID), *(before[kind][part] for part in PARTS), "", digits=3)
 
 
-def exponent(nodes: np.ndarray, seconds: np.ndarray) -> float:
-    """Return the slope in the log-log plot."""
-    return float(np.polyfit(np.log(nodes), np.log(seconds), 1)[0])
+def grow(timings: list[dict[str, Any]], steps: int, figure: Path | None) -> None:
+    """Print how the cost of each part grows with the nodes, and draw it where a file is given."""
+    from matplotlib.figure import Figure
 
-
-def draw(nodes: np.ndarray, costs: dict[str, np.ndarray], steps: int, file: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(6.3, 4.2), layout="constrained")
-    for (name, values), marker in zip(costs.items(), "osD^vP", strict=False):
-        label = f"{LABELS.get(name, name)}: {exponent(nodes, values):.2f}"
-        axes.loglog(nodes, values, marker=marker, markersize=4, linewidth=1.2, label=label)
-    axes.set(xlabel="nodes", ylabel=f"seconds ({steps} steps) or GB")
+    nodes = [timing["nodes"] for timing in timings]
+    costs = {name: [timing["seconds"][name] for timing in timings] for name in PARTS if name != "stepping"}
+    costs["peak memory [GB]"] = [timing["peak"] for timing in timings]
+    drawing = Figure(figsize=(6.3, 4.2), layout="constrained")
+    axes = drawing.add_subplot(xlabel="nodes", ylabel=f"seconds ({steps} steps) or GB")
+    for (name, values), marker in zip(costs.items(), "osD^vPX", strict=True):
+        exponent = np.polyfit(np.log(nodes), np.log(values), 1)[0]
+        sys.stdout.write(f"{name:<32} grows like nodes^{exponent:.2f}\n")
+        axes.loglog(nodes, values, marker=marker, markersize=4, linewidth=1.2, label=f"{name}: {exponent:.2f}")
     axes.grid(which="both", linewidth=0.3)
     axes.legend(title="part: exponent", fontsize=8)
-    figure.savefig(file, dpi=150)
-
-
-def grow(timings: list[Timing], steps: int, figure: Path | None) -> None:
-    """Print how the cost of each part grows with the nodes, and draw it where a file is given."""
-    nodes = np.array([timing.nodes for timing in timings], dtype=float)
-    costs = {name: np.array([timing.seconds[name] for timing in timings]) for name in PARTS if name != "stepping"}
-    costs["peak memory [GB]"] = np.array([timing.peak for timing in timings])
-    for name, values in costs.items():
-        sys.stdout.write(f"{LABELS.get(name, name):<32} grows like nodes^{exponent(nodes, values):.2f}\n")
     if figure:
-        draw(nodes, costs, steps, figure)
+        drawing.savefig(figure, dpi=150)
 
 
 def main() -> None:
@@ -190,16 +129,15 @@ def main() -> None:
     names = [("one", nodes) for nodes in options.scale or NODES] if options.scale is not None else None
     cases = [Case(*case, options.steps) for case in names or [(name, options.nodes) for name in options.cases]]
     before, timings = reference("benchmark_solid"), []
-    sys.stdout.write(HEADER + "\n")
+    table("case", *SAID, *(f"{part} [s]" for part in PARTS), "GB")
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for timing in pool.imap(measure, cases):
             timings.append(timing)
-            sys.stdout.write(timing.row + "\n" + ("" if names else rows_before(before.get(timing.name))))
-            sys.stdout.flush()
+            rows(timing, None if names else before.get(timing["name"]))
     if names:
         grow(timings, options.steps, options.figure)
     else:
-        write(options.write, {timing.name: asdict(timing) for timing in timings})
+        write(options.write, {timing["name"]: timing for timing in timings})
 
 
 if __name__ == "__main__":

@@ -13,18 +13,26 @@ work
     The rest: what the verb itself does.
 
 Behind them the seconds of the clock, start to end, and how many modules are loaded at the end.
+
+``--opened 1000`` times instead what follows a study of so many runs: opening its results in Python, and its data frame.
+``--report results/STUDY`` times the report of a study that was run before. Both give seconds of the clock and of the
+CPU, the least of all repeats.
 """
 
 from __future__ import annotations
 
+import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from rows import options_of
+import numpy as np
+from rows import line, options_of
 
 # Counted in the process itself: threads that libraries start are part of it, what it starts is not.
 START = """
@@ -133,19 +141,92 @@ def table(repeat: int, only: str | None) -> None:
             sys.stdout.flush()
 
 
+OPEN = """
+import json, sys, time
+marks = [(time.perf_counter(), time.process_time())]
+def mark():
+    marks.append((time.perf_counter(), time.process_time()))
+import fingerslip as fs
+fs.open_study; mark()
+study = fs.open_study(sys.argv[1]); mark()
+assert len(study.to_dataframe()) == int(sys.argv[2]); mark()
+print(json.dumps([[b[0] - a[0], b[1] - a[1]] for a, b in zip(marks, marks[1:])]))
+"""
+BLOCK = """
+title: Many slides of a block
+mesh: {{file: block.msh}}
+formulation: plane_strain
+depth: 10 mm
+materials: {{bulk: {{youngs_modulus: 50 kPa, poisson_ratio: 0.45, density: 1000 kg/m^3}}}}
+supports: {{top: [x, y]}}
+contact: {{boundary: bottom, friction_coefficient: 0.4}}
+programme:
+  - press: {{depth: 0.2 mm, speed: 4 mm/s}}
+  - slide: {{distance: 1 mm, speed: 4 mm/s}}
+time: {{step: 10 ms, scheme: quasi_static}}
+sample: {{count: {runs}, ranges: {{contact.friction_coefficient: [0.3, 0.9]}}}}
+"""
+OPENED = ("imports", "open_study", "to_dataframe")
+
+
+def computed(runs: int) -> Path:
+    """Run the study of the block in this folder, without figures."""
+    import fingerslip as fs
+    from fingerslip.study.running import runner
+    from fingerslip.verification.meshes import box
+
+    runner.write_report = lambda *_: None  # type: ignore[assignment]
+    fs.write_mesh(box("Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)), "block.msh")
+    Path("many.yaml").write_text(BLOCK.format(runs=runs), encoding="utf-8")
+    fs.run_study("many.yaml", workers=2)
+    return Path("results/many")
+
+
+def opened(folder: Path, runs: int, repeat: int) -> None:
+    """Print what opening the results takes."""
+    command = [sys.executable, "-c", OPEN, str(folder), str(runs)]
+    found = np.array(
+        [json.loads(subprocess.run(command, check=True, capture_output=True).stdout) for _ in range(repeat)]
+    )
+    for name, (clock, cpu) in zip(OPENED, found.min(axis=0), strict=True):
+        line(f"{name} [s]", float(clock), float(cpu), digits=3)
+
+
+def reported(folder: Path, repeat: int) -> None:
+    """Print what the report of a study takes."""
+    found = []
+    for _ in range(repeat):
+        begun, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
+        command = [sys.executable, "-m", "fingerslip", "report", str(folder)]
+        subprocess.run(command, check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        found.append((time.perf_counter() - begun, cpu))
+    clock, cpu = np.array(found).min(axis=0)
+    line("report [s]", float(clock), float(cpu), digits=3)
+
+
 def main() -> None:
-    """Run the small study, and print the table."""
+    """Print what is asked for."""
     parser = options_of(__doc__)
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--only", metavar="VERB")
+    parser.add_argument("--opened", type=int, metavar="RUNS")
+    parser.add_argument("--report", type=Path, metavar="RESULTS")
     options = parser.parse_args()
+    if options.report:
+        reported(options.report, options.repeat)
+        return
     before = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        Path("small.yaml").write_text(STUDY, encoding="utf-8")
-        run = [sys.executable, "-m", "fingerslip", "run", "small.yaml"]
-        subprocess.run(run, check=True, capture_output=True)
-        table(options.repeat, options.only)
+        if options.opened:
+            opened(computed(options.opened), options.opened, options.repeat)
+        else:
+            Path("small.yaml").write_text(STUDY, encoding="utf-8")
+            run = [sys.executable, "-m", "fingerslip", "run", "small.yaml"]
+            subprocess.run(run, check=True, capture_output=True)
+            table(options.repeat, options.only)
         os.chdir(before)
 
 

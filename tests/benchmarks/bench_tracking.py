@@ -1,10 +1,10 @@
-"""The tables of docs/tracking.md: error, identities, what is kept, drift and speed, on clips with known truth.
+"""The tables of docs/tracking.md: error, identities, what is kept, drift and speed, and what filming costs.
 
 Run it as it is: ``python tests/benchmarks/bench_tracking.py``, or with some of its cases only (``--cases``). Every
-table is printed in Markdown. The plain tracker beside ours takes the nearest blob in each frame. ``--seed`` gives
-the bad clips other noise, texture and reflections. ``--clips FOLDER`` follows recordings instead, whose truth nobody
-knows, and judges by what is known: where the sensor looks as in the first frame, markers are back at their places.
-NAME.mask.png beside a recording is its mask.
+table is printed in Markdown; the clips have known truth. The plain tracker beside ours takes the nearest blob in each
+frame. ``--seed`` gives the bad clips other noise, texture and reflections. ``--clips FOLDER`` follows recordings
+instead, whose truth nobody knows, and judges by what is known: where the sensor looks as in the first frame, markers
+are back at their places. NAME.mask.png beside a recording is its mask.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ import rows
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
+from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, frames_of
 from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.reference import first_frames, reference_of
 from fingerslip.vision.video import frame_state, open_frames, rest_exposure, write_video
@@ -47,10 +48,9 @@ def ours(frames, truth, **options) -> np.ndarray:
     return clips.in_true_order(tracks["position"].values, truth)
 
 
-def head(*cells) -> None:
+def head(cells: str) -> None:
     sys.stdout.write("\n")
-    line(*cells)
-    line(*["---"] * len(cells))
+    table(*cells.split(" | "))
 
 
 def percent(share: float) -> str:
@@ -66,7 +66,7 @@ def both(positions, look, seed=0, layout="rings") -> tuple[clips.Score, clips.Sc
 
 def error() -> None:
     """Error against blur, noise, size and contrast."""
-    head("changed", "value", "rms [px]", "largest [px]", "kept [%]", "swaps", "plain: rms [px]", "kept [%]", "swaps")
+    head("changed | value | rms [px] | largest [px] | kept [%] | swaps | plain: rms [px] | kept [%] | swaps")
     changes = {
         "default": (None,),
         "blur": (0.4, 1.5, 2.5, 4.0),
@@ -89,16 +89,7 @@ def error() -> None:
 
 def directions() -> None:
     """Identities over eight directions with 40 px of travel, slow and fast."""
-    head(
-        "frames for 40 px",
-        "rms [px]",
-        "largest [px]",
-        "kept [%]",
-        "swaps",
-        "plain: kept [%]",
-        "swaps",
-        "markers swapped at the end",
-    )
+    head("frames for 40 px | rms [px] | largest [px] | kept [%] | swaps | plain: kept [%] | swaps | swapped at the end")
     for count in (REST + 60, REST + 10, REST + 4, REST + 2):
         found = [
             both(clips.slide(clips.field(), k * np.pi / 4, count=count, rest=REST), clips.DEFAULT) for k in range(8)
@@ -115,18 +106,7 @@ def _rms(scores) -> float:
 
 def bad(seed: int = 10) -> None:
     """Share kept and identities on bad clips."""
-    head(
-        "clip",
-        "clips",
-        "marker-frames",
-        "kept [%]",
-        "worst clip [%]",
-        "stray",
-        "swaps",
-        "rms [px]",
-        "plain: kept [%]",
-        "swaps",
-    )
+    head("clip | clips | marker-frames | kept [%] | worst [%] | stray | swaps | rms [px] | plain: kept [%] | swaps")
     small = clips.with_look(clips.BAD, radius=4.0)
     cases = {
         "dark markers, 81 in rings": (clips.field(), clips.BAD, "rings", 40.0),
@@ -151,14 +131,7 @@ def bad(seed: int = 10) -> None:
 
 def vanish() -> None:
     """Markers that vanish for a while during a slide."""
-    head(
-        "frames hidden",
-        "markers hidden",
-        "found in hidden frames",
-        "frames until found again",
-        "kept of the rest [%]",
-        "swaps",
-    )
+    head("frames hidden | markers hidden | found in them | frames until found again | kept of the rest [%] | swaps")
     for frames, markers in ((1, 8), (10, 8), (30, 8), (10, 40)):
         positions = clips.slide(clips.field(), 0.5)
         which = np.random.default_rng(frames).choice(81, markers, replace=False)
@@ -257,7 +230,7 @@ def _judged(position, rest) -> tuple[float, ...]:
 
 def drift() -> None:
     """Drift over an hour of rest at 30 frames a second, of which every 600th frame is made and tracked."""
-    head("light", "frames tracked", "largest drift of a marker [px]", "rms drift [px]", "noise of a frame [px]")
+    head("light | frames tracked | largest drift of a marker [px] | rms drift [px] | noise of a frame [px]")
     for name, look in (
         ("steady", clips.DEFAULT),
         ("loses 30 %, flickers 2 %", clips.with_look(clips.DEFAULT, drift=0.3, flicker=0.02)),
@@ -284,7 +257,7 @@ def speed() -> None:
         frames = list(open_frames(video).read())
         reference = reference_of(first_frames(frames, 10)[0], None, 81, "rings", None, "clip")
         follow(reference.markers, rest_state(reference.markers), frames[0], None)
-        head("part", "CPU ms a frame", "frames a second")
+        head("part | CPU ms a frame | frames a second")
         parts = {"follow 81 markers": _timed(lambda: _follow(reference.markers, frames), len(frames))}
         rest = rest_exposure(frames[0])
         parts["judge the exposure"] = _timed(
@@ -299,6 +272,33 @@ def speed() -> None:
         start = positions[0]
         plain = _timed(lambda: track_nearest(frames[:20], start, look.radius), 20)
         line("plain tracker, without decoding", 1e3 * plain, 1.0 / plain)
+
+
+def camera() -> None:
+    """CPU time of frames that a pixel camera takes of 81 sliding markers, clean and with all faults, and of points."""
+    cv2.setNumThreads(1)
+    layout, times = fs.ring_layout(2.6e-3), np.arange(0.0, 5.0, 0.01)
+    position = np.zeros((times.size, layout.count, 3))
+    position[:, :, :2] = layout.position
+    position[:, :, 0] += 0.3e-3 * times[:, None]
+    tracks = fs.make_tracks(position, times, units="m")
+    harsh = {"lighting": HARSH_LIGHT, "noise": fs.SensorNoise(2.0, 0.05), "jpeg_quality": 80}
+    head("frames | size [px] | CPU ms a frame | times real time")
+    for width, height in ((640, 480), (1920, 1080)):
+        lens = fs.pinhole_for_view(width, height, 0.04, 0.05)
+        filming = fs.Camera(lens, fs.Pose((0.0, 0.0, 0.05), (0.0, 0.0, 0.0)))
+        count = fs.true_tracks(filming, tracks).sizes["time"]
+        looks = {
+            "clean": fs.PixelCamera(filming),
+            "dark on bright": fs.PixelCamera(filming, DARK_ON_BRIGHT),
+            "all faults": fs.PixelCamera(filming, **harsh),
+        }
+        calls = {name: functools.partial(lambda look: sum(1 for _ in frames_of(look, tracks)), look)
+                 for name, look in looks.items()}  # fmt: skip
+        calls["points"] = functools.partial(fs.point_tracks, fs.PointCamera(filming), tracks)
+        for name, call in calls.items():
+            seconds = _timed(call, count)
+            line(name, f"{width} x {height}", 1e3 * seconds, 1.0 / filming.frame_rate / seconds)
 
 
 def _follow(markers, frames, mask=None) -> np.ndarray:
@@ -318,7 +318,7 @@ def _timed(call, count) -> float:
     return best / count
 
 
-CASES = {case.__name__: case for case in (error, directions, bad, vanish, trackers, drift, speed)}
+CASES = {case.__name__: case for case in (error, directions, bad, vanish, trackers, drift, speed, camera)}
 
 
 def main() -> None:

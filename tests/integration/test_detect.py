@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from fingerslip.commands.app import app
 from fingerslip.detect.labels import write_onsets
 from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.trial_set import open_trials
+from fingerslip.detect.trials import open_trials
 from places import DOCS
 
 pytestmark = pytest.mark.slow

@@ -9,13 +9,12 @@ import pytest
 import xarray as xr
 
 import fingerslip as fs
+from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.live import latency_of, run_on_markers
-from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.samples import Sampling
 from fingerslip.detect.simulated import Filming, film_results
 from fingerslip.detect.training import Detector, detect, train
-from fingerslip.detect.trial_set import TrialSet, write_trials
-from fingerslip.detect.trials import Trial
+from fingerslip.detect.trials import Trial, TrialSet, write_trials
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.vision.tracking.track import open_markers

@@ -16,8 +16,8 @@ from matplotlib.path import Path as Outline
 
 from fingerslip.history import phase_times
 from fingerslip.published import published_set
+from fingerslip.report.content import ReportContent
 from fingerslip.report.page.assemble import study_report
-from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import write_page
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import result_of

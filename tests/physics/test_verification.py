@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -13,7 +13,6 @@ from fingerslip.tables.table import to_markdown
 from fingerslip.verification.catalogue import FILES, choose, known_names, problem
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import (
-    Outcome,
     Problem,
     VerificationError,
     absolute,
@@ -41,15 +40,16 @@ LONG = {
     *("ball-between-plates", "rigid-pads"),
 }
 MARKED = [
-    pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS
+    pytest.param(each, id=each.name, marks=[pytest.mark.slow] * (each.slow or each.name in LONG)) for each in PROBLEMS
 ]
 
 
-@pytest.mark.parametrize("one", MARKED)
-def test_problem_agrees_with_its_closed_form(one):
-    outcome = run(one)
-    assert outcome.holds, f"{outcome.trouble}\n{to_markdown(table((outcome,)))}"
-    assert stated(to_markdown(table((outcome,))), one.name) == stated(RESULTS, one.name)
+@pytest.mark.parametrize("each", MARKED)
+def test_problem_agrees_with_its_closed_form(each):
+    outcome = run(each)
+    rows = to_markdown(table((outcome,)))
+    assert outcome.holds, f"{outcome.trouble}\n{rows}"
+    assert stated(rows, each.name) == stated(RESULTS, each.name)
 
 
 def stated(markdown, name):
@@ -58,41 +58,29 @@ def stated(markdown, name):
     return [(row[1], row[2], row[5]) for row in rows if row[0] == name]
 
 
-def test_the_documentation_shows_every_problem_and_no_other():
-    names = [line.split("|")[1].strip() for line in RESULTS.splitlines() if line.startswith("|")]
-    assert sorted(set(names[2:])) == sorted(one.name for one in PROBLEMS)
-
-
 @pytest.mark.parametrize(
-    "kind",
-    [pytest.param(kind, id=kind.name, marks=[pytest.mark.slow] if kind.dim == 3 else []) for kind in locking.KINDS],
+    "kind", [pytest.param(kind, id=kind.name, marks=[pytest.mark.slow] * (kind.dim == 3)) for kind in locking.KINDS]
 )
 @pytest.mark.parametrize("ratio", locking.RATIOS)
 def test_the_documentation_shows_the_errors_of_the_elements(kind, ratio):
     """To the two digits that it shows."""
     (row,) = (line for line in DOCUMENTED.splitlines() if line.startswith(f"| {kind.name} | {ratio} |"))
-    shown = [tuple(map(float, cell.strip(" )").split(" ("))) for cell in row.split("|")[3:7]]
-    np.testing.assert_allclose(
-        shown, [(level.error, level.unknowns) for level in locking.levels(kind, ratio)], rtol=0.06
-    )
+    written = [tuple(map(float, cell.strip(" )").split(" ("))) for cell in row.split("|")[3:7]]
+    levels = [(level.error, level.unknowns) for level in locking.levels(kind, ratio)]
+    np.testing.assert_allclose(written, levels, rtol=0.06)
 
 
-def test_long_problems_are_problems():
-    assert {one.name for one in PROBLEMS} >= LONG
-
-
-def test_names_are_unique_and_every_problem_says_its_source():
-    names = [one.name for one in PROBLEMS]
+def test_every_problem_is_documented_has_a_name_of_its_own_and_says_its_source():
+    names = [each.name for each in PROBLEMS]
+    rows = [line.split("|")[1].strip() for line in RESULTS.splitlines() if line.startswith("|")]
+    assert sorted(set(rows[2:])) == sorted(names)
     assert len(set(names)) == len(names)
-    assert all(one.title and one.source for one in PROBLEMS)
+    assert set(names) >= LONG
+    assert all(each.title and each.source for each in PROBLEMS)
     assert choose(("rod", "patch")) == ("rod", "patch")
     assert choose(()) == known_names()
-
-
-@pytest.mark.parametrize("file", FILES)
-def test_files_have_the_problems_that_the_catalogue_names(file):
-    own = importlib.import_module(f"fingerslip.verification.{file}").PROBLEMS
-    assert tuple(one.name for one in own) == FILES[file]
+    for file, of_file in FILES.items():
+        assert tuple(each.name for each in import_module(f"fingerslip.verification.{file}").PROBLEMS) == of_file
 
 
 def test_errors_are_held_against_what_is_allowed():
@@ -100,43 +88,34 @@ def test_errors_are_held_against_what_is_allowed():
     assert not relative("", -2.0, -2.03, 0.011).holds
     assert absolute("", 0.0, 1e-3, 1e-3).holds
     assert not absolute("", 0.0, float("nan"), 1e9).holds
+    assert not run(Problem("without checks", "", "", lambda: ())).holds
 
 
-def test_a_problem_without_checks_does_not_pass():
-    assert not Outcome(Problem("empty", "", "", slow=False, compute=lambda: ()), ()).holds
-
-
-def pushed(friction, programme, **changes):
-    mesh = box("Q4", np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 4))
-    contact = fs.Contact(boundary="bottom", friction=fs.Coulomb(friction), **changes)
+def pushed(friction, **changes):
+    """Return a model whose nodes are held along the plate, at nu = 0: pressing alone brings no friction."""
     return fs.Model(
-        mesh=mesh,
+        mesh=box("Q4", np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 4)),
         materials={"bulk": fs.Elastic(1e5, 0.0, 1.0)},
         formulation="plane_strain",
         supports={"top": ("x", "y"), "bulk": ("x",)},
-        contacts=(contact,),
-        programme=programme,
+        contacts=(fs.Contact(boundary="bottom", friction=fs.Coulomb(friction), **changes),),
+        programme=(fs.Press(0.01, 0.01),),
         time=fs.TimeStepping(0.1),
     )
 
 
-def test_friction_that_never_acts_is_refused():
-    """At nu = 0, with all nodes held along the plate, pressing alone brings no friction whatever mu is."""
-    solve_problem(pushed(0.0, (fs.Press(0.01, 0.01),)))
+def test_histories_that_break_a_law_are_refused():
+    solve_problem(pushed(0.0))
     with pytest.raises(VerificationError, match="friction never acts"):
-        solve_problem(pushed(0.5, (fs.Press(0.01, 0.01),)))
-
-
-def test_deep_penetration_is_refused():
-    model = pushed(0.0, (fs.Press(0.01, 0.01),), normal_penalty=1e4)
+        solve_problem(pushed(0.5))
     with pytest.raises(VerificationError, match="inside the rigid body"):
-        solve_problem(model, penetration=1e-4)
+        solve_problem(pushed(0.0, normal_penalty=1e4), penetration=1e-4)
 
 
 def test_lost_convergence_fails_the_problem():
     def fail():
         raise fs.ConvergenceError(0.5, 7, 1e-3, 1e-10, "try a smaller time step")
 
-    outcome = run(Problem("lost", "Lost", "None", slow=False, compute=fail))
+    outcome = run(Problem("lost", "Lost", "None", fail))
     assert not outcome.holds
     assert "0.5" in outcome.trouble

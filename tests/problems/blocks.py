@@ -1,4 +1,4 @@
-"""Meshes and static solutions that tests of elements, contact and dynamics share."""
+"""Meshes, kinds of elements and static solutions that tests of elements, contact and dynamics share."""
 
 from __future__ import annotations
 
@@ -8,17 +8,24 @@ from scipy.sparse import linalg
 
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
-from fingerslip.fe.space import build_space
+from fingerslip.fe.space import boundary_nodes, build_space
 from fingerslip.materials.elastic import Elastic
-from fingerslip.verification.meshes import box, jiggle
+from fingerslip.verification.meshes import box, dimension, jiggle
 
 ELEMENTS = ("Q4", "T3", "T6")
+EVERY_ELEMENT = (*ELEMENTS, "H8", "T4", "T10")
+_IN_2D = (("Q4", "selective"), ("Q4", "full"), ("T3", "full"), ("T3", "nodal"), ("T6", "full"))
+_IN_3D = (("H8", "selective"), ("H8", "full"), ("T4", "full"), ("T4", "nodal"), ("T10", "full"))
+#: Every element with its integrations and formulations.
+KINDS = (
+    *((*kind, formulation) for formulation in ("plane_strain", "plane_stress") for kind in _IN_2D),
+    *((*kind, "solid") for kind in _IN_3D),
+)
 
 
 def distorted(element, count=4):
     """Return the unit square or cube with randomly moved inner vertices."""
-    grid = np.linspace(0.0, 1.0, count + 1)
-    return box(element, *(grid,) * (2 if element in ELEMENTS else 3), shift=jiggle(0.25))
+    return box(element, *[np.linspace(0.0, 1.0, count + 1)] * dimension(element), shift=jiggle(0.25))
 
 
 def elastic(youngs_modulus=1e5, poisson_ratio=0.3, density=1000.0):
@@ -30,6 +37,11 @@ def stiffness_of(mesh, material, formulation="plane_strain", integration="select
     space = build_space(mesh)
     materials = cell_materials(space, {"bulk": material}, formulation)
     return space, materials, stiffness_matrix(space, materials, depth, integration)
+
+
+def side_nodes(space):
+    """Return the nodes on all sides."""
+    return np.unique(np.concatenate([boundary_nodes(space, side) for side in space.mesh.boundaries]))
 
 
 def solve_static(stiffness, load, fixed, prescribed=None):

@@ -123,49 +123,34 @@ def filmed(
 ) -> Iterator[NDArray[np.uint8]]:
     """Yield the frames of markers that move (t, n, 2); those that are `hidden` (t, n) are not drawn."""
     rng = np.random.default_rng(seed)
-    light, pattern, spots = _light(look), _texture(look, rng), _spots(look, rng)
+    (light, ring), pattern, spots = _light(look), _texture(look, rng), _spots(look, rng)
     steps, rest = _steps(positions), positions[0]
     for t, here in enumerate(positions):
-        shown = np.ones(len(here), dtype=bool) if hidden is None else ~hidden[t]
-        cover = _cover(look, here[shown], steps[t][shown], rest[shown])
+        drawn = np.ones(len(here), dtype=bool) if hidden is None else ~hidden[t]
+        cover = _cover(look, here[drawn], steps[t][drawn], rest[drawn])
         paint = look.background + (look.marker - look.background) * cover + pattern
         strength = (1.0 - look.drift * t / max(len(positions) - 1, 1)) * (1.0 + look.flicker * rng.standard_normal())
-        frame = paint * light * strength + _glare(look, spots, t) + _ring(look)
+        frame = paint * light * strength + _glare(look, spots, t) + ring
         frame += look.noise * rng.standard_normal(look.shape, dtype=np.float32)
-        yield _digital(frame, look)
+        grey = np.clip(np.rint(frame), 0, 255).astype(np.uint8)
+        if look.jpeg:
+            content = cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, look.jpeg])[1]
+            grey = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE)
+        yield grey
 
 
 def _steps(positions: Floats) -> Floats:
     return np.diff(positions, axis=0, append=positions[-1:])
 
 
-def _digital(frame: Floats, look: Look) -> NDArray[np.uint8]:
-    grey = np.clip(np.rint(frame), 0, 255).astype(np.uint8)
-    if not look.jpeg:
-        return grey
-    return cv2.imdecode(cv2.imencode(".jpg", grey, [cv2.IMWRITE_JPEG_QUALITY, look.jpeg])[1], cv2.IMREAD_GRAYSCALE)
-
-
-def _grid(look: Look) -> tuple[Floats, Floats]:
+def _light(look: Look) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the share of the light at each pixel, and what a bright ring adds."""
     height, width = look.shape
     rows, columns = np.mgrid[:height, :width]
-    return (columns - 0.5 * width) / (0.5 * height), (rows - 0.5 * height) / (0.5 * height)
-
-
-def _light(look: Look) -> NDArray[np.float32]:
-    x, y = _grid(look)
-    return (
-        ((1.0 + 0.5 * look.gradient * (0.8 * x + 0.6 * y)) * (1.0 - 0.6 * look.vignette * (x * x + y * y)))
-        .clip(0.05)
-        .astype(np.float32)
-    )
-
-
-def _ring(look: Look) -> NDArray[np.float32] | float:
-    if not look.ring:
-        return 0.0
-    x, y = _grid(look)
-    return (look.ring * np.exp(-(((np.hypot(x, y) - 0.97) / 0.05) ** 2))).astype(np.float32)
+    x, y = (columns - 0.5 * width) / (0.5 * height), (rows - 0.5 * height) / (0.5 * height)
+    light = (1.0 + 0.5 * look.gradient * (0.8 * x + 0.6 * y)) * (1.0 - 0.6 * look.vignette * (x * x + y * y))
+    ring = look.ring * np.exp(-(((np.hypot(x, y) - 0.97) / 0.05) ** 2))
+    return light.clip(0.05).astype(np.float32), ring.astype(np.float32)
 
 
 def _texture(look: Look, rng: np.random.Generator) -> NDArray[np.float32] | float:
@@ -267,12 +252,8 @@ def in_true_order(position: Floats, truth: Floats) -> Floats:
     """Return positions (t, n, 2) with markers as in the truth, matched at rest; NaN for markers without a track."""
     from scipy.optimize import linear_sum_assignment
 
-    start = np.array(
-        [
-            np.nanmedian(track[:10], axis=0) if np.isfinite(track[:10]).any() else [1e6, 1e6]
-            for track in position.transpose(1, 0, 2)
-        ]
-    )
+    tracks = position[:10].transpose(1, 0, 2)
+    start = np.array([np.nanmedian(track, axis=0) if np.isfinite(track).any() else [1e6, 1e6] for track in tracks])
     rows, columns = linear_sum_assignment(np.linalg.norm(start[:, None] - truth[0][None], axis=2).clip(0, 50.0))
     out = np.full(truth.shape, np.nan)
     for row, column in zip(rows, columns, strict=True):

@@ -25,17 +25,7 @@ class HangError(BaseException):
 
 
 def faults(case: Callable[[random.Random], None], numbers: range, leftovers: Callable[[], list[str]]) -> list[str]:
-    """Return what went wrong in cases of one kind.
-
-    Parameters
-    ----------
-    case : callable
-        Runs the case that its random numbers choose.
-    numbers : range
-        The cases.
-    leftovers : callable
-        Returns the names of files that a case left behind and should not have.
-    """
+    """Return what went wrong in cases that random numbers choose; `leftovers` tells files that they left behind."""
     found = []
     with _limited_memory():
         for number in numbers:

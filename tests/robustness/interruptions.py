@@ -11,28 +11,16 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-import yaml
 
 from fingerslip.commands.shared import stop_on_termination
 from fingerslip.history import read_history
-from fingerslip.mesh.io import write_mesh
 from fingerslip.results import stored_result
 from fingerslip.study.running import runner
-from fingerslip.study.running.pool import without_main_module
-from unit.study.block import block_mesh, block_values
+from fingerslip.study.running.compute import without_main_module
 
 # The server has the modules loaded, so that a process that it forks takes a fraction of a second.
 _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(["fingerslip.study.running.runner", "fingerslip.linear.solvers.pardiso"])
-
-
-def write_study(folder: Path) -> Path:
-    """Write a study of two short runs, and return its path."""
-    write_mesh(block_mesh(), folder / "block.msh")
-    values: dict[str, Any] = block_values() | {"sweep": {"contact.friction_coefficient": [0.2, 0.6]}}
-    path = folder / "block.yaml"
-    path.write_text(yaml.safe_dump(values, sort_keys=False))
-    return path
 
 
 def begin(study: Path, results: Path, errors: Path) -> BaseProcess:

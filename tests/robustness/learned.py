@@ -19,10 +19,9 @@ from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.session import run_detector
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import detect, train
-from fingerslip.detect.trial_set import open_trials, write_trials
+from fingerslip.detect.trials import open_trials, write_trials
 from fingerslip.storage.files import file_digest, read_json, write_json
-from fingerslip.vision.tables import read_tracks_csv, write_tracks_csv
-from fingerslip.vision.tracks import read_tracks
+from fingerslip.vision.tracks import read_tracks, read_tracks_csv, write_tracks_csv
 from robustness.mutants import FOREIGN, changed_bytes, changed_data
 from unit.detect.conftest import MOTION, SAMPLING
 
@@ -101,14 +100,7 @@ def _other_tracks(tracks: xr.Dataset, chance: random.Random) -> xr.Dataset:
         case 2:
             tracks = tracks.drop_vars(name)
         case 3:
-            values = tracks[name].values
-            kind = chance.choice(_TYPES)
-            tracks[name] = (
-                tracks[name].dims,
-                values.astype(kind if kind != "c16" or values.dtype.kind == "f" else "U8"),
-            )
-            if tracks[name].dtype.kind == "c":
-                tracks[name] = tracks[name].real
+            tracks[name] = tracks[name].dims, tracks[name].values.astype(chance.choice(_TYPES))
         case 4:
             tracks = tracks.isel({chance.choice(list(tracks.dims)): slice(0, chance.choice((0, 1, 2)))})
         case 5:

@@ -19,7 +19,6 @@ import yaml
 
 from fingerslip.errors import DamagedError
 from fingerslip.history import read_history, write_history
-from fingerslip.mesh.io import write_mesh
 from fingerslip.report.figures import study as convergence
 from fingerslip.report.figures import style as save
 from fingerslip.report.scene.options import SceneOptions
@@ -34,13 +33,18 @@ from fingerslip.study.running import runner
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.store import read_run
 from fingerslip.validation.evidence import _measure
+from robustness.block import TWO_RUNS, write_block
 from robustness.mutants import changed_bytes, changed_data
-from unit.study.block import block_mesh, block_values
 
 _NAMES = ("friction_coefficient-0.2", "friction_coefficient-0.6")
 _IN_STUDY = ("manifest.json", "summary.csv", "convergence/convergence.json", "report.html")
 _IN_RUN = ("events.json", "run.yaml", "history.nc")
 _REPORTS = 0.004
+_STUDY = TWO_RUNS | {
+    "converge": {"mesh": [], "step": [0.5, 0.25], "penalty": [], "alpha": []},
+    "record": {"snapshots_every": "20 ms"},
+    "compare": ["wang2014-table2"],
+}
 
 
 def result_cases(folder: Path) -> Callable[[random.Random], None]:
@@ -106,7 +110,7 @@ def forged_cases(folder: Path) -> Callable[[random.Random], None]:
 
 def _computed(folder: Path) -> tuple[Path, Path, Path]:
     """Return the file of a study, the folder of its whole results, and that of the results to damage."""
-    path, whole = _write_study(folder), folder / "whole"
+    path, whole = write_block(folder, **_STUDY), folder / "whole"
     with _nothing_drawn():
         refining.converge(path, results_dir=whole, workers=1)
     return path, whole, folder / "results"
@@ -120,7 +124,7 @@ def _readers(study: Path) -> dict[str, Callable[[], Any]]:
         "show run": lambda: show(str(study / _NAMES[0])),
         "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
         "view": lambda: _view(study / _NAMES[0]),
-        "validate": lambda: [_measure(study / name, read_run(study / name, {})) for name in _NAMES],
+        "validate": lambda: [_measure(study / name, read_run(study / name)) for name in _NAMES],
     }
 
 
@@ -132,38 +136,19 @@ def _other_history(history: xr.Dataset, chance: random.Random) -> xr.Dataset:
         case 0:
             return history.drop_vars(name)
         case 1:
-            history[name] = (
-                variable * chance.choice((0, -1, np.nan, np.inf, 1e300, 1e-300)) if _numeric(variable) else variable
-            )
+            if variable.dtype.kind == "f":
+                history[name] = variable * chance.choice((0, -1, np.nan, np.inf, 1e300, 1e-300))
         case 2:
             history[name].attrs["units"] = chance.choice(("ms", "mm", "", "furlong", "deg"))
         case 3:
             history[name] = variable.astype(str)
         case 4:
-            history.attrs |= {
-                chance.choice(sorted(history.attrs) or ["x"]): chance.choice(("", "x", 3, -1.0, "{", "1" * 400))
-            }
+            name = chance.choice(sorted(history.attrs) or ["x"])
+            history.attrs[name] = chance.choice(("", "x", 3, -1.0, "{", "1" * 400))
         case _:
             name = chance.choice(sorted(map(str, history.sizes)))
             return history.isel({name: slice(0, chance.choice((0, 1, 2)))})
     return history
-
-
-def _numeric(variable: xr.DataArray) -> bool:
-    return bool(np.issubdtype(variable.dtype, np.floating))
-
-
-def _write_study(folder: Path) -> Path:
-    write_mesh(block_mesh(), folder / "block.msh")
-    values: dict[str, Any] = block_values() | {
-        "sweep": {"contact.friction_coefficient": [0.2, 0.6]},
-        "converge": {"mesh": [], "step": [0.5, 0.25], "penalty": [], "alpha": []},
-        "record": {"snapshots_every": "20 ms"},
-        "compare": ["wang2014-table2"],
-    }
-    path = folder / "block.yaml"
-    path.write_text(yaml.safe_dump(values, sort_keys=False))
-    return path
 
 
 def _damage(target: Path, chance: random.Random) -> None:
@@ -180,13 +165,9 @@ def _damage(target: Path, chance: random.Random) -> None:
         # JSON as PyYAML writes it in its flow style reads back as either.
         values = changed_data(yaml.safe_load(target.read_text()), chance)
         style = {"default_flow_style": True, "default_style": '"'} if chance.random() < 0.1 else {"sort_keys": False}
-        target.write_text(_as_text(values, target.suffix, style))
+        target.write_text(json.dumps(values) if target.suffix == ".json" else yaml.safe_dump(values, **style))
     else:
         target.write_bytes(changed_bytes(target.read_bytes(), chance))
-
-
-def _as_text(values: Any, suffix: str, style: dict[str, Any]) -> str:
-    return json.dumps(values) if suffix == ".json" else yaml.safe_dump(values, **style)
 
 
 def _view(folder: Path) -> None:

@@ -12,25 +12,23 @@ import yaml
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.simulation import simulate
 from fingerslip.dynamics.system.checks import check_model
-from fingerslip.mesh.io import write_mesh
-from fingerslip.study.definition.runs import Run
+from fingerslip.study.definition.runs import Run, plan_study
 from fingerslip.study.inspection.show import show
-from fingerslip.study.running.build import build_mesh, build_model, mesh_key
-from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.build import build_mesh, build_model
 from places import ROOT, STUDIES
+from robustness.block import write_block
 from robustness.mutants import changed_bytes, changed_data, changed_text
-from unit.study.block import block_mesh, block_values
 
 _FEW_STEPS, _FEW_CELLS = 120, 4000
 
 
 def study_cases(folder: Path) -> Callable[[random.Random], None]:
     """Return what runs a case: a study is read, its runs are listed, its models built, and the block's simulated."""
-    write_mesh(block_mesh(), folder / "block.msh")
+    block = write_block(folder).read_text()
     for name in ("meshes", "studies"):
         (folder / name).symlink_to(ROOT / name)
     texts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(STUDIES.glob("*.yaml"))}
-    texts |= dict.fromkeys(("block", "block again", "block once more"), yaml.safe_dump(block_values(), sort_keys=False))
+    texts |= dict.fromkeys(("block", "block again", "block once more"), block)
     meshes: dict[str, Any] = {}
     path = folder / "mutant.yaml"
 
@@ -59,7 +57,7 @@ def _mutant(text: str, chance: random.Random) -> bytes:
 
 def _check(run: Run, meshes: dict[str, Any], chance: random.Random) -> None:
     """Build the model of a run, as far as its mesh is cheap or known, and simulate a small one."""
-    key = mesh_key(run)
+    key = run.mesh_key
     cells = run.study.mesh.estimated_cells(run.specimen)
     if key not in meshes:
         if cells is not None and (cells > _FEW_CELLS * 10 or chance.random() > 0.02):

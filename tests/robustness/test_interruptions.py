@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from robustness.block import TWO_RUNS, write_block
 from robustness.cases import SEED, unfinished
-from robustness.interruptions import begin, differences, write_study
+from robustness.interruptions import begin, differences
 
 _KILLS, _PARTS, _IN_A_ROW = 200, 8, 5
 _ENDINGS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -20,7 +21,7 @@ _ENDINGS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_study(tmp_path_factory.mktemp("study"))
+    return write_block(tmp_path_factory.mktemp("study"), **TWO_RUNS)
 
 
 @pytest.fixture(scope="module")
@@ -52,13 +53,15 @@ def test_runs_that_are_ended_go_on_to_the_same_results(
         results = tmp_path / f"results {number}"
         ended = 0
         while ended < _IN_A_ROW:
+            started = time.perf_counter()
             process = begin(study, results, tmp_path / "errors")
-            time.sleep(chance.uniform(0.0, 1.1) * seconds)
+            process.join(chance.uniform(0.0, 1.1) * seconds)
             if process.exitcode is None:
                 os.kill(process.pid or 0, chance.choice(_ENDINGS))
                 ended += 1
             process.join(120)
             if process.exitcode == 0:  # finished before: there is nothing left to end in these results
+                seconds = min(seconds, time.perf_counter() - started)
                 shutil.rmtree(results)
         finish(study, results)
         assert differences(results, whole) == []

@@ -14,8 +14,7 @@ from typer.testing import CliRunner
 from fingerslip.commands.app import app
 from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trial_set import write_trials
-from fingerslip.detect.trials import Trial
+from fingerslip.detect.trials import Trial, write_trials
 from fingerslip.storage.files import write_json
 from fingerslip.vision.tracks import write_tracks
 
@@ -82,20 +81,15 @@ def test_trials_of_different_layouts(place: Path) -> None:
 @pytest.mark.parametrize("arguments", [TRAIN, (*EVALUATE, "--folds", "2")])
 def test_a_label_that_never_comes(arguments: tuple[str, ...], place: Path) -> None:
     changed(place, lambda trial: Trial(trial.name, trial.tracks, {"external_markers": Onsets(2.0, None)}))
-    parts = (
-        "trial slide-0000: has no gross slip",
-        "needs both onsets here",
-        "leave the trial out, or slide it farther",
-    )
-    refused(place, arguments, *parts)
+    needed = "needs both onsets here", "leave the trial out, or slide it farther"
+    refused(place, arguments, "trial slide-0000: has no gross slip", *needed)
 
 
 def test_classes_that_are_missing_in_a_fold(place: Path) -> None:
     # Three of the trials are gross from their second frame on, so two folds of two leave no other class to one of them.
-    onsets = {f"slide-{number:04d}": Onsets(0.0, 1 / 30.0) for number in range(4)}
-    write_onsets(onsets, place / "labels.csv")
-    parts = ("has no frame of", "needs frames of all classes", "take more trials")
-    refused(place, (*EVALUATE, "--labels", "labels.csv", "--folds", "2", "--least", "0"), *parts)
+    write_onsets({f"slide-{number:04d}": Onsets(0.0, 1 / 30.0) for number in range(4)}, place / "labels.csv")
+    arguments = (*EVALUATE, "--labels", "labels.csv", "--folds", "2", "--least", "0")
+    refused(place, arguments, "has no frame of", "needs frames of all classes", "take more trials")
 
 
 def test_features_that_are_no_numbers(place: Path) -> None:
@@ -106,12 +100,8 @@ def test_features_that_are_no_numbers(place: Path) -> None:
         return Trial(trial.name, tracks, trial.labels)
 
     changed(place, never_seen)
-    parts = (
-        "marker 40: is seen in none of the frames at rest",
-        "needs a rest position of every marker",
-        "leave the marker out",
-    )
-    refused(place, TRAIN, *parts)
+    needed = "needs a rest position of every marker", "leave the marker out"
+    refused(place, TRAIN, "marker 40: is seen in none of the frames at rest", *needed)
 
 
 def test_a_model_for_other_features(place: Path) -> None:
@@ -125,19 +115,15 @@ def test_a_model_for_other_features(place: Path) -> None:
 def test_a_model_for_other_markers(place: Path) -> None:
     (trial,) = synthetic_slides((3e-3,), directions=1, repeats=1, travel=2e-3)
     write_tracks(trial.tracks.isel(marker=slice(0, 60)), place / "few.nc")
-    parts = (
-        "tracks: have 41 internal markers in px",
-        "needs the markers that the detector learned from",
-        "train a detector",
-    )
-    refused(place, ("run", "few.nc"), *parts)
+    needed = "needs the markers that the detector learned from", "train a detector"
+    refused(place, ("run", "few.nc"), "tracks: have 41 internal markers in px", *needed)
 
 
 def test_a_manifest_that_does_not_match(place: Path) -> None:
     shutil.copy(place / "slides" / "slide-0001" / "labels.csv", place / "slides" / "slide-0000" / "labels.csv")
     for arguments in (TRAIN, EVALUATE, ("score", "slides", "none.csv")):
-        parts = ("slide-0000/labels.csv", "is not the file of manifest.json", "write the data set again")
-        refused(place, arguments, *parts)
+        fault = "is not the file of manifest.json", "write the data set again"
+        refused(place, arguments, "slide-0000/labels.csv", *fault)
 
 
 def test_folders_of_something_else_are_not_replaced(place: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 from fingerslip.published import published_set
 from fingerslip.results import SAMPLE, RunResult, StudyResult
 from fingerslip.slip import Events, SlipEvents
-from fingerslip.study.definition.samples import SampleSettings, drawn
+from fingerslip.study.definition.sweep import SampleSettings, drawn
 
 VARIANT = "fingertip.phalanx.variant"
 RANGES: dict[str, tuple[Any, Any]] = {

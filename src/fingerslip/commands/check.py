@@ -9,7 +9,7 @@ from fingerslip.commands.shared import AsJson, Results, Studies, print_tables
 
 def check(studies: Studies, results: Results = Path("results"), as_json: AsJson = False) -> None:
     """Check studies without computing them: the runs, their size and about how long they take."""
-    from fingerslip.study.running.plan import plan_studies
+    from fingerslip.study.definition.runs import plan_studies
 
     plans = plan_studies(studies, results)
     # What builds meshes and models is slow to load: mistakes in the files are said before.

@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fingerslip.commands.shared import (
-    AsJson,
-    Markdown,
-    Quiet,
-    Results,
-    Studies,
-    Workers,
-    print_tables,
-    screen_progress,
-)
+from fingerslip.commands.shared import AsJson, Markdown, Quiet, Results, Studies, Workers, print_tables, screen_progress
 
 if TYPE_CHECKING:
     from fingerslip.tables.table import Table

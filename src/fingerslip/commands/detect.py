@@ -26,11 +26,13 @@ Samples = Annotated[
     str, typer.Option("--samples", metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")
 ]
 # The tracker itself refuses other names, so that they are listed in one place.
-Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="Of markers: rings, hex or free.")]
+Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")]
 Least = Annotated[
     float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
 ]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
+Markers = Annotated[int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")]
+Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
 
@@ -54,7 +56,7 @@ def simulate(
     trials = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(trials.names)} trials")
     if parquet is not None:
-        from fingerslip.detect.trial_set import write_parquet
+        from fingerslip.detect.trials import write_parquet
 
         write_parquet(trials, parquet)
         typer.echo(f"{parquet}: a row for each frame")
@@ -68,13 +70,11 @@ def collect(
     labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
-    markers: Annotated[
-        int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the videos, else found.")
-    ] = None,
+    markers: Markers = None,
     external_markers: Annotated[
         int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
-    layout: Layout = "rings",
+    layout: Layout = "auto",
 ) -> None:
     """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks."""
     from fingerslip.detect.session import collect_trials
@@ -156,9 +156,7 @@ def inquire(
     dataset: DataSet,
     *,
     classifier: Classifier = "forest",
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")] = Path(
-        "inquiry"
-    ),
+    output: Pictures = Path("inquiry"),
     lost: Annotated[
         str, typer.Option("--lost", metavar="A,B,...", help="Shares of positions lost.")
     ] = "0,0.1,0.2,0.3,0.4,0.5",
@@ -192,9 +190,7 @@ def vary(
     dataset: DataSet,
     *,
     classifier: Classifiers = None,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and a figure.")] = Path(
-        "assumptions"
-    ),
+    output: Pictures = Path("assumptions"),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
     by: Annotated[
         list[str] | None, typer.Option("--by", metavar="CONDITION", help="List accuracies by this too; repeatable.")
@@ -253,10 +249,8 @@ def run(
     detector: Annotated[Path, typer.Option("--detector", metavar="DIR", help="Folder of the detector.")] = Path(
         "detector"
     ),
-    markers: Annotated[
-        int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")
-    ] = None,
-    layout: Layout = "rings",
+    markers: Markers = None,
+    layout: Layout = "auto",
     as_json: AsJson = False,
 ) -> None:
     """Run a detector frame by frame on tracks or on a video, and print its events and its latency."""

@@ -7,15 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import (
-    AsJson,
-    Quiet,
-    Results,
-    Studies,
-    Workers,
-    print_results,
-    screen_progress,
-)
+from fingerslip.commands.shared import AsJson, Quiet, Results, Studies, Workers, print_results, screen_progress
 
 
 def run(

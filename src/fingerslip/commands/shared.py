@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -32,40 +32,32 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress; th
 _FILE_WIDTH = 160
 
 
-def specimens(incomplete: str) -> list[str]:
-    """Return presets and shipped materials whose names begin so, for the shell to complete."""
+def _complete(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """Return what completes names in a shell."""
+    return lambda incomplete: [name for name in names() if name.startswith(incomplete)]
+
+
+def _specimens() -> Iterable[str]:
     from fingerslip.materials.choice import material_names
     from fingerslip.specimens.choice import preset_names
 
-    return _beginning((*preset_names(), *material_names()), incomplete)
+    return (*preset_names(), *material_names())
 
 
-def shipped_studies(incomplete: str) -> list[str]:
-    """Return shipped studies whose names begin so."""
+def _shipped_studies() -> Iterable[str]:
     from fingerslip.study.shipped import examples
 
-    return _beginning(examples(), incomplete)
+    return examples()
 
 
-def cameras(incomplete: str) -> list[str]:
-    """Return cameras whose names begin so."""
-    return _beginning(CAMERAS, incomplete)
-
-
-def fields(incomplete: str) -> list[str]:
-    """Return fields whose names begin so."""
-    return _beginning(FIELDS, incomplete)
-
-
-def figure_kinds(incomplete: str) -> list[str]:
-    """Return kinds of figures whose names begin so."""
+def _figure_kinds() -> Iterable[str]:
     from fingerslip.study.inspection.views import kinds_text
 
-    return _beginning((line.partition(":")[0] for line in kinds_text().splitlines()), incomplete)
+    return (line.partition(":")[0] for line in kinds_text().splitlines())
 
 
-def _beginning(names: Iterable[str], incomplete: str) -> list[str]:
-    return [name for name in names if name.startswith(incomplete)]
+cameras, fields = _complete(lambda: CAMERAS), _complete(lambda: FIELDS)
+specimens, shipped_studies, figure_kinds = map(_complete, (_specimens, _shipped_studies, _figure_kinds))
 
 
 def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:

@@ -7,14 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import (
-    Markdown,
-    Quiet,
-    Results,
-    Workers,
-    print_tables,
-    screen_progress,
-)
+from fingerslip.commands.shared import Markdown, Quiet, Results, Workers, print_tables, screen_progress
 
 
 def validate(

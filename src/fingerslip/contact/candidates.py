@@ -135,7 +135,10 @@ def find_candidates(
     """
     gap = shape.gap(positions[nodes])
     if gap.min() < -1e-9 * float(np.ptp(positions, axis=0).max()):
-        _refuse_start_inside(shape, float(gap.min()), where)
+        field, allowed = shape.start_hint(float(gap.min()))
+        fault = f"the counterface starts {-gap.min() * 1e3:.4g} mm inside the body"
+        repair = "leave it out and the counterface starts where it touches"
+        raise InputError(f"{where}.{field}", fault, allowed, repair)
     # Corner nodes of quadratic tetrahedra have no area of their own: the mid-side nodes carry all of it.
     chosen = (gap <= search_distance) & (areas[nodes] > 1e-9 * areas[nodes].max())
     if not chosen.any():
@@ -151,12 +154,6 @@ def find_candidates(
         normal_stiffness=penalties[0] * area,
         tangential_stiffness=penalties[1] * area,
     )
-
-
-def _refuse_start_inside(shape: Counterface, gap: float, where: str) -> None:
-    field, allowed = shape.start_hint(gap)
-    fault = f"the counterface starts {-gap * 1e3:.4g} mm inside the body"
-    raise InputError(f"{where}.{field}", fault, allowed, "leave it out and the counterface starts where it touches")
 
 
 def join_candidates(candidates: list[Candidates], dim: int) -> Candidates:

@@ -28,7 +28,6 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 __all__ = [
     "InterfaceState",
     "StepOutcome",
-    "compiled_problem",
     "compiled_settle",
     "conditions",
     "contact_problem",
@@ -77,37 +76,22 @@ def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
 
 
 def conditions(candidates: Candidates, before: InterfaceState, step: float, time: float) -> Conditions:
-    """Return what the friction laws of a step may depend on.
+    """Return what the friction laws of a step may depend on, from the interface at its start.
 
-    Parameters
-    ----------
-    candidates : Candidates
-        The candidates.
-    before : InterfaceState
-        The interface at the start of the step.
-    step : float
-        Length of the step before, in which the last slip was [s]; 0 for the first step.
-    time : float
-        End of the step [s].
+    Units: step [s], the length of the step before, in which the last slip was, 0 for the first; time [s], the end.
     """
     rate = before.slip / step if step else np.zeros_like(before.slip)
     return Conditions(before.forces[:, 0] / candidates.area, rate, before.slip_since_contact, time)
 
 
-def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
+@numba.njit(cache=True, nogil=True)
+def contact_problem(free_relative, forces, relative, stiffness):  # type: ignore[no-untyped-def]
     """Return q of :mod:`fingerslip.contact.solve.newton`, shape (n_c, dim) [m].
 
-    Arrays: free_relative (n_c, dim) [m].
-
     The normal part is the gap. The tangential part is the motion of the step, less the elastic slip at its start.
+
+    Arrays: free_relative, relative (n_c, dim) [m]; forces (n_c, dim) [N]; stiffness (n_c,), tangential [N/m].
     """
-    problem: Array = compiled_problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
-    return problem
-
-
-@numba.njit(cache=True, nogil=True)
-def compiled_problem(free_relative, forces, relative, stiffness):  # type: ignore[no-untyped-def]
-    """Return what :func:`contact_problem` does, from forces [N], `relative` [m] and tangential stiffness [N/m]."""
     free = free_relative.copy()
     for i in range(len(free)):
         for k in range(1, free.shape[1]):
@@ -173,7 +157,8 @@ def settle(
     >>> springs = Candidates(node, 0 * node, np.zeros((2, 2)), np.ones(2), np.full(2, 400.0), np.full(2, 100.0))
     >>> before = replace(rest_state(springs, np.full(2, -0.01)), forces=np.array([[4.0, 0.0], [4.0, 0.0]]))
     >>> relative, mu = np.array([[-0.01, 0.015], [-0.01, 0.05]]), np.full(2, 0.5)
-    >>> problem, compliance = contact_problem(springs, before, relative), np.diag([1 / 400, 1 / 100] * 2)
+    >>> compliance = np.diag([1 / 400, 1 / 100] * 2)
+    >>> problem = contact_problem(relative, before.forces, before.relative, springs.tangential_stiffness)
     >>> forces = solve_friction(compliance, problem, mu, before.forces, 1e-12).forces
     >>> tangents = np.ones((2, 1))
     >>> after = settle(springs, before, forces, relative, friction_coefficient=mu, stretch=tangents, work=0.0).state

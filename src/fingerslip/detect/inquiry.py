@@ -22,11 +22,17 @@ from fingerslip.detect.evaluation.inquiries import (
 )
 from fingerslip.detect.features import FeatureSettings, ring_of_features
 from fingerslip.detect.samples import benchmark_test_trials, left_out, samples_of
-from fingerslip.detect.session import Choices, write_tables
-from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
+from fingerslip.detect.session import (
+    Choices,
+    assumption_table,
+    condition_table,
+    curve_table,
+    importance_table,
+    robustness_table,
+    write_tables,
+)
 from fingerslip.detect.training import candidate_of_name
-from fingerslip.detect.trial_set import TrialSet, open_trials
-from fingerslip.detect.trials import condition_text
+from fingerslip.detect.trials import TrialSet, condition_text, open_trials
 from fingerslip.errors import InputError, shorten
 from fingerslip.report.figures.markers import (
     assumption_figure,
@@ -52,15 +58,14 @@ class Levels:
     @property
     def pairs(self) -> list[tuple[str, float]]:
         """The disturbances and their amounts."""
-        return [(name, amount) for name, text in vars(self).items() for amount in _numbers(f"--{name}", text)]
-
-
-def _numbers(where: str, text: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",") if part.strip()]
-    except ValueError:
-        repair = f"write {where} 0,0.1,0.2"
-        raise InputError(where, f"got {shorten(text)!r}", "needs numbers with commas", repair) from None
+        pairs = []
+        for name, text in vars(self).items():
+            try:
+                pairs += [(name, float(part)) for part in text.split(",") if part.strip()]
+            except ValueError:
+                fault, repair = f"got {shorten(text)!r}", f"write --{name} 0,0.1,0.2"
+                raise InputError(f"--{name}", fault, "needs numbers with commas", repair) from None
+        return pairs
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.motion import markers_of, rest_positions
+from fingerslip.detect.features import markers_of, rest_positions
 from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.storage.files import csv_text, plain_cell, write_text
 from fingerslip.tables.table import Column, Missing, Table

@@ -13,9 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import probabilities
-from fingerslip.detect.features import features_of
+from fingerslip.detect.features import (
+    Motion,
+    features_of,
+    fill_unseen,
+    markers_of,
+    mean_at_rest,
+    neighbour_weights,
+    velocities,
+)
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import Motion, fill_unseen, markers_of, mean_at_rest, neighbour_weights, velocities
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Cell, Column, Missing, Table

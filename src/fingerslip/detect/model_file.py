@@ -15,9 +15,8 @@ import pydantic
 
 from fingerslip.detect.alarms import ForwardFilter, Hysteresis, Thresholds
 from fingerslip.detect.classifiers import probabilities
-from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.labels import CLASSES
-from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.optional import optional
 from fingerslip.detect.training import Calibration, Detector, candidate_of_name
 from fingerslip.errors import DamagedError, InputError, shorten

@@ -7,7 +7,6 @@ import io
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +17,7 @@ from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import plain_cell
 from fingerslip.units import parse_quantity
-from fingerslip.vision.tables import read_tracks_csv
-from fingerslip.vision.tracks import make_tracks, read_tracks
+from fingerslip.vision.tracks import make_tracks, read_tracks, read_tracks_csv
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +101,7 @@ def recorded_trials(
     read: Callable[[Path], xr.Dataset] = read_any_tracks,
     read_external: Callable[[Path], xr.Dataset] = read_any_tracks,
 ) -> Iterator[Trial]:
-    """Yield a trial for each recording, for :func:`fingerslip.detect.trial_set.write_trials`."""
+    """Yield a trial for each recording, for :func:`fingerslip.detect.trials.write_trials`."""
     table = read_conditions(conditions)
     # All names are checked first: tracking the others takes long.
     for file, values in table.items():
@@ -157,7 +155,7 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
 
 
 def read_recording(
-    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "rings"
+    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "auto"
 ) -> xr.Dataset:
     """Return the tracks of a recording: read where it is a file of tracks, else followed through the video.
 
@@ -178,18 +176,3 @@ def read_recording(
         )
     # What only its quality page needs stays behind: data sets hold positions and qualities.
     return tracks.drop_vars([name for name in tracks.data_vars if name not in ("position", "quality")])
-
-
-def readers(
-    n_markers: int | None = None,
-    n_external: int | None = None,
-    rest_frames: int = 100,
-    layout: LayoutName = "rings",
-) -> tuple[Callable[[Path], xr.Dataset], Callable[[Path], xr.Dataset]]:
-    """Return what reads the recordings of the inner and of the outer camera; see :func:`read_recording`.
-
-    The markers of the outer camera are numbered by rows: only the middle one of them counts by itself.
-    """
-    inner = partial(read_recording, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
-    outer = partial(read_recording, n_markers=n_external, rest_frames=rest_frames, layout="free")
-    return inner, outer

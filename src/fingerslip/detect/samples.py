@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.features import FeatureSettings, feature_names, features_of
+from fingerslip.detect.features import FeatureSettings, Motion, feature_names, features_of, motion_of
 from fingerslip.detect.labels import CLASSES, GROSS, INCIPIENT, NO_SLIP, Onsets, classes_at
-from fingerslip.detect.motion import Motion, motion_of
-from fingerslip.detect.trial_set import TrialSet, check_labels
+from fingerslip.detect.trials import TrialSet, check_labels
 from fingerslip.errors import InputError
 
 

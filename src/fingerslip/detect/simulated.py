@@ -30,8 +30,9 @@ from fingerslip.marker_tracks import marker_tracks, seen_with_plate
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip.windows import stick_ratio
 from fingerslip.units import parse_quantity
+from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 from fingerslip.vision.cameras.camera import external_camera, internal_camera
-from fingerslip.vision.cameras.point import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks, plate_mark
+from fingerslip.vision.cameras.point import CameraPair, pair_tracks, plate_mark
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,6 +57,10 @@ class Filming:
     labels: LabelSettings = field(default_factory=LabelSettings)
     travel: float = 14e-3  # how far a plate that falls is filmed [m]: as far as plates slide in the paper
 
+    def seeded_cameras(self, seed: int) -> CameraPair:
+        """Return its cameras with the seed of a trial."""
+        return dataclasses.replace(self.cameras, seed=seed % 2**61)
+
 
 def slide_trial(
     name: str,
@@ -72,7 +77,7 @@ def slide_trial(
     """
     filming = filming or Filming()
     markers, plate = _after_press(history)
-    tracks = pair_tracks(_cameras_of(filming, seed), seen_with_plate(markers, plate))
+    tracks = pair_tracks(filming.seeded_cameras(seed), seen_with_plate(markers, plate))
     # y is the normal of the plate.
     height = markers["position"].values[0, :, 1] - plate[0, 1]
     touching = np.flatnonzero((markers["kind"].values == "external") & (height < _TOUCHING))
@@ -83,7 +88,7 @@ def slide_trial(
     }
     along = plate[-1, 0] - plate[0, 0]
     slide = {"task": "slide", "direction": float(np.mod(np.arctan2(0.0, along), 2.0 * np.pi))}
-    slide |= {"indentation": _depth(plate), "seed": seed, **(conditions or {})}
+    slide |= {"indentation": round(float(plate[0, 1]), 9), "seed": seed, **(conditions or {})}
     return Trial(name, tracks, labels, slide, _origin(history))
 
 
@@ -107,7 +112,7 @@ def pouring_trial(
     fallen = np.linalg.norm(plate - plate[0], axis=1) > filming.travel
     last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
     markers, plate = markers.isel(time=slice(0, last)), plate[:last]
-    cameras = _cameras_of(filming, seed)
+    cameras = filming.seeded_cameras(seed)
     height, fall = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0), np.zeros((len(plate), 3))
     fall[:, 0] = plate[:, 0] - plate[0, 0]
     tracks = pair_tracks(cameras, seen_with_plate(markers, height))
@@ -115,12 +120,8 @@ def pouring_trial(
         "plate": labels_from_plate(tracks, plate_mark(cameras, fall, markers["time"].values), filming.labels),
         "contact": _contact_labels(history, markers),
     }
-    pour = {"task": "pour", "indentation": _depth(plate), "seed": seed, **(conditions or {})}
+    pour = {"task": "pour", "indentation": round(float(plate[0, 1]), 9), "seed": seed, **(conditions or {})}
     return Trial(name, tracks, labels, pour, _origin(history))
-
-
-def _depth(plate: Floats) -> float:
-    return round(float(plate[0, 1]), 9)
 
 
 def _origin(history: xr.Dataset) -> dict[str, Any]:
@@ -183,10 +184,6 @@ def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
     first = float(sliding["time"][0])
     plate: Floats = history["counterface_displacement"].values[rows, 0]
     return sliding.assign_coords(time=sliding["time"] - first).assign_attrs(start=first), plate
-
-
-def _cameras_of(filming: Filming, seed: int) -> CameraPair:
-    return dataclasses.replace(filming.cameras, seed=seed % 2**61)
 
 
 def _contact_labels(history: xr.Dataset, tracks: xr.Dataset) -> Onsets:

@@ -23,8 +23,7 @@ from fingerslip.marker_layouts import MarkerLayout, ring_layout
 from fingerslip.storage.files import check_empty, csv_text, write_text, writing
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
-from fingerslip.vision.cameras.looks import MarkerLook, PixelCamera
-from fingerslip.vision.cameras.pixel import film
+from fingerslip.vision.cameras.pixel import MarkerLook, PixelCamera, film
 from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:

@@ -18,12 +18,10 @@ from fingerslip.detect.alarms import (
     onsets_from,
 )
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities
-from fingerslip.detect.features import FeatureSettings, features_of
+from fingerslip.detect.features import FeatureSettings, Motion, MotionSettings, features_of, markers_of, motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import Motion, MotionSettings, markers_of, motion_of
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
-from fingerslip.detect.trial_set import TrialSet, check_labels
-from fingerslip.detect.trials import layout_digest, layout_text
+from fingerslip.detect.trials import TrialSet, check_labels, layout_digest, layout_text
 from fingerslip.errors import InputError, shorten
 
 if TYPE_CHECKING:
@@ -146,12 +144,6 @@ def calibration_count(trials: int, share: float) -> int:
     return needed if trials >= 2 * needed else 0
 
 
-def fit_detector(candidate: Candidate, samples: Samples, rows: NDArray[np.intp], seed: int, workers: int) -> Any:
-    """Return a classifier fitted to some rows of a table that may hold more features than it sees."""
-    values = samples.features(rows, candidate.sets)
-    return fit(candidate, values, samples.classes[rows], samples.trial[rows], seed=seed, workers=workers)
-
-
 def forward_filter(
     samples: Samples, onsets: Mapping[str, Onsets], window: int, rows: NDArray[np.intp] | slice = slice(None)
 ) -> ForwardFilter:
@@ -207,11 +199,16 @@ def detect(detector: Detector, tracks: xr.Dataset) -> tuple[Floats, Floats, Onse
     InputError
         Where the tracks have other markers.
     """
-    check_tracks_fit(detector, tracks)
-    motion = motion_of(tracks, detector.features.motion)
-    chances = probabilities(detector.estimator, features_of(motion, detector.features))
+    motion, chances = frame_chances(detector, tracks)
     scores = frame_scores(detector.smoother, motion, chances)
     return motion.time, scores, onsets_from(motion.time, scores, detector.thresholds)
+
+
+def frame_chances(detector: Detector, tracks: xr.Dataset) -> tuple[Motion, Floats]:
+    """Return the motion of the markers in tracks, and the probability of each class in every frame (n_times, 3)."""
+    check_tracks_fit(detector, tracks)
+    motion = motion_of(tracks, detector.features.motion)
+    return motion, probabilities(detector.estimator, features_of(motion, detector.features))
 
 
 def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:

@@ -1,22 +1,36 @@
-"""A trial on disk: a folder with its tracks, labels, conditions and where it comes from."""
+"""Trials, a folder each, and data sets of them: checksums of every file, a data card, and one table of all."""
 
 from __future__ import annotations
 
 import json
 import math
 import re
-from collections.abc import Mapping
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.detect.labels import Onsets, read_labels, write_labels
-from fingerslip.errors import InputError, shorten
-from fingerslip.storage.files import digest, read_json, write_json
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at, read_labels, write_labels
+from fingerslip.detect.optional import optional
+from fingerslip.errors import DamagedError, InputError, ResultError, shorten
+from fingerslip.storage.files import (
+    check_replaceable,
+    digest,
+    file_digest,
+    new_file,
+    new_folder,
+    read_json,
+    write_json,
+    write_text,
+    writing,
+)
 from fingerslip.units import format_quantity
+from fingerslip.version import __version__
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
 
 if TYPE_CHECKING:
@@ -129,3 +143,279 @@ def read_trial(folder: Path) -> Trial:
     conditions, provenance = (read_json(folder / name, _REPAIR) for name in FILES[2:])
     labels = read_labels(folder / "labels.csv")
     return Trial(folder.name, read_tracks(folder / "tracks.nc"), labels, conditions, provenance)
+
+
+MANIFEST = "manifest.json"
+_FORMAT = 1
+_REPAIR_SET = "write the data set again"
+
+
+@dataclass(frozen=True)
+class TrialSet:
+    """A data set that is open: what its manifest says, and trials that are read when they are asked for."""
+
+    folder: Path
+    names: tuple[str, ...]  # names of its trials, sorted
+    conditions: Mapping[str, Mapping[str, Any]]  # conditions of every trial
+    layout: str  # hash of the markers' layout
+    digest: str  # hash of all of its files
+    title: str
+
+    def trial(self, name: str) -> Trial:
+        """Read a trial."""
+        return read_trial(self.folder / name)
+
+    def tracks(self, name: str) -> xr.Dataset:
+        """Read the tracks of a trial."""
+        return read_tracks(self.folder / name / FILES[0])
+
+    def labels(self, name: str) -> dict[str, Onsets]:
+        """Read the labels of a trial, by source."""
+        return read_labels(self.folder / name / FILES[1])
+
+    def onsets(self, source: str = "external_markers") -> dict[str, Onsets]:
+        """Read the labels of one source for all trials.
+
+        Raises
+        ------
+        InputError
+            Where a trial has none of that source.
+        """
+        result = {name: self.labels(name) for name in self.names}
+        for name, labels in result.items():
+            if source not in labels:
+                raise InputError(f"{self.folder}: {name}", f"has no labels {source!r}", f"has {', '.join(labels)}")
+        return {name: labels[source] for name, labels in result.items()}
+
+
+def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes: str = "") -> TrialSet:
+    """Write trials one by one as a data set, whole or not at all.
+
+    Parameters
+    ----------
+    trials : iterable of Trial
+        The trials; a generator is taken one at a time.
+    folder : path
+        The folder; a data set of that name is replaced when the new one is whole.
+    title, notes : str
+        What the data card says first, and what it says of limits and sources.
+
+    Raises
+    ------
+    InputError
+        Where there are no trials, two have one name, or their layouts differ; where the folder holds something else.
+    ResultError
+        Where the folder cannot be written.
+    """
+
+    def put(trial: Trial, target: Path) -> None:
+        target.mkdir()
+        write_trial(trial, target)
+
+    return _write_set(((trial, partial(put, trial)) for trial in trials), Path(folder), title, notes)
+
+
+def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
+    """Make a data set of trials that are written already, whole or not at all; their own folders stay."""
+
+    def link(source: str, target: str) -> None:
+        """Give a file a second name, or copy it where the file system cannot."""
+        try:
+            Path(target).hardlink_to(source)
+        except OSError:
+            shutil.copy2(source, target)
+
+    def put(source: Path, target: Path) -> None:
+        with writing(Path(folder)):
+            shutil.copytree(source, target, copy_function=link)
+
+    return _write_set(((read_trial(source), partial(put, source)) for source in folders), Path(folder), title, notes)
+
+
+def _write_set(
+    trials: Iterable[tuple[Trial, Callable[[Path], None]]], folder: Path, title: str, notes: str
+) -> TrialSet:
+    """Write a data set of trials, each with what puts its files into a new folder."""
+    check_replaceable(folder, MANIFEST)
+    first: Trial | None = None
+    entries: dict[str, dict[str, Any]] = {}
+    with new_folder(folder) as unfinished:
+        for trial, put in trials:
+            first = first or trial
+            _check_layout(trial, first)
+            if trial.name in entries:
+                raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
+            put(unfinished / trial.name)
+            entries[trial.name] = {
+                "conditions": dict(trial.conditions),
+                "labels": sorted(trial.labels),
+                "frames": trial.tracks.sizes["time"],
+                "files": {name: file_digest(unfinished / trial.name / name) for name in FILES},
+            }
+        if first is None:
+            raise InputError("trials", "got none", "needs at least one")
+        manifest = {
+            "format": _FORMAT,
+            "title": title,
+            "version": __version__,
+            "layout": layout_digest(first.tracks),
+            "layout_in_words": layout_text(first.tracks),
+            "trials": dict(sorted(entries.items())),
+        }
+        write_json(unfinished / MANIFEST, manifest)
+        write_text(unfinished / "README.md", _card(manifest, notes))
+    return open_trials(folder)
+
+
+def _check_layout(trial: Trial, first: Trial) -> None:
+    """Check that a trial has the layout of the first one."""
+    text, wanted = layout_text(trial.tracks), layout_text(first.tracks)
+    if layout_digest(trial.tracks) != layout_digest(first.tracks):
+        fault = f"has {text if text != wanted else 'other markers or rings'}"
+        allowed = f"needs the layout of trial {first.name}: {wanted}"
+        raise InputError(f"trial {trial.name}", fault, allowed, "make a data set for each layout")
+
+
+def open_trials(folder: str | Path) -> TrialSet:
+    """Open a data set; its trials are read when they are asked for."""
+    path = Path(folder)
+    try:
+        manifest = read_json(path / MANIFEST, _REPAIR_SET)
+    except FileNotFoundError:
+        repair = "fingerslip detect collect makes one of recordings"
+        raise InputError(str(path), f"has no {MANIFEST}", "needs the folder of a data set", repair) from None
+    if manifest.get("format") != _FORMAT:
+        raise DamagedError(str(path / MANIFEST), f"has the format {manifest.get('format')}, not {_FORMAT}", _REPAIR_SET)
+    entries: dict[str, Any] = manifest["trials"]
+    _check_files(path, entries)
+    conditions = {name: entry["conditions"] for name, entry in entries.items()}
+    whole = digest({name: entry["files"] for name, entry in entries.items()})
+    return TrialSet(path, tuple(sorted(entries)), conditions, manifest["layout"], whole, manifest["title"])
+
+
+def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
+    present = {path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")}
+    for name in sorted(present ^ set(entries)):
+        fault = f"is in the folder, not in {MANIFEST}" if name in present else f"is in {MANIFEST}, not in the folder"
+        raise DamagedError(str(folder / name), fault, _REPAIR_SET)
+    files = {folder / name / file: wanted for name, entry in entries.items() for file, wanted in entry["files"].items()}
+    for path, wanted in files.items():
+        try:
+            is_same = file_digest(path) == wanted
+        except OSError as error:
+            raise ResultError(f"{path}: cannot be read ({error.strerror}); {_REPAIR_SET}") from error
+        if not is_same:
+            raise DamagedError(str(path), f"is not the file of {MANIFEST}", _REPAIR_SET)
+
+
+def check_labels(
+    onsets: Mapping[str, Onsets], names: Sequence[str], needed: Sequence[str] = ("incipient", "gross")
+) -> None:
+    """Check that trials have the labels that learning needs."""
+    for name in names:
+        if name not in onsets:
+            raise InputError("labels", f"have no trial {name}", "needs every trial of the data set")
+        for event in needed:
+            if getattr(onsets[name], event) is None:
+                repair = "leave the trial out, or slide it farther"
+                raise InputError(f"trial {name}", f"has no {event} slip", "needs both onsets here", repair)
+
+
+def _card(manifest: Mapping[str, Any], notes: str) -> str:
+    entries = manifest["trials"]
+    frames = [entry["frames"] for entry in entries.values()]
+    lines = [
+        f"# {manifest['title']}",
+        "",
+        f"{len(entries)} trials with {manifest['layout_in_words']}; {min(frames)} to {max(frames)} frames each.",
+        f"Written by fingerslip {manifest['version']}.",
+        "",
+        "| condition | values |",
+        "|---|---|",
+        *(f"| {name} | {text} |" for name, text in _ranges(entries)),
+        "",
+        f"Labels by source: {', '.join(sorted({label for entry in entries.values() for label in entry['labels']}))}.",
+        "",
+        "Each trial is a folder: `tracks.nc` (positions of the markers), `labels.csv` (onsets of slip),",
+        "`conditions.json` (SI units) and `provenance.json`. `manifest.json` has the SHA-256 of each file.",
+    ]
+    return "\n".join([*lines, *(["", notes] if notes else [])]) + "\n"
+
+
+def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    for name in dict.fromkeys(name for entry in entries.values() for name in entry["conditions"]):
+        values = {entry["conditions"].get(name) for entry in entries.values()}
+        numbers = [value for value in values if isinstance(value, int | float)]
+        if len(numbers) == len(values) > 8:
+            yield name, f"{len(values)} values from {min(numbers):.6g} to {max(numbers):.6g}"
+        else:
+            texts = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in values)
+            yield name, shorten(", ".join(sorted(texts)))
+
+
+def write_parquet(trials: TrialSet, path: str | Path, onsets: Mapping[str, Onsets] | None = None) -> None:
+    """Write a data set as one Parquet file, a row group for each trial, whole or not at all.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    path : path
+        The file. Columns: ``trial``, ``time_s``, ``class`` (no_slip, incipient, gross), every condition, and for each
+        marker ``internal_0_x`` and so on in the unit of the tracks, null where it was not seen.
+    onsets : mapping of str to Onsets, optional
+        Labels of the trials; those of the external markers without it.
+
+    Raises
+    ------
+    InputError
+        Where PyArrow is missing, or a column of conditions mixes text and numbers.
+    ResultError
+        Where the file cannot be written.
+    """
+    arrow, parquet = optional("pyarrow"), optional("pyarrow.parquet")
+    labels = trials.onsets() if onsets is None else onsets
+    kinds = _condition_types(arrow, trials)
+    with new_file(Path(path)) as unfinished:
+        writer: Any = None
+        try:
+            for name in trials.names:
+                columns = _frames(name, trials.tracks(name), labels[name])
+                values, rows = trials.conditions[name], len(columns["time_s"])
+                columns |= {f"condition_{entry}": [values.get(entry)] * rows for entry in kinds}
+                texts = {"trial": arrow.string(), "class": arrow.string()}
+                types = texts | {f"condition_{entry}": kind for entry, kind in kinds.items()}
+                schema = arrow.schema([(column, types.get(column, arrow.float64())) for column in columns])
+                writer = writer or parquet.ParquetWriter(unfinished, schema, compression="zstd")
+                writer.write_table(arrow.table(columns, schema=schema))
+        finally:
+            if writer is not None:
+                writer.close()
+
+
+def _frames(name: str, tracks: xr.Dataset, onsets: Onsets) -> dict[str, Any]:
+    """Return the columns of the frames of a trial, positions masked where a marker was not seen."""
+    time, position = tracks["time"].values, tracks["position"].values
+    markers = [f"{kind}_{marker}" for kind, marker in zip(tracks["kind"].values, tracks["marker"].values, strict=True)]
+    names = [f"{marker}_{axis}" for marker in markers for axis in tracks["axis"].values]
+    return {
+        "trial": [name] * len(time),
+        "time_s": time,
+        "class": [CLASSES[number] for number in classes_at(onsets, time)],
+        **dict(zip(names, np.ma.masked_invalid(position.reshape(len(time), -1).T), strict=True)),
+    }
+
+
+def _condition_types(arrow: Any, trials: TrialSet) -> dict[str, Any]:
+    """Return the type of each condition in a table: text, true or false, or number."""
+    types = {}
+    for name in dict.fromkeys(name for values in trials.conditions.values() for name in values):
+        kinds = {type(values.get(name)) for values in trials.conditions.values()} - {type(None)}
+        for allowed, kind in (({int, float}, arrow.float64()), ({str}, arrow.string()), ({bool}, arrow.bool_())):
+            if kinds <= allowed:
+                types[name] = kind
+                break
+        else:
+            where = f"{trials.folder}: condition {name}"
+            raise InputError(where, "mixes text and numbers", "needs one kind in all trials")
+    return types

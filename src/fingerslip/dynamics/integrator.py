@@ -13,39 +13,28 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.system import System
 
-__all__ = ["ByLength", "Integrator"]
+__all__ = ["BodyIntegrator", "ByLength", "Integrator"]
 
+S = TypeVar("S")
 T = TypeVar("T")
 Array = NDArray[np.float64]
 
 
-class Integrator(Protocol):
-    """Takes the steps of motions that share their matrices and are numbered from 0."""
+class Integrator(Protocol[S]):
+    """Takes the steps of motions that are numbered from 0; what the loop over time drives."""
 
-    @property
-    def steppers(self) -> Sequence[Stepper]:
-        """What stayed the same in the last step of each motion."""
-
-    @property
-    def attributes(self) -> Mapping[str, object]:
-        """What histories say of how they were computed."""
-
-    def start(self) -> dict[int, State]:
+    def start(self) -> dict[int, S]:
         """Return the states of all motions at time zero."""
 
-    def advance(
-        self, states: Mapping[int, State], ends: Array, length: float | None = None
-    ) -> dict[int, tuple[State, list[State]]]:
+    def advance(self, states: Mapping[int, S], ends: Array) -> dict[int, tuple[S, list[S]]]:
         """Take the next step of some motions, or as many as are taken at once.
 
         Parameters
         ----------
-        states : mapping of int to State
+        states : mapping of int to state
             The motions' states.
         ends : (k,) array
             The ends of their next steps [s].
-        length : float, optional
-            Length of a step [s] that is not the model's own.
 
         Returns
         -------
@@ -58,6 +47,23 @@ class Integrator(Protocol):
         ConvergenceError
             Where a step was not solved.
         """
+
+
+class BodyIntegrator(Integrator[State], Protocol):
+    """Takes the steps of deformable bodies that share their matrices, and can be steered, saved and restored."""
+
+    @property
+    def steppers(self) -> Sequence[Stepper]:
+        """What stayed the same in the last step of each motion."""
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What histories say of how they were computed."""
+
+    def advance(
+        self, states: Mapping[int, State], ends: Array, length: float | None = None
+    ) -> dict[int, tuple[State, list[State]]]:
+        """Take the next steps; one may have another length [s] than the model's own."""
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on: of a single motion."""

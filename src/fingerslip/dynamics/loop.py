@@ -1,9 +1,9 @@
-"""The one loop over time: it drives an integrator, records states, checks them and reports progress."""
+"""The one loop over time: it drives an integrator, and observers take the states of each motion."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,25 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.system import System
 
-__all__ = ["Check", "Loop", "Observer"]
+__all__ = ["BodyObserver", "Check", "Loop", "Observer"]
 
+S = TypeVar("S")
+S_contra = TypeVar("S_contra", contravariant=True)
 Array = NDArray[np.float64]
+
+
+class Observer(Protocol[S_contra]):
+    """Records and checks the states of one motion, the first included."""
+
+    @property
+    def room(self) -> int:
+        """Steps that may be recorded together next."""
+
+    def record(self, state: S_contra) -> None:
+        """Check and record the next state, or several, time first in their arrays."""
+
+    def finish(self) -> None:
+        """Finish the checks of what was recorded."""
 
 
 class Check(Protocol):
@@ -30,23 +46,20 @@ class Check(Protocol):
         """Look at what was put off."""
 
 
-class Observer:
-    """The records of one motion, and the checks of its states."""
+class BodyObserver:
+    """The records of the motion of a deformable body, and the checks of its states."""
 
     def __init__(self, recorder: Recorder, system: System, checks: Sequence[Check] = ()) -> None:
         self.recorder = recorder
         self._checks: Sequence[Check] = (OutsideCheck(system), RotationCheck(system), *checks)
 
-    def record(self, state: State) -> None:
-        """Check and record the next state, or several.
+    @property
+    def room(self) -> int:
+        """Steps that may be recorded together next."""
+        return self.recorder.room
 
-        Raises
-        ------
-        SlipOutsideContactError
-            Where a node that is no candidate has reached its counterface.
-        InputError
-            Where a body that is free about several axes has turned far.
-        """
+    def record(self, state: State) -> None:
+        """Check and record the next state, or several; refuse slip beside candidates, and bodies turned far."""
         self._look(state)
         self.recorder.record(state)
 
@@ -65,7 +78,7 @@ class Observer:
             check.look(state)
 
 
-class Loop:
+class Loop(Generic[S]):
     """Motions on their way through time.
 
     Parameters
@@ -75,15 +88,15 @@ class Loop:
     observers : sequence of Observer
         Take the states of each.
     times : sequence of (n_times,) array
-        Times of the steps of each, the start included [s]; equal but for their number.
+        Times of the records of each, the start included [s]; equal but for their number.
     watch : Stopwatch
         Takes the times.
     """
 
     def __init__(
-        self, integrator: Integrator, observers: Sequence[Observer], times: Sequence[Array], watch: Stopwatch
+        self, integrator: Integrator[S], observers: Sequence[Observer[S]], times: Sequence[Array], watch: Stopwatch
     ) -> None:
-        self.integrator, self._observers, self._times, self._watch = integrator, observers, times, watch
+        self._integrator, self._observers, self._times, self._watch = integrator, observers, times, watch
         self.times = max(times, key=len)
         self.taken = 0
         self.states = integrator.start()
@@ -104,8 +117,9 @@ class Loop:
         """Take the next step, or up to `most` of them where the integrator takes several at once."""
         moving = {number: state for number, state in self.states.items() if self.taken < self._times[number].size - 1}
         ends = [self._times[number].size - 1 - self.taken for number in moving]
-        count = min(most, *ends, *(self._observers[number].recorder.room for number in moving))
-        after = self.integrator.advance(moving, self.times[self.taken + 1 : self.taken + 1 + count])
+        count = min(most, *ends, *(self._observers[number].room for number in moving))
+        after = self._integrator.advance(moving, self.times[self.taken + 1 : self.taken + 1 + count])
+        steps: Sequence[Any] = ()
         with self._watch.part("recording"):
             for number, (state, steps) in after.items():
                 self.states[number] = state
@@ -114,15 +128,12 @@ class Loop:
         self.taken += sum(np.size(some.time) for some in steps)
 
     def run(self, progress: Callable[[float], None] | None = None) -> None:
-        """Take all steps, finish the checks and complete the records."""
+        """Take all steps, and finish the checks."""
         while self.taken < self.last:
             self.step(most=self.last)
             if progress is not None:
                 progress(self.taken / self.last)
         self.finish()
-        with self._watch.part("recording"):
-            for observer in self._observers:
-                observer.recorder.complete()
 
     def finish(self) -> None:
         """Finish the checks of the steps that were taken."""

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.adaptive.steps import run_adaptive
+from fingerslip.dynamics.adaptive import Controlled
 from fingerslip.dynamics.compact.integrator import Compact, is_compact
 from fingerslip.dynamics.finite.large import Large
-from fingerslip.dynamics.integrator import Integrator
-from fingerslip.dynamics.loop import Check, Loop, Observer
+from fingerslip.dynamics.integrator import BodyIntegrator
+from fingerslip.dynamics.loop import BodyObserver, Check, Loop
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.snapshots import Recoveries
 from fingerslip.dynamics.step.mesh import Mesh
@@ -56,7 +56,7 @@ class Outcome:
     attributes: Mapping[str, object]  # what histories say of how they were computed
 
 
-def make_integrator(motions: Motions, systems: Sequence[System], reserved_bytes: int, mapper: Mapper) -> Integrator:
+def make_integrator(motions: Motions, systems: Sequence[System], reserved_bytes: int, mapper: Mapper) -> BodyIntegrator:
     """Return what takes the steps of motions in the coordinates of their systems.
 
     Units: reserved_bytes [bytes].
@@ -90,20 +90,21 @@ def compute(motions: Motions, systems: Sequence[System], checks: Sequence[Check]
             for model, system, times in zip(motions.models, systems, motions.times, strict=True)
         )
     further = [[check] for check in checks] or [[] for _ in recorders]
-    observers = list(map(Observer, recorders, systems, further))
+    observers = list(map(BodyObserver, recorders, systems, further))
     reserved = sum(recorder.nbytes for recorder in recorders)
-    attributes: dict[str, object] = {}
     with contextlib.ExitStack() as stack:
         mapper = stack.enter_context(side_by_side(min(motions.threads, len(systems))))
         integrator = make_integrator(motions, systems, reserved, mapper)
         stack.enter_context(watch.part("stepping"))
         stack.enter_context(single_dense_thread())
+        driven: BodyIntegrator | Controlled = integrator
         if isinstance(model.time, Adaptive):
-            mass, progress = systems[0].mass, motions.progress
-            attributes |= run_adaptive(model, mass, integrator, observers[0], watch=watch, progress=progress)
-        else:
-            Loop(integrator, observers, motions.times, watch).run(motions.progress)
-    return Outcome(tuple(integrator.steppers), recorders, {**attributes, **integrator.attributes})
+            driven = Controlled(integrator, model, systems[0].mass, observers[0].pass_by)
+        Loop(driven, observers, motions.times, watch).run(motions.progress)
+        with watch.part("recording"):
+            for recorder in recorders:
+                recorder.complete()
+    return Outcome(tuple(integrator.steppers), recorders, driven.attributes)
 
 
 def compute_apart(motions: Motions) -> list[Outcome]:

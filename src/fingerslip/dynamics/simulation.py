@@ -181,7 +181,11 @@ def simulate_together(
     ConvergenceError, SlipOutsideContactError
         As :func:`simulate`; the first failure ends all motions.
     """
-    _require_models(models)
+    if isinstance(models, str) or not isinstance(models, Sequence):
+        repair = "write [model], or simulate(model)" if isinstance(models, Model) else _HOW
+        raise InputError("models", f"got {describe(models)}", "needs a list of models", repair)
+    for number, model in enumerate(models):
+        _require_model(model, f"models.{number}")
     check_same_matrix(models)
     times = [step_times(model) for model in models]
     allowed = allowed_threads(threads)
@@ -211,14 +215,6 @@ def _in_two_stages(
 def _require_model(value: Any, where: str) -> None:
     if not isinstance(value, Model):
         raise InputError(where, f"got {describe(value)}", "needs a Model", _HOW)
-
-
-def _require_models(values: Any) -> None:
-    if isinstance(values, str) or not isinstance(values, Sequence):
-        repair = "write [model], or simulate(model)" if isinstance(values, Model) else _HOW
-        raise InputError("models", f"got {describe(values)}", "needs a list of models", repair)
-    for number, value in enumerate(values):
-        _require_model(value, f"models.{number}")
 
 
 def _simulate(

@@ -34,13 +34,7 @@ class OutsideCheck:
         self._at_once = system.coordinates.checks_at_once
 
     def look(self, state: State) -> None:
-        """Check a state, or several, time first in their arrays, now or with some that follow.
-
-        Raises
-        ------
-        SlipOutsideContactError
-            Where a node that is no candidate has reached its counterface.
-        """
+        """Check a state, or several, time first in their arrays, now or with some that follow; refuse slip outside."""
         displacements = np.atleast_2d(state.displacement)
         travels = state.counterfaces.reshape(len(displacements), *state.counterfaces.shape[-2:])
         for time, travel, moved in zip(np.ravel(state.time).tolist(), travels, displacements, strict=True):
@@ -119,13 +113,7 @@ class RotationCheck:
         self._largest = np.zeros(self._at.size)
 
     def look(self, state: State) -> None:
-        """Check a state.
-
-        Raises
-        ------
-        InputError
-            Where a body has turned too far to call that small.
-        """
+        """Check a state; refuse a body that has turned too far to call that small."""
         if not self._names:
             return
         angles = np.abs(np.atleast_2d(state.displacement)[:, self._at]).max(axis=0)

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Reals = NDArray[np.floating[Any]]
 
-_MIRRORED_AT_ONCE = 512
+_MIRRORED_AT_ONCE, _COLUMNS_AT_ONCE = 512, 64
 
 
 class Factor(Protocol):
@@ -33,9 +33,6 @@ class Factor(Protocol):
 
     def backward(self, halfway: Array) -> Array:
         """Return x = U^-1 y."""
-
-    def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return z = U^-T b, so that b . x = z . y; equals `forward` where U is the transpose of L."""
 
 
 class SchurFactor(Protocol):
@@ -99,6 +96,49 @@ class LinearSolver(Protocol):
         """Return about how much memory :meth:`factorise_around` needs [bytes]."""
 
 
+class InnerFactor:
+    """A :class:`SchurFactor` that any solver can make: of the inner unknowns alone, so that each half is a solution.
+
+    Arrays: interface (m,), the other unknowns, ascending.
+    """
+
+    substitutions = 2
+    is_single = False
+
+    def __init__(self, solver: LinearSolver, matrix: sparse.csr_matrix, interface: Indices) -> None:
+        self._kept, self._inner = interface, np.setdiff1d(np.arange(matrix.shape[0]), interface)
+        rows = sparse.csr_matrix(matrix[interface])
+        self._at_interface, self._coupling = rows[:, interface].toarray(), sparse.csr_matrix(rows[:, self._inner])
+        inner = sparse.csr_matrix(matrix[self._inner][:, self._inner])
+        self._factor = solver.factorise(inner) if self._inner.size else None
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Return b with the right-hand side of the Schur complement at the interface; (n,) or (n, k)."""
+        halfway = np.array(right_hand_side)
+        if self._kept.size:
+            halfway[self._kept] -= self._coupling @ self._solve(halfway[self._inner])
+        return halfway
+
+    def backward(self, halfway: Array) -> Array:
+        """Return the solution from a forward half that holds the solution at the interface; (n,) or (n, k)."""
+        solution = np.array(halfway)
+        solution[self._inner] = self._solve(halfway[self._inner] - self._coupling.T @ halfway[self._kept])
+        return solution
+
+    def schur(self) -> Array:
+        """Return the Schur complement (m, m) on the interface, column by column: for few unknowns."""
+        schur: Array = self._at_interface.copy()
+        for start in range(0, len(schur), _COLUMNS_AT_ONCE):
+            some = slice(start, start + _COLUMNS_AT_ONCE)
+            schur[:, some] -= self._coupling @ self._solve(self._coupling[some].T.toarray(order="F"))
+        symmetric: Array = 0.5 * (schur + schur.T)
+        return symmetric
+
+    def _solve(self, right_hand_side: Array) -> Array:
+        factor = self._factor
+        return right_hand_side if factor is None else factor.backward(factor.forward(right_hand_side))
+
+
 def known_solvers() -> list[LinearSolver]:
     """Return the solvers of all modules in :mod:`fingerslip.linear.solvers`, the preferred ones first."""
     names = [module.name for module in pkgutil.iter_modules(solvers.__path__, f"{solvers.__name__}.")]
@@ -124,8 +164,11 @@ def factorise_around(
     The inverse (m, m) is the part of that of the matrix among these unknowns; exactly symmetric, in the precision of
     the factors. For thousands of unknowns this is many times faster than solving for its columns.
     """
-    factor, schur = (solver or preferred_solver()).factorise_around(matrix, interface)
-    return factor, _invert(schur)
+    solver = solver or preferred_solver()
+    if interface.size == matrix.shape[0]:
+        return InnerFactor(solver, matrix, interface), _invert(matrix.toarray())
+    factor, schur = solver.factorise_around(matrix, interface)
+    return factor, _invert(schur) if interface.size else schur
 
 
 def _invert(matrix: Reals) -> Reals:

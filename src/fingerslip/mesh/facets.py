@@ -100,13 +100,9 @@ def _nearest(mesh: skfem.Mesh, sites: Sequence[Site]) -> NDArray[np.int64]:
     np.maximum.at(longest, around.ravel(), np.broadcast_to(edge, around.shape).ravel())
     outside = np.flatnonzero(distance > longest[nodes])
     if len(outside):
-        raise _outside(sites[outside[0]], float(distance[outside[0]]), float(longest[nodes[outside[0]]]))
+        site, away, reach = sites[outside[0]], distance[outside[0]], longest[nodes[outside[0]]]
+        whole = f"'{site.region}'" if site.region else "the mesh"
+        fault = f"{coordinates(site.position)} is {millimetres(float(away), 3)} from the nearest node of {whole}"
+        allowed = f"needs <= {millimetres(float(reach), 3)}, the element size there"
+        raise InputError(f"site {site.name}", fault, allowed, _REPAIRS.get(site.kind, "move it"))
     return nodes
-
-
-def _outside(site: Site, distance: float, reach: float) -> InputError:
-    position = coordinates(site.position)
-    fault = f"{position} is {millimetres(distance, 3)} from the nearest node of "
-    fault += f"'{site.region}'" if site.region else "the mesh"
-    allowed = f"needs <= {millimetres(reach, 3)}, the element size there"
-    return InputError(f"site {site.name}", fault, allowed, _REPAIRS.get(site.kind, "move it"))

@@ -124,10 +124,9 @@ def _check_numbers(file: Path, data: meshio.Mesh) -> None:
     used_points = points[used.astype(np.int64)]
     if not np.all(np.isfinite(used_points)):
         raise MeshError(str(file), "has coordinates that are no numbers", "needs finite ones")
-    if np.abs(used_points).max(initial=0.0) > _FARTHEST:
-        raise MeshError(
-            str(file), f"has a coordinate of {np.abs(used_points).max():.3g}", f"needs at most {_FARTHEST:g}"
-        )
+    farthest = np.abs(used_points).max(initial=0.0)
+    if farthest > _FARTHEST:
+        raise MeshError(str(file), f"has a coordinate of {farthest:.3g}", f"needs at most {_FARTHEST:g}")
 
 
 @contextlib.contextmanager

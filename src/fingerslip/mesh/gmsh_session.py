@@ -125,8 +125,8 @@ def fragment(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> d
         _, pieces = gmsh.model.occ.fragment(every[:1], [*every[1:], *nodes])
     gmsh.model.occ.synchronize()
     names = [name for name, shape_pieces in separate.items() for _ in shape_pieces]
-    owner = {tag: name for name, pieces_of_shape in zip(names, pieces, strict=False) for _, tag in pieces_of_shape}
-    result = {name: sorted(tag for tag, owner_name in owner.items() if owner_name == name) for name in shapes}
+    owner = {tag: name for name, of_shape in zip(names, pieces, strict=False) for _, tag in of_shape}
+    result = {name: sorted(tag for tag, other in owner.items() if other == name) for name in shapes}
     empty = next((name for name, tags in result.items() if shapes[name] and not tags), None)
     if empty is not None:
         raise MeshError(empty, "is covered by other regions", "needs some room of its own")
@@ -171,12 +171,12 @@ def _join(pieces: Sequence[tuple[int, list[int]]]) -> int:
 
 def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: float = _SEGMENTS_OF_A_CIRCLE) -> None:
     """Mesh what was cut, with element sizes [m] given point by point."""
+
     # Gmsh passes the size that bends need.
-    gmsh.model.mesh.setSizeCallback(
-        lambda _dim, _tag, x, y, z, bend: min(
-            bend, MILLIMETRES * size(x / MILLIMETRES, y / MILLIMETRES, z / MILLIMETRES)
-        )
-    )
+    def callback(_dim: int, _tag: int, x: float, y: float, z: float, bend: float) -> float:
+        return min(bend, MILLIMETRES * size(x / MILLIMETRES, y / MILLIMETRES, z / MILLIMETRES))
+
+    gmsh.model.mesh.setSizeCallback(callback)
     sizes_from_fields_alone()
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", segments)
     gmsh.option.setNumber("Mesh.RecombineAll", int(quadrilaterals))
@@ -188,21 +188,15 @@ def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: 
 
 def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) -> Fragments:
     """Read the cells of all regions out of Gmsh, and the points that they use."""
-    result = {
-        name: np.concatenate([gmsh.model.mesh.getElementsByType(_KINDS[dim, corners], tag)[1] for tag in tags]).astype(
-            np.int64
-        )
-        for name, tags in pieces.items()
-        if tags
-    }
-    empty = next((name for name, nodes in result.items() if not len(nodes)), None)
-    if empty is not None:
-        raise MeshError(empty, f"Gmsh made no cells of {corners} corners", "needs some")
-    used, cells = np.unique(np.concatenate(list(result.values())), return_inverse=True)
-    region = np.repeat(
-        [list(pieces).index(name) for name in result], [len(nodes) // corners for nodes in result.values()]
-    )
-    return Fragments(node_positions(used)[:, :dim] / MILLIMETRES, cells.reshape(-1, corners), region)
+    kind, nodes, region = _KINDS[dim, corners], [], []
+    for number, (name, tags) in enumerate(pieces.items()):
+        of_region = [gmsh.model.mesh.getElementsByType(kind, tag)[1] for tag in tags]
+        if tags and not sum(map(len, of_region)):
+            raise MeshError(name, f"Gmsh made no cells of {corners} corners", "needs some")
+        nodes += of_region
+        region += [number] * (sum(map(len, of_region)) // corners)
+    used, cells = np.unique(np.concatenate(nodes).astype(np.int64), return_inverse=True)
+    return Fragments(node_positions(used)[:, :dim] / MILLIMETRES, cells.reshape(-1, corners), np.array(region))
 
 
 @dataclass(frozen=True)
@@ -219,7 +213,11 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
     The quarters, divided at one row, are the patches that Gmsh parametrises and meshes. The surface is given by points
     `grid` (rows, columns, 3) [m] and the wanted `sizes` (rows, columns) [m] there.
     """
-    number, unit = _numbers(grid, is_open), length_unit(float(sizes.max()))
+    unit = length_unit(float(sizes.max()))
+    # The node number from one of every point of the grid, the same for the points of a closed row.
+    number = np.arange(1, grid.shape[0] * grid.shape[1] + 1).reshape(grid.shape[:2])
+    for row in (-1,) if is_open else (-1, 0):
+        number[row] = number[row, 0]
     with gmsh_session():
         patches = _draw(number, grid / unit, (0, divide_at, len(grid) - 1))
         _set_sizes(number, grid / unit, sizes / unit)
@@ -229,15 +227,6 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
         nodes = np.concatenate([gmsh.model.mesh.getElementsByType(TRIANGLE, patch)[1] for patch in patches])
         used, triangles = np.unique(nodes, return_inverse=True)
         return Triangulation(node_positions(used) * unit, triangles.reshape(-1, 3))
-
-
-def _numbers(grid: Floats, is_open: bool) -> Integers:
-    """Return the node number from one of every point of the grid, the same for the points of a closed row."""
-    number = np.arange(1, grid.shape[0] * grid.shape[1] + 1).reshape(grid.shape[:2])
-    number[-1] = number[-1, 0]
-    if not is_open:
-        number[0] = number[0, 0]
-    return number
 
 
 def _draw(number: Integers, grid: Floats, levels: tuple[int, ...]) -> list[int]:

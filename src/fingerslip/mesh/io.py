@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import meshio
@@ -53,14 +53,19 @@ _FLAT = 1e-6
 
 @dataclass(frozen=True)
 class _Raw:
-    """Cells of one kind with their groups, as a file has them."""
+    """Cells of one kind, with the groups that a file has them in."""
 
     path: Path
     kind: str
     points: Floats
     cells: Integers
-    regions: dict[str, Integers]
-    facets: dict[str, Integers]
+    regions: dict[str, Integers] = field(default_factory=dict)
+    facets: dict[str, Integers] = field(default_factory=dict)
+
+    @property
+    def cell(self) -> _Cell:
+        """The type of its cells."""
+        return _CELLS[self.kind]
 
 
 def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
@@ -99,13 +104,16 @@ def _read_in_metres(file: Path, scale: float) -> skfem.Mesh:
     """Read a mesh whose lengths are of a unit of `scale` [m]."""
     data = read_file(file, "needs a file that meshio reads")
     data.points = scale * np.asarray(data.points, dtype=float)
+    kind = _kind(file, data)
+    points = _points(file, _CELLS[kind].dim, data)
     if any(key.startswith("skfem:") for key in data.cell_data):
+        _check_shapes(_Raw(file, kind, points, data.cells_dict[kind]))
         return _read_own(file, data)
-    raw = _raw(file, data)
+    raw = _raw(file, kind, points, data)
     cells = _orient(raw)
-    if raw.kind == "hexahedron":
+    if kind == "hexahedron":
         cells = cells[:, _HEXAHEDRON]
-    mesh = _CELLS[raw.kind].mesh(np.ascontiguousarray(raw.points.T), np.ascontiguousarray(cells.T))
+    mesh = raw.cell.mesh(np.ascontiguousarray(raw.points.T), np.ascontiguousarray(cells.T))
     return mesh.with_subdomains(raw.regions).with_boundaries(_boundaries(raw, mesh))
 
 
@@ -148,9 +156,6 @@ def _check_names(file: Path, mesh: skfem.Mesh) -> None:
 
 def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     """Read a mesh whose groups scikit-fem has written as cell data."""
-    kind = _kind(file, data)
-    raw = _Raw(file, kind, _points(file, kind, data), data.cells_dict[kind], {}, {})
-    _check_shapes(raw)
     try:
         mesh = from_meshio(data)
     except (IndexError, KeyError, TypeError, ValueError) as error:
@@ -161,22 +166,24 @@ def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     return mesh.with_boundaries(boundaries)
 
 
-def _raw(file: Path, data: meshio.Mesh) -> _Raw:
-    kind = _kind(file, data)
-    groups = _groups(data)
+def _raw(file: Path, kind: str, points: Floats, data: meshio.Mesh) -> _Raw:
+    cell, groups = _CELLS[kind], _groups(data)
+    # Cells that a file repeats because they are in two groups are there once.
     cells = np.vstack([block.data for block in data.cells if block.type == kind])
-    cell_kind = _CELLS[kind]
-    cells, same = _unique_cells(cells, cell_kind.corners)
+    corners = np.sort(cells[:, : cell.corners], axis=1)
+    _, first, same = np.unique(corners, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    cells, same = cells[first[order]], np.argsort(order)[same.ravel()]
     regions = {name: np.unique(same[_members(data, {kind}, blocks)]) for name, blocks in groups.items()}
-    sides = [block.data[:, : cell_kind.side_corners] for block in data.cells if block.type in cell_kind.sides]
-    nodes = np.vstack([np.empty((0, cell_kind.side_corners), dtype=int), *sides])
-    facets = {name: nodes[_members(data, set(cell_kind.sides), blocks)] for name, blocks in groups.items()}
+    sides = [block.data[:, : cell.side_corners] for block in data.cells if block.type in cell.sides]
+    nodes = np.vstack([np.empty((0, cell.side_corners), dtype=int), *sides])
+    facets = {name: nodes[_members(data, set(cell.sides), blocks)] for name, blocks in groups.items()}
     regions, facets = ({n: g for n, g in table.items() if len(g)} for table in (regions, facets))
     if not regions and not facets:
-        allowed = f"needs named groups of cells (regions) and of {_SIDES[cell_kind.side_corners]} (boundaries)"
+        allowed = f"needs named groups of cells (regions) and of {_SIDES[cell.side_corners]} (boundaries)"
         raise MeshError(str(file), "has no named groups", allowed, "name them, in Gmsh as physical groups")
     # Nodes that no cell uses, such as Gmsh's construction points, are dropped.
-    used, points = np.unique(cells), _points(file, kind, data)
+    used = np.unique(cells)
     new = np.full(len(points), -1)
     new[used] = np.arange(len(used))
     facets = {name: new[members] for name, members in facets.items()}
@@ -192,9 +199,9 @@ def _kind(file: Path, data: meshio.Mesh) -> str:
     return kinds.pop()
 
 
-def _points(file: Path, kind: str, data: meshio.Mesh) -> Floats:
+def _points(file: Path, dim: int, data: meshio.Mesh) -> Floats:
     points: Floats = np.asarray(data.points, dtype=float)
-    if _CELLS[kind].dim == 3:
+    if dim == 3:
         return points
     off = np.abs(points[:, 2:]).max(axis=1, initial=0.0)
     extent = np.ptp(points[:, :2], axis=0).max()
@@ -228,22 +235,13 @@ def _members(data: meshio.Mesh, kinds: set[str], blocks: list[Integers]) -> Inte
     return np.concatenate(result)
 
 
-def _unique_cells(cells: Integers, corners: int) -> tuple[Integers, Integers]:
-    """Drop cells that a file repeats because they are in two groups; return also where each one went."""
-    _, first, same = np.unique(np.sort(cells[:, :corners], axis=1), axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return cells[first[order]], rank[same.ravel()]
-
-
 def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
     """Return of each cell the least and the largest corner area, relative to its size squared.
 
     In 3D it is the volume between the edges of a corner, relative to the longest of them cubed.
     """
-    corners = raw.points[raw.cells[:, : _CELLS[raw.kind].corners]]
-    if _CELLS[raw.kind].dim == 3:
+    corners = raw.points[raw.cells[:, : raw.cell.corners]]
+    if raw.cell.dim == 3:
         beside = np.array([[1, 2, 3]]) if raw.kind in _TETRAHEDRA else _BESIDE
         edges = corners[:, beside] - corners[:, : len(beside), None]
         longest = np.linalg.norm(edges, axis=3).max(axis=(1, 2))
@@ -280,13 +278,13 @@ def _orient(raw: _Raw) -> Integers:
             fewer = cells[turned] if turned.mean() <= 0.5 else cells[~turned]
             raise _bad_cell(raw, int(fewer[0]), "inverted against its region")
     nodes = raw.cells.copy()
-    nodes[clockwise] = nodes[clockwise][:, _CELLS[raw.kind].turned]
+    nodes[clockwise] = nodes[clockwise][:, raw.cell.turned]
     return nodes
 
 
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
-    centre = raw.points[raw.cells[cell, : _CELLS[raw.kind].corners]].mean(axis=0)
-    needed = "volume" if _CELLS[raw.kind].dim == 3 else "area"
+    centre = raw.points[raw.cells[cell, : raw.cell.corners]].mean(axis=0)
+    needed = "volume" if raw.cell.dim == 3 else "area"
     fault = f"cell {cell} at {coordinates(centre)} is {what}"
     return MeshError(str(raw.path), fault, f"needs cells with positive {needed}")
 
@@ -294,7 +292,7 @@ def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
 def _boundaries(raw: _Raw, mesh: skfem.Mesh) -> dict[str, NDArray[np.int32]]:
     """Return the facets of each boundary, which the file has as (n, 2) nodes in 2D, (n, 3) or (n, 4) nodes in 3D."""
     # scikit-fem puts middle nodes last.
-    corner_nodes = np.unique(raw.cells[:, : _CELLS[raw.kind].corners])
+    corner_nodes = np.unique(raw.cells[:, : raw.cell.corners])
     number = np.full(len(raw.points), -1)
     number[corner_nodes] = np.arange(len(corner_nodes)) if raw.kind in _QUADRATIC else corner_nodes
     wanted = [np.sort(number[nodes], axis=1) for nodes in raw.facets.values()]
@@ -306,7 +304,7 @@ def _boundaries(raw: _Raw, mesh: skfem.Mesh) -> dict[str, NDArray[np.int32]]:
     boundaries = {}
     for name, members in zip(raw.facets, np.split(facet[keys], ends[:-1])[1:], strict=True):
         if (members < 0).any() or (raw.facets[name] < 0).any():
-            corners = _CELLS[raw.kind].side_corners
+            corners = raw.cell.side_corners
             side = "edge" if corners == 2 else "face"
             fault = f"boundary '{name}' has {_SIDES[corners]} that are no {side} of a cell"
             raise MeshError(str(raw.path), fault, f"needs {side}s of cells")
@@ -340,7 +338,7 @@ def _counter_clockwise(data: meshio.Mesh) -> Integers:
     kind, nodes = data.cells[0].type, np.array(data.cells[0].data)
     if kind in _TETRAHEDRA:
         return positive_tetrahedra(data.points, nodes)
-    points = data.points if _CELLS[kind].dim == 3 else data.points[:, :2]
-    turned = _signed_areas(_Raw(Path(), kind, points, nodes, {}, {}))[1] < 0
-    nodes[turned] = nodes[turned][:, _CELLS[kind].turned]
+    raw = _Raw(Path(), kind, data.points[:, : _CELLS[kind].dim], nodes)
+    turned = _signed_areas(raw)[1] < 0
+    nodes[turned] = nodes[turned][:, raw.cell.turned]
     return nodes

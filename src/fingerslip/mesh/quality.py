@@ -16,6 +16,14 @@ if TYPE_CHECKING:
     import skfem
 
 Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+Integers = NDArray[np.integer]
+Nodes = TypeVar("Nodes", bound=NDArray[np.integer])
+
+# Pairs of cells that an error names.
+_NAMED = 3
+# Tetrahedra with the first two corners exchanged; the middles of ten nodes are those of 01, 12, 02, 03, 13, 23.
+_MIRRORED = {4: [1, 0, 2, 3], 10: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 @dataclass(frozen=True)
@@ -40,9 +48,8 @@ class _Quality(NamedTuple):
 
     def worst(self, cells: NDArray[np.integer]) -> list[float]:
         """Return the worst measure of some cells."""
-        return [
-            float(worst(values[cells])) for worst, values in zip((np.min, np.min, np.max, np.max), self, strict=True)
-        ]
+        extremes = (np.min, np.min, np.max, np.max)
+        return [float(worst(values[cells])) for worst, values in zip(extremes, self, strict=True)]
 
 
 # What every cell of a built mesh keeps.
@@ -155,18 +162,8 @@ def _polygons(mesh: skfem.Mesh2D) -> _Quality:
     return _Quality(sine.min(axis=0), angle.min(axis=0), angle.max(axis=0), length.max(axis=0) / length.min(axis=0))
 
 
-Booleans = NDArray[np.bool_]
-Integers = NDArray[np.integer]
-
-# Pairs of cells that an error names.
-_SHOWN = 3
-
-
 def turned_cells(mesh: skfem.Mesh) -> Booleans:
-    """Return which cells are mirror images of their reference cell, by the edges of their first corner.
-
-    Arrays: returns (n_cells,).
-    """
+    """Return which cells (n_cells,) are mirror images of their reference cell, by the edges of their first corner."""
     reference = mesh.elem.refdom.p
     beside = np.flatnonzero(np.isclose(np.linalg.norm(reference - reference[:, :1], axis=0), 1.0))
     edges = (mesh.p[:, mesh.t[beside]] - mesh.p[:, mesh.t[:1]]).transpose(2, 0, 1)
@@ -178,65 +175,45 @@ def turned_cells(mesh: skfem.Mesh) -> Booleans:
 def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None:
     """Refuse a mesh with two cells on the same side of a facet that they share, and with three cells at a facet.
 
-    Facets of one cell alone, such as those of the outside and of a crack, have nothing to fold over.
-
-    Arrays: turned (n_cells,).
+    Facets of one cell alone, such as those of the outside and of a crack, have nothing to fold over. `turned`
+    (n_cells,) tells which cells are mirror images of their reference cell.
     """
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
     shared = np.flatnonzero(np.bincount(sides.ravel()) > 1)
-    if shared.size:
-        raise _folds(mesh, sides, shared, where)
+    if not shared.size:
+        return
+    centres = mesh.p[:, mesh.facets[:, shared[:_NAMED] // 2]].mean(axis=1).T
+    pairs = [np.flatnonzero((sides == side).any(axis=0))[:2] for side in shared[:_NAMED]]
+    named = [f"{pair[0]} and {pair[1]} at {coordinates(at)}" for pair, at in zip(pairs, centres, strict=True)]
+    count = f" ({shared.size} pairs in all)" if shared.size > _NAMED else ""
+    fault = f"has cells that fold over each other: {', '.join(named)}{count}"
+    allowed = f"needs at most one cell on either side of {'an edge' if mesh.dim() == 2 else 'a face'}"
+    repair = "move their nodes back, take out a cell that is there twice, or mesh the body again"
+    raise MeshError(where, fault, allowed, repair)
 
 
 def _is_in_front(mesh: skfem.Mesh, turned: Booleans) -> Booleans:
     """Return on which side of its facets each cell lies, shape (n_cell_facets, n_cells).
 
     Seen from inside a cell, the corners of a facet run round it in a direction that its reference cell and `turned`
-    tell. Cells on either side of a facet see the same corners run in opposite directions.
+    tell: from the least node towards its lesser neighbour, or not. Cells on either side of a facet see the same corners
+    run in opposite directions.
     """
-    reference = mesh.elem.refdom
+    reference, cells = mesh.elem.refdom, np.arange(mesh.t.shape[1])
     centre = reference.p.mean(axis=1, keepdims=True)
     sides = np.empty(mesh.t2f.shape, dtype=bool)
     for side, corners in zip(sides, reference.facets, strict=True):
         runs_round = np.linalg.det(reference.p[:, corners[: mesh.dim()]] - centre) > 0.0
-        side[:] = _runs_up(mesh.t[corners]) ^ turned ^ runs_round
+        nodes = mesh.t[corners]
+        least = nodes.argmin(axis=0)
+        after = nodes[(least + 1) % len(nodes), cells]
+        runs_up = nodes[0] < nodes[1] if len(nodes) == 2 else after < nodes[least - 1, cells]
+        side[:] = runs_up ^ turned ^ runs_round
     return sides
 
 
-def _runs_up(nodes: Integers) -> Booleans:
-    """Return whether nodes (k, n) that run round a facet do so from the least one towards its lesser neighbour."""
-    count = len(nodes)
-    if count == 2:
-        return np.asarray(nodes[0] < nodes[1])
-    least, facets = nodes.argmin(axis=0), np.arange(nodes.shape[1])
-    return np.asarray(nodes[(least + 1) % count, facets] < nodes[least - 1, facets])
-
-
-def _folds(mesh: skfem.Mesh, sides: Integers, shared: Integers, where: str) -> MeshError:
-    """Return the error that says which cells share sides of facets, by the numbers `shared` of these sides."""
-    places = mesh.p[:, mesh.facets[:, shared[:_SHOWN] // 2]].mean(axis=1).T
-    pairs = [np.flatnonzero((sides == side).any(axis=0))[:2] for side in shared[:_SHOWN]]
-    named = [
-        f"{first} and {second} at {coordinates(centre)}" for (first, second), centre in zip(pairs, places, strict=True)
-    ]
-    count = f" ({shared.size} pairs in all)" if shared.size > _SHOWN else ""
-    fault = f"has cells that fold over each other: {', '.join(named)}{count}"
-    allowed = f"needs at most one cell on either side of {'an edge' if mesh.dim() == 2 else 'a face'}"
-    repair = "move their nodes back, take out a cell that is there twice, or mesh the body again"
-    return MeshError(where, fault, allowed, repair)
-
-
-Nodes = TypeVar("Nodes", bound=NDArray[np.integer])
-
-# With the first two corners exchanged. The middles of ten nodes are those of the edges 01, 12, 02, 03, 13, 23.
-_MIRRORED = {4: [1, 0, 2, 3], 10: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
-
-
 def positive_tetrahedra(points: NDArray[np.float64], cells: Nodes) -> Nodes:
-    """Return tetrahedra whose corners are in the order of positive volume.
-
-    Arrays: points (n, 3); cells (m, 4); returns (m, 4).
-    """
+    """Return tetrahedra (m, 4) or (m, 10) of points (n, 3) whose corners are in the order of positive volume."""
     corners = points[cells[:, :4]]
     mirrored = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0
     turned = cells.copy()

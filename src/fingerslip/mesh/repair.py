@@ -16,7 +16,9 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_SWEEPS = 8
+_SWEEPS, _SWEEPS_SMOOTHING = 8, 20
+# Scaled Jacobian [-] beyond which cells are not smoothed.
+_GOOD_ENOUGH = 0.7
 # A repair counts where the worst cell gets better by this factor, so that repairs come to an end.
 _BETTER = 1.001
 # Shares of the way to the middle of its neighbours, and to the other corners of the cell, that a node is tried at.
@@ -151,10 +153,6 @@ def _margin_after(state: _Cells, node: int, onto: int, position: Floats, around:
     return float(tetrahedron_margins(after[stays]).min())
 
 
-_SWEEPS_SMOOTHING = 20
-_GOOD_ENOUGH = 0.7
-
-
 def scaled_jacobians(points: Floats, cells: Integers) -> Floats:
     """Return the least scaled Jacobian (m,) [-] of the corners of 2D cells (m, k), negative where inverted."""
     ahead, back, cross = turns(points[cells].transpose(2, 1, 0))
@@ -181,12 +179,12 @@ def smooth(points: Floats, cells: Integers, region: Integers) -> Floats:
 
 
 def _move(points: Floats, cells: Integers, moving: Flags) -> Floats:
+    """Move nodes half way to the mean of their neighbours."""
     start, end = cells.ravel(), np.roll(cells, -1, axis=1).ravel()
     first, second = np.concatenate([start, end]), np.concatenate([end, start])
     count = np.bincount(first, minlength=len(points))
     total = np.column_stack([np.bincount(first, points[second, k], minlength=len(points)) for k in (0, 1)])
-    mean = total / np.maximum(count, 1)[:, None]
-    return np.where(moving[:, None], 0.5 * (points + mean), points)
+    return np.where(moving[:, None], 0.5 * (points + total / np.maximum(count, 1)[:, None]), points)
 
 
 def _accept_moves(before: Floats, after: Floats, cells: Integers, quality: Floats) -> Floats:

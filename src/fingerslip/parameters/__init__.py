@@ -25,39 +25,6 @@ from fingerslip.parameters.dotted import walk
 from fingerslip.parameters.fields import Choice, choice_of, in_order, mistakes_in, type_hints, unit_of
 from fingerslip.units import Unit
 
-__all__ = [
-    "Angle",
-    "Density",
-    "Duration",
-    "FileName",
-    "Force",
-    "Fraction",
-    "Leaf",
-    "Length",
-    "Mass",
-    "NonNegativeLength",
-    "NonNegativeNumber",
-    "Number",
-    "PositiveDuration",
-    "PositiveLength",
-    "Pressure",
-    "Rate",
-    "SignedAcceleration",
-    "SignedLength",
-    "SignedPressure",
-    "SignedSpeed",
-    "Speed",
-    "Stiffness",
-    "as_mapping",
-    "from_mapping",
-    "kinds_of",
-    "one_of",
-    "parameters",
-    "plain_fields",
-    "valid_fields",
-    "walk_values",
-]
-
 SignedLength = Annotated[float, Unit("m", "mm")]
 Length = SignedLength
 PositiveLength = Annotated[float, Unit("m", "mm"), pydantic.Field(gt=0)]

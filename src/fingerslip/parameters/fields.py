@@ -66,6 +66,11 @@ class Location:
     owner: type | None = None  # the parameter set whose field the last key names
     unit: Unit | None = None  # the unit of the quantity that stands there
 
+    @property
+    def keys(self) -> list[str]:
+        """The keys that may stand there."""
+        return [field.name for field in dataclasses.fields(self.owner)] if self.owner else []
+
 
 @functools.cache
 def type_hints(cls: type) -> dict[str, Any]:
@@ -92,27 +97,20 @@ def locate(cls: type, location: Sequence[int | str]) -> Location:
     hint: Any = cls
     owner: type | None = None
     path: list[str] = []
-    for part in _without_key_mark(location):
+    if len(location) > 1 and location[-1] == "[key]" and not isinstance(location[-2], str):
+        location = location[:-1]  # the mark behind a key that is no text, and wrong itself
+    for part in location:
         hint, marks = _plain(hint)
         choice = next((mark for mark in marks if isinstance(mark, Choice)), None)
         if choice and part in {_IN_FILE, _AS_OBJECT}:
             hint = choice.form if part == _IN_FILE else hint
             continue
-        if _members(hint):
+        if _union(hint):
             hint = _member(hint, part)
             continue
         owner, name, hint = _inside(hint, part)
         path.append(name)
     return Location(tuple(path), owner, next(_marks_in(hint, Unit), None))
-
-
-def _without_key_mark(location: Sequence[int | str]) -> Sequence[int | str]:
-    """Leave out the mark behind a key that is wrong itself: it stands at the end, behind a key that is no text."""
-    return (
-        location[:-1]
-        if len(location) > 1 and location[-1] == "[key]" and not isinstance(location[-2], str)
-        else location
-    )
 
 
 def _inside(hint: Any, part: int | str) -> tuple[type | None, str, Any]:
@@ -150,13 +148,9 @@ def _union(hint: Any) -> tuple[Any, ...]:
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else ()
 
 
-def _members(hint: Any) -> tuple[Any, ...]:
-    return tuple(member for member in _union(hint) if member is not type(None))
-
-
 def _member(hint: Any, tag: int | str) -> Any:
     """Return the member of a union that pydantic calls `tag`."""
-    members = _members(hint)
+    members = [member for member in _union(hint) if member is not type(None)]
     named = (member for member in members if _name_of(member) == tag)
     nameless = (member for member in members if not dataclasses.is_dataclass(_plain(member)[0]))
     return next(named, next(nameless, None))
@@ -252,27 +246,18 @@ def _mistakes(detail: _Detail, location: Location) -> Iterator[InputError]:
     elif detail["type"] in _UNKNOWN:
         near = _nearest_key(location)
         repair = f"did you mean '{near}'?" if near else ""
-        yield InputError(where, "is not known", f"may be one of {', '.join(_known_keys(location))}", repair)
+        yield InputError(where, "is not known", f"may be one of {', '.join(location.keys)}", repair)
     else:
-        needed = _PLAIN_NEEDS.get(detail["type"]) or _requirement(str(detail["msg"]), location.unit)
-        value = detail["input"]
-        fault = "is empty" if value is None else f"got {_show(value, location.unit)}"
-        yield InputError(where, fault, needed)
-
-
-def _known_keys(location: Location) -> Sequence[str]:
-    return [field.name for field in dataclasses.fields(location.owner)] if location.owner else []
+        value, unit = detail["input"], location.unit
+        is_quantity = unit and isinstance(value, int | float) and not isinstance(value, bool)
+        text = unit.format(value) if unit and is_quantity else shorten(repr(value))
+        needed = _PLAIN_NEEDS.get(detail["type"]) or _requirement(str(detail["msg"]), unit)
+        yield InputError(where, "is empty" if value is None else f"got {text}", needed)
 
 
 def _nearest_key(location: Location) -> str:
-    near = difflib.get_close_matches(location.path[-1], _known_keys(location), n=1, cutoff=_ALIKE)
+    near = difflib.get_close_matches(location.path[-1], location.keys, n=1, cutoff=_ALIKE)
     return near[0] if near else ""
-
-
-def _show(value: object, unit: Unit | None) -> str:
-    if unit and isinstance(value, int | float) and not isinstance(value, bool):
-        return unit.format(value)
-    return shorten(repr(value))
 
 
 def _requirement(message: str, unit: Unit | None) -> str:

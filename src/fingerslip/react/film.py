@@ -25,9 +25,9 @@ from fingerslip.history import nearest_record, nearest_snapshot
 from fingerslip.react.loop import Grasp, Outcome
 from fingerslip.react.reflex import Reaction, Response
 from fingerslip.report.colours import BLACK, BLUE, FIELD_MAP, SKY, STATE_COLOURS, VERMILLION, YELLOW
-from fingerslip.report.figures.deformed import CORNERS
-from fingerslip.report.figures.film import Film
+from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.style import with_style
+from fingerslip.report.scene.scene import CORNERS
 from fingerslip.vision.video import write_video
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ class _View:
         number = nearest_snapshot(history, held.begins + time)
         record = nearest_record(history, held.begins + time)
         right = self._places(number)
-        stresses = self._colours.to_rgba(1e-3 * history["snapshot_von_mises"].values[number])
+        stresses: Any = self._colours.to_rgba(1e-3 * history["snapshot_von_mises"].values[number])
         states = history["contact_state"].values[record]
         touching, colours = self._nodes[states != OPEN], [STATE_COLOURS[state] for state in states[states != OPEN]]
         for body, skin, side in zip(self._bodies, self._skins, (1.0, -1.0), strict=True):

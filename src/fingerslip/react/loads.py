@@ -14,7 +14,7 @@ from fingerslip.model.programme import Ramp
 from fingerslip.parameters import Duration, Force, Mass, PositiveDuration, PositiveLength, one_of, parameters
 from fingerslip.react.reflex import ForceRate
 from fingerslip.units import Unit
-from fingerslip.vision.tables import read_csv
+from fingerslip.vision.tracks import read_csv
 
 __all__ = ["BuiltInLoad", "DroppedBall", "FilledVessel", "Load", "LoadChoice", "LoadSeries", "RampLoad", "StepLoad"]
 

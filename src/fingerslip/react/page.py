@@ -8,16 +8,13 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
-from matplotlib.figure import Figure
-
 from fingerslip.react.answer import answer, cell_table, error_table, paper_table, source_table, trial_table
 from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
 from fingerslip.react.film import SHOWN_FILM, film_frames, write_film
 from fingerslip.react.mapping import MapResult, grasp_of, reaction_map, read_reaction_map
 from fingerslip.react.reflex import Reaction, reaction
-from fingerslip.report.figures.film import Film
-from fingerslip.report.figures.style import figure_bytes
-from fingerslip.report.page.page import DrawnPicture, Report, ReportSection, write_page
+from fingerslip.report.figures.motion import Film
+from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.storage.files import write_bytes, write_text
 from fingerslip.tables.table import to_csv
 from fingerslip.version import __version__
@@ -60,12 +57,12 @@ def map_report(result: MapResult, film: tuple[bytes, bytes] | None = None, study
     sections = (
         ReportSection("Saved and lost", body=_film_html(film) if film else ""),
         ReportSection(
-            "What a latency costs", pictures=(_picture("reaction-margin", margin_words, margin_figure(result)),)
+            "What a latency costs", pictures=(Picture("reaction-margin", margin_words, margin_figure(result)),)
         ),
         ReportSection(
             "Which reactions save it",
             tables=(trial_table(result),),
-            pictures=(_picture("reaction-outcome", outcome_words, outcome_figure(result)),) if result.trials else (),
+            pictures=(Picture("reaction-outcome", outcome_words, outcome_figure(result)),) if result.trials else (),
         ),
         ReportSection("Numerical uncertainty", tables=(error_table(result),)),
         ReportSection("Reactions and their sources", tables=(source_table(), paper_table()), folded=True),
@@ -78,12 +75,8 @@ def map_report(result: MapResult, film: tuple[bytes, bytes] | None = None, study
         {"page of": time.strftime(_MINUTE), "fingerslip": __version__},
         question=question,
         answer=answer(result),
-        hero=(_picture("reaction-map", map_words, map_figure(result)),),
+        hero=(Picture("reaction-map", map_words, map_figure(result)),),
     )
-
-
-def _picture(name: str, caption: str, figure: Figure) -> DrawnPicture:
-    return DrawnPicture(name, caption, figure_bytes(figure))
 
 
 def _film_html(film: tuple[bytes, bytes]) -> str:
@@ -97,7 +90,7 @@ def _film_html(film: tuple[bytes, bytes]) -> str:
 def write_map(result: MapResult, folder: str | Path, film: Film | None = None, study: str = "") -> Path:
     """Write answer, tables, figures, a film and the page of a map into a folder, and return it.
 
-    Without a :class:`~fingerslip.report.figures.film.Film` there is no film; `study` is the text of the study file.
+    Without a :class:`~fingerslip.report.figures.motion.Film` there is no film; `study` is the text of the study file.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

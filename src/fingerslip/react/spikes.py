@@ -1,6 +1,6 @@
 """A detector that counts the spikes of afferents, step by step.
 
-Each afferent is that of :mod:`fingerslip.afferents.integrate_and_fire`, whose filter and membrane carry on from one
+Each afferent is that of :mod:`fingerslip.afferents.model`, whose filter and membrane carry on from one
 step to the next; between two steps its stimulus is linear.
 """
 
@@ -16,9 +16,8 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import signal
 
-from fingerslip.afferents.integrate_and_fire import AFFERENTS, IntegrateAndFire
-from fingerslip.afferents.signals import BandwidthWarning
-from fingerslip.afferents.stimuli import STIMULI
+from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning
 from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.history import VARIABLES
 from fingerslip.parameters import Duration, PositiveDuration, parameters

@@ -20,7 +20,7 @@ def path_label(path: str) -> str:
     >>> path_label("fingertip.phalanx.variant"), path_label("contact.friction_coefficient")
     ('phalanx', 'friction coefficient')
     """
-    return _ending(_subject(path), 1)
+    return _words(path, 1)
 
 
 def path_labels(paths: Sequence[str]) -> dict[str, str]:
@@ -41,19 +41,16 @@ def short_labels(paths: Sequence[str]) -> dict[str, str]:
     """
     count = {path: 2 if set(path.split(".")[-2:-1]) & set(_NAMED_WITH) else 1 for path in paths}
     for _ in range(max((path.count(".") for path in paths), default=0)):
-        labels = {path: _ending(_subject(path), count[path]) for path in paths}
+        labels = {path: _words(path, count[path]) for path in paths}
         twins = [path for path in paths if list(labels.values()).count(labels[path]) > 1]
         count |= {path: count[path] + 1 for path in twins}
-    return {path: _ending(_subject(path), count[path]) for path in paths}
+    return {path: _words(path, count[path]) for path in paths}
 
 
-def _subject(path: str) -> str:
-    """Return a path without the last part that only says which of several, or whether at all."""
-    return path.removesuffix(".enabled").removesuffix(".variant")
-
-
-def _ending(path: str, count: int) -> str:
-    words = " ".join(path.split(".")[-count:]).replace("_", " ")
+def _words(path: str, count: int) -> str:
+    """Return the last parts of a path in words, without one that only says which of several, or whether at all."""
+    subject = path.removesuffix(".enabled").removesuffix(".variant")
+    words = " ".join(subject.split(".")[-count:]).replace("_", " ")
     for plain, name in _NAMES.items():
         words = words.replace(plain, name)
     return words

@@ -10,9 +10,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -30,12 +29,36 @@ Method = Literal["latin_hypercube", "sobol", "random", "saltelli", "morris"]
 #: Levels of Morris's walks.
 LEVELS = 4
 
-_WITH_POWERS = ("sobol", "saltelli")
-
 
 def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
     """Return the points of a design, (n, dim)."""
-    return METHODS[method](count, dim, seed)
+    # scipy.stats is slow to import.
+    from scipy.stats import qmc
+
+    if method == "morris":
+        return _walks(count, dim, seed) / (LEVELS - 1.0)
+    if method == "random":
+        return np.random.default_rng(seed).random((count, dim))
+    if method == "saltelli":
+        first, second = np.split(qmc.Sobol(2 * dim, seed=seed).random(count), 2, axis=1)
+        blocks = np.repeat(first[:, None, :], dim + 2, axis=1)
+        for j in range(dim):
+            blocks[:, j + 1, j] = second[:, j]
+        blocks[:, -1] = second
+        return blocks.reshape(-1, dim)
+    sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    points: Array = sequence(dim, seed=seed).random(count)
+    return points
+
+
+def _walks(count: int, dim: int, seed: int) -> NDArray[np.int64]:
+    """Return the levels of Morris's walks, (n, dim)."""
+    generator, step = np.random.default_rng(seed), LEVELS // 2
+    walks = np.repeat(generator.integers(0, LEVELS, (count, 1, dim)), dim + 1, axis=1)
+    for walk in walks:
+        for number, j in enumerate(generator.permutation(dim), start=1):
+            walk[number:, j] += step if walk[0, j] < step else -step
+    return walks.reshape(-1, dim)
 
 
 def block_size(method: Method, dim: int) -> int:
@@ -50,52 +73,7 @@ def design_size(method: Method, count: int, dim: int) -> int:
 
 def needs_power_of_two(method: Method) -> bool:
     """Tell whether the count of a method has to be a power of two, as that of Sobol sequences has."""
-    return method in _WITH_POWERS
-
-
-def _latin_hypercube(count: int, dim: int, seed: int) -> Array:
-    # scipy.stats is slow to import.
-    from scipy.stats import qmc
-
-    points: Array = qmc.LatinHypercube(dim, seed=seed).random(count)
-    return points
-
-
-def _sobol(count: int, dim: int, seed: int) -> Array:
-    from scipy.stats import qmc
-
-    points: Array = qmc.Sobol(dim, seed=seed).random(count)
-    return points
-
-
-def _saltelli(count: int, dim: int, seed: int) -> Array:
-    first, second = np.split(_sobol(count, 2 * dim, seed), 2, axis=1)
-    blocks = np.repeat(first[:, None, :], dim + 2, axis=1)
-    for j in range(dim):
-        blocks[:, j + 1, j] = second[:, j]
-    blocks[:, -1] = second
-    return blocks.reshape(-1, dim)
-
-
-def _morris(count: int, dim: int, seed: int) -> Array:
-    generator, step = np.random.default_rng(seed), LEVELS // 2
-    walks = np.repeat(generator.integers(0, LEVELS, (count, 1, dim)), dim + 1, axis=1)
-    for walk in walks:
-        for number, j in enumerate(generator.permutation(dim), start=1):
-            walk[number:, j] += step if walk[0, j] < step else -step
-    return walks.reshape(-1, dim) / (LEVELS - 1.0)
-
-
-#: What draws shares, by the name of the method; called with count, dimension and seed.
-METHODS: Mapping[str, Callable[[int, int, int], Array]] = MappingProxyType(
-    {
-        "latin_hypercube": _latin_hypercube,
-        "sobol": _sobol,
-        "random": lambda count, dim, seed: np.random.default_rng(seed).random((count, dim)),
-        "saltelli": _saltelli,
-        "morris": _morris,
-    }
-)
+    return method in ("sobol", "saltelli")
 
 
 @dataclass(frozen=True)
@@ -163,9 +141,8 @@ def encode(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
     """Return the columns of a run or of what is to be predicted."""
     missing = [variable.path for variable in inputs if variable.path not in values]
     if missing:
-        raise InputError(
-            missing[0], "has no value", f"needs values of {', '.join(variable.path for variable in inputs)}"
-        )
+        allowed = f"needs values of {', '.join(variable.path for variable in inputs)}"
+        raise InputError(missing[0], "has no value", allowed)
     return np.array([column for variable in inputs for column in variable.columns(values[variable.path])])
 
 
@@ -196,14 +173,10 @@ def output_names(run: RunResult) -> tuple[str, ...]:
     return (*_EVENTS, *(measure.name for measure in measures.MEASURES), *run.derived)
 
 
-def _event_names() -> dict[str, tuple[str, str]]:
-    names = {}
-    for reading in READINGS:
-        for time in TIMES:
-            if defines_time(reading, time):
-                words = time if time == LATENCY else f"{time}_slip"
-                names[words if reading == "slip" else f"{words}_{reading}"] = (reading, time)
-    return names
-
-
-_EVENTS: Mapping[str, tuple[str, str]] = MappingProxyType(_event_names())
+#: Reading and time of each name of a slip time, such as ``overall_slip`` or ``latency_acceleration``.
+_EVENTS: Mapping[str, tuple[str, str]] = {
+    (time if time == LATENCY else f"{time}_slip") + ("" if reading == "slip" else f"_{reading}"): (reading, time)
+    for reading in READINGS
+    for time in TIMES
+    if defines_time(reading, time)
+}

@@ -27,6 +27,7 @@ from fingerslip.errors import InputError
 from fingerslip.results import SAMPLE, RunResult, StudyResult
 from fingerslip.sampling.designs import (
     Input,
+    Method,
     block_size,
     draw_shares,
     encode,
@@ -44,6 +45,11 @@ _LEAST_BLOCKS = 4
 _ON_SURROGATE = 1024
 _SEED = 1
 _OPTIONS = {"num_resamples": 1000, "conf_level": 0.95, "seed": _SEED}
+# SALib's names of the fields of an index.
+_COLUMNS = {
+    "sobol": {"size": "ST", "size_error": "ST_conf", "other": "S1", "other_error": "S1_conf"},
+    "morris": {"size": "mu_star", "size_error": "mu_star_conf", "other": "sigma", "mean": "mu"},
+}
 
 
 @dataclass(frozen=True)
@@ -78,14 +84,41 @@ class Sensitivity:
 
 def sobol_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
     """Return the Sobol indices of an output, computed from the runs, for each combination of swept values."""
-    _require_design(study, "saltelli")
-    return tuple(_of_runs(study, group, runs, output, "sobol") for group, runs in groups_of(study.runs))
+    return _of_blocks(study, output, "sobol", "saltelli")
 
 
 def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
     """Return the elementary effects on an output for each combination of swept values."""
-    _require_design(study, "morris")
-    return tuple(_of_runs(study, group, runs, output, "morris") for group, runs in groups_of(study.runs))
+    return _of_blocks(study, output, "morris", "morris")
+
+
+def _of_blocks(study: StudyResult, output: str, method: str, needed: Method) -> tuple[Sensitivity, ...]:
+    """Compute indices from the complete blocks of a design."""
+    _require_samples(study)
+    design = study.design
+    if design.get("method") != needed:
+        fault = f"has samples of {design.get('method', 'another design')}"
+        repair = f"use --method surrogate, or run the study with sample.method {needed}"
+        raise InputError("method", fault, f"needs samples of {needed}", repair)
+    paths, sensitivities = tuple(design["paths"]), []
+    shares, size = draw_shares(needed, design["count"], len(paths), design["seed"]), block_size(needed, len(paths))
+    for group, runs in groups_of(study.runs):
+        values = np.full(len(shares), np.nan)
+        for run in runs:
+            value = required_output(run, output).value
+            values[int(run.swept[SAMPLE]) - 1] = np.nan if value is None else value
+        whole = np.isfinite(values.reshape(-1, size)).all(axis=1)
+        blocks, used = int(whole.sum()), np.repeat(whole, size)
+        if blocks < _LEAST_BLOCKS:
+            fault, allowed = f"has {blocks} whole blocks with {output}", f"needs {_LEAST_BLOCKS} or more"
+            raise InputError("study", fault, allowed, "finish its runs")
+        values = values[used]
+        if method == "sobol" and np.ptp(values) == 0.0:
+            raise InputError("of", f"'{output}' is {values[0]:.6g} in all runs", "needs an output that differs")
+        indices = _indices(method, paths, shares[used], values)
+        sensitivity = _sensitivity(method, group, runs, output, values, indices)
+        sensitivities.append(replace(sensitivity, blocks=blocks, left_out=len(whole) - blocks))
+    return tuple(sensitivities)
 
 
 def surrogate_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
@@ -94,53 +127,53 @@ def surrogate_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...
     Their intervals are those of the indices of the surrogate; how far it is from the runs its validation says.
     """
     _require_samples(study)
-    return tuple(_of_surrogate(group, runs, output) for group, runs in groups_of(study.runs))
+    sensitivities = []
+    for group, runs in groups_of(study.runs):
+        surrogate = fit_surrogate(runs, output)
+        inputs, paths = surrogate.inputs, tuple(variable.path for variable in surrogate.inputs)
+        shares = draw_shares("saltelli", _ON_SURROGATE, len(paths), _SEED)
+        samples = (
+            {entry.path: entry.at(share) for entry, share in zip(inputs, row, strict=True)} for row in shares.tolist()
+        )
+        means = surrogate.process.predict(np.array([encode(inputs, sample) for sample in samples]))
+        values = np.array([number for run in runs if (number := required_output(run, output).value) is not None])
+        indices = _indices("sobol", paths, shares, means)
+        sensitivity = _sensitivity("sobol", group, runs, output, values, indices)
+        sensitivities.append(replace(sensitivity, surrogate=surrogate.validation))
+    return tuple(sensitivities)
 
 
-def _of_runs(
-    study: StudyResult, group: Mapping[str, Any], runs: Sequence[RunResult], output: str, method: str
-) -> Sensitivity:
-    """Compute indices from the complete blocks of a design."""
-    design, paths = study.design, tuple(study.design["paths"])
-    shares = draw_shares(design["method"], design["count"], len(paths), design["seed"])
-    values = np.full(len(shares), np.nan)
-    for run in runs:
-        value = required_output(run, output).value
-        values[int(run.swept[SAMPLE]) - 1] = np.nan if value is None else value
-    size = block_size(design["method"], len(paths))
-    whole = np.isfinite(values.reshape(-1, size)).all(axis=1)
-    blocks, used = int(whole.sum()), np.repeat(whole, size)
-    if blocks < _LEAST_BLOCKS:
-        fault, allowed = f"has {blocks} whole blocks with {output}", f"needs {_LEAST_BLOCKS} or more"
-        raise InputError("study", fault, allowed, "finish its runs")
-    values = values[used]
-    if method == "sobol" and np.ptp(values) == 0.0:
-        raise InputError("of", f"'{output}' is {values[0]:.6g} in all runs", "needs an output that differs")
-    indices = _sobol(paths, values) if method == "sobol" else _morris(paths, shares[used], values)
-    left_out = len(whole) - blocks
-    return _sensitivity((group, runs), output, values, indices, method=method, blocks=blocks, left_out=left_out)
+def _require_samples(study: StudyResult) -> None:
+    if not study.ranges or not study.runs:
+        repair = "write sample: {method: saltelli, ...} in the study"
+        raise InputError("study", "has no samples", "needs a study with samples", repair)
 
 
-def _of_surrogate(group: Mapping[str, Any], runs: Sequence[RunResult], output: str) -> Sensitivity:
-    surrogate = fit_surrogate(runs, output)
-    inputs, paths = surrogate.inputs, tuple(variable.path for variable in surrogate.inputs)
-    shares = draw_shares("saltelli", _ON_SURROGATE, len(paths), _SEED).tolist()
-    samples = ({entry.path: entry.at(share) for entry, share in zip(inputs, row, strict=True)} for row in shares)
-    indices = _sobol(paths, surrogate.means(np.array([encode(inputs, sample) for sample in samples])))
-    values = np.array([number for run in runs if (number := required_output(run, output).value) is not None])
-    return _sensitivity((group, runs), output, values, indices, method="sobol", surrogate=surrogate.validation)
+def _indices(method: str, paths: Sequence[str], shares: Array, values: Array) -> list[Index]:
+    """Return what SALib makes of the values (n,) of an output at shares (n, n_paths)."""
+    analyze = _optional(f"SALib.analyze.{method}", *_SALIB).analyze
+    problem = {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}
+    if method == "sobol":
+        columns = analyze(problem, values, calc_second_order=False, **_OPTIONS)
+    else:
+        columns = analyze(problem, shares, values, **_OPTIONS)
+    return [
+        Index(path, **{field: float(columns[name][row]) for field, name in _COLUMNS[method].items()})
+        for row, path in enumerate(paths)
+    ]
 
 
-def _sensitivity(
-    samples: tuple[Mapping[str, Any], Sequence[RunResult]],
+def _sensitivity(  # noqa: PLR0917  what a sensitivity is made of
+    method: str,
+    group: Mapping[str, Any],
+    runs: Sequence[RunResult],
     output: str,
     values: Array,
     indices: Sequence[Index],
-    **others: Any,
 ) -> Sensitivity:
-    group, runs = samples
     quantity = required_output(runs[0], output)
     return Sensitivity(
+        method=method,
         output=output,
         label=quantity.label,
         unit=quantity.unit,
@@ -149,43 +182,7 @@ def _sensitivity(
         mean=float(values.mean()),
         deviation=float(values.std(ddof=1)),
         runs=values.size,
-        **others,
     )
-
-
-def _sobol(paths: Sequence[str], values: Array) -> list[Index]:
-    indices = _optional("SALib.analyze.sobol", *_SALIB).analyze(
-        _problem(paths), values, calc_second_order=False, **_OPTIONS
-    )
-    columns = (np.asarray(indices[name], dtype=float).tolist() for name in ("ST", "ST_conf", "S1", "S1_conf"))
-    return [Index(path, *numbers) for path, *numbers in zip(paths, *columns, strict=True)]
-
-
-def _morris(paths: Sequence[str], shares: Array, values: Array) -> list[Index]:
-    effects = _optional("SALib.analyze.morris", *_SALIB).analyze(_problem(paths), shares, values, **_OPTIONS)
-    columns = (np.asarray(effects[name], dtype=float).tolist() for name in ("mu_star", "mu_star_conf", "sigma", "mu"))
-    return [
-        Index(path, size, error, deviation, mean=mean)
-        for path, size, error, deviation, mean in zip(paths, *columns, strict=True)
-    ]
-
-
-def _problem(paths: Sequence[str]) -> dict[str, Any]:
-    return {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}
-
-
-def _require_design(study: StudyResult, needed: str) -> None:
-    _require_samples(study)
-    if study.design.get("method") != needed:
-        fault = f"has samples of {study.design.get('method', 'another design')}"
-        repair = f"use --method surrogate, or run the study with sample.method {needed}"
-        raise InputError("method", fault, f"needs samples of {needed}", repair)
-
-
-def _require_samples(study: StudyResult) -> None:
-    if not study.ranges or not study.runs:
-        repair = "write sample: {method: saltelli, ...} in the study"
-        raise InputError("study", "has no samples", "needs a study with samples", repair)
 
 
 def _optional(module: str, library: str, where: str) -> Any:
@@ -240,11 +237,6 @@ class Surrogate:
         middle, half = float(mean[0]), _LIKELY * float(deviation[0])
         return Prediction(middle, middle - half, middle + half)
 
-    def means(self, columns: Array) -> Array:
-        """Return the predicted means (n,) at encoded inputs (n, n_columns)."""
-        result: Array = self.process.predict(columns)
-        return result
-
     def __repr__(self) -> str:
         good = self.validation
         error = f"error {good.error:.3g} {self.unit}".strip()
@@ -265,10 +257,7 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
         distinct.setdefault(columns.tobytes(), (columns, value))
     if len(distinct) < _LEAST_RUNS:
         raise InputError("study", f"has {len(distinct)} runs with {output}", f"needs {_LEAST_RUNS} or more that differ")
-    columns, values = (
-        np.array([pair for pair, _ in distinct.values()]),
-        np.array([pair for _, pair in distinct.values()]),
-    )
+    columns, values = (np.array(column) for column in zip(*distinct.values(), strict=True))
     if np.ptp(values) == 0.0:
         raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
     process = _fit(columns, values, None)

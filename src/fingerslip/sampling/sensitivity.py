@@ -12,7 +12,7 @@ cannot flatter.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -105,24 +105,18 @@ def published_intervals(runs: Sequence[RunResult], references: Sequence[Publishe
     """Return the interval over samples for every published time, in the reading of the paper or the likely ones."""
     intervals: dict[tuple[object, ...], PublishedInterval] = {}
     for value in (value for reference in references for value in reference.values):
-        for interval in _intervals(runs, value):
-            # A paper may print one time twice.
-            key = (value.quantity, interval.reading, value.value, *sorted(map(str, value.conditions.items())))
-            intervals.setdefault(key, interval)
+        # A condition on a sampled value is what the samples leave open.
+        members = [run for run in runs if value.unmet(run.all_values).keys() <= run.sampled.keys()]
+        if value.value is None or value.quantity not in TIMES or not members:
+            continue
+        for reading in (value.reading,) if value.reading else _LIKELY_READINGS:
+            events = [run.events.reading(reading) for run in members]
+            if any(event.recorded for event in events):
+                interval = interval_of([event.time(value.quantity) for event in events])
+                # A paper may print one time twice.
+                key = (value.quantity, reading, value.value, *sorted(map(str, value.conditions.items())))
+                intervals.setdefault(key, PublishedInterval(value, reading, interval, len(members)))
     return tuple(intervals.values())
-
-
-def _intervals(runs: Sequence[RunResult], value: PublishedValue) -> Iterator[PublishedInterval]:
-    # A condition on a sampled value is what the samples leave open.
-    members = [run for run in runs if value.unmet(run.all_values).keys() <= run.sampled.keys()]
-    if value.value is None or value.quantity not in TIMES or not members:
-        return
-    for reading in (value.reading,) if value.reading else _LIKELY_READINGS:
-        assert reading in READINGS
-        events = [run.events.reading(reading) for run in members]
-        if any(event.recorded for event in events):
-            times = [event.time(value.quantity) for event in events]
-            yield PublishedInterval(value, reading, interval_of(times), len(members))
 
 
 Array = NDArray[np.float64]

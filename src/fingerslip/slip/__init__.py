@@ -23,11 +23,11 @@ from .patch import contact_patch as contact_patch
 from .patch import patch_series as patch_series
 from .patch import surface_strain_rates as surface_strain_rates
 from .patch import surface_strains as surface_strains
-from .peaks import Peak as Peak
-from .peaks import PeakTable as PeakTable
-from .peaks import acceleration_peaks as acceleration_peaks
-from .peaks import peak_signal as peak_signal
+from .receptors import Peak as Peak
+from .receptors import PeakTable as PeakTable
+from .receptors import acceleration_peaks as acceleration_peaks
 from .receptors import contact_edges as contact_edges
+from .receptors import peak_signal as peak_signal
 from .receptors import receptor_signals as receptor_signals
 from .receptors import receptors_in_areas as receptors_in_areas
 from .settings import EventSettings as EventSettings

@@ -26,7 +26,7 @@ import numpy as np
 from fingerslip.contact.states import OPEN
 from fingerslip.parameters.schema import require_kind
 from fingerslip.slip import windows
-from fingerslip.slip.peaks import PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
+from fingerslip.slip.receptors import PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import EVENTS, READINGS, TIMES, slide_window
 

@@ -287,6 +287,14 @@ def read_json(path: Path, repair: str, kind: pydantic.TypeAdapter[Any] | None = 
     return mapping
 
 
+def holds(path: Path, name: str, value: object) -> bool:
+    """Tell whether a file that :func:`write_json` wrote is there, undamaged, with a value under a name."""
+    try:
+        return bool(read_json(path, "").get(name) == value)
+    except (FileNotFoundError, DamagedError):
+        return False
+
+
 def clean_stale(folder: Path, name: str | None = None) -> None:
     """Remove what was left unfinished in `folder` by writers that are gone, and put back what they had moved away."""
     pattern = ".*" if name is None else f".{glob.escape(name)}.*"

@@ -13,13 +13,11 @@ from fingerslip.model.model import Model
 from fingerslip.report.tables.compare import convergence_table, series_table
 from fingerslip.results import RunResult, quantities, stored_result
 from fingerslip.storage.files import new_folder, write_text
-from fingerslip.study.definition.runs import Run
+from fingerslip.study.definition.runs import Plan, Run, plan_study
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import StudyFailedError, compute_jobs, run_studies, write_up
-from fingerslip.study.storage.store import identity
-from fingerslip.study.storage.summary import CONVERGENCE, RunConvergence, read_convergences, write_convergences
+from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jobs, run_plans, write_up
+from fingerslip.study.storage.store import CONVERGENCE, RunConvergence, read_convergences, write_convergences
 from fingerslip.tables.table import Table, to_csv, to_markdown
 from fingerslip.uncertainty import SETTINGS, Convergence, Series
 
@@ -156,8 +154,8 @@ def converge(
     for name in only:
         if name not in names:
             raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
-    run_studies([path], results_dir=results_dir, workers=workers, progress=reporter)
-    from fingerslip.study.running.prepare import prepare
+    run_plans([plan], workers=workers, progress=reporter)
+    from fingerslip.study.running.build import prepare
 
     jobs = prepare(plan, [run for run in plan.runs if not only or run.name in only])
     levels = [{level: run_at(job.run, level, job.model) for level in levels_of(job.run.study)} for job in jobs]
@@ -166,7 +164,14 @@ def converge(
     convergences = {**read_convergences(plan.folder, plan.identities), **new}
     write_convergences(plan.folder, convergences)
     result = StudyConvergence(plan.folder, tuple(new.values()))
-    _write_pictures(result, convergences)
+    from fingerslip.report.figures.study import convergence_figure
+    from fingerslip.report.figures.style import save_figure
+
+    table = series_table({name: convergence.quantities for name, convergence in convergences.items()})
+    write_text(plan.folder / CONVERGENCE / "convergence.csv", to_csv(table))
+    with new_folder(result.figures) as figures:
+        for name, convergence in convergences.items():
+            save_figure(convergence_figure(convergence.quantities, name), figures / f"{name}.png")
     write_up(plan)
     return result
 
@@ -180,14 +185,13 @@ def level_folders(path: str | Path, results_dir: str | Path) -> dict[Level, tupl
 
 def _compute(plan: Plan, runs: Sequence[Run], workers: int, progress: StudyProgress) -> None:
     """Compute the repetitions of runs that are not finished."""
-    from fingerslip.study.running.prepare import prepare
+    from fingerslip.study.running.build import prepare
 
-    identities = {run.name: identity(run) for run in runs}
-    plan = dataclasses.replace(plan, folder=plan.folder / CONVERGENCE, runs=tuple(runs), identities=identities)
+    plan = dataclasses.replace(plan, folder=plan.folder / CONVERGENCE, runs=tuple(runs))
     finished = plan.finished_runs()
     jobs = prepare(plan, [run for run in plan.runs if run.name not in finished])
     with progress:
-        failures = compute_jobs(plan, jobs, workers, progress).failures
+        failures, _ = compute_jobs(plan, jobs, Engine(progress, workers))
     if failures:
         raise StudyFailedError({f"{plan.source.stem}/{name}": error for name, error in failures.items()}, ())
 
@@ -242,14 +246,3 @@ def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) 
         if twin != level.label:
             fault = f"factor {level.value:g} gives the same mesh as {twin}"
             raise InputError(f"{run.where}: converge.mesh", fault, "needs factors with meshes of their own")
-
-
-def _write_pictures(result: StudyConvergence, convergences: Mapping[str, RunConvergence]) -> None:
-    from fingerslip.report.figures.study import convergence_figure
-    from fingerslip.report.figures.style import save_figure
-
-    table = series_table({name: convergence.quantities for name, convergence in convergences.items()})
-    write_text(result.folder / CONVERGENCE / "convergence.csv", to_csv(table))
-    with new_folder(result.figures) as figures:
-        for name, convergence in convergences.items():
-            save_figure(convergence_figure(convergence.quantities, name), figures / f"{name}.png")

@@ -1,11 +1,12 @@
-"""Studies from Python: what a study file says, changed and run without writing one."""
+"""Studies in Python: made, run, and opened again."""
 
 from __future__ import annotations
 
 import copy
+import dataclasses
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,21 +14,126 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.errors import InputError
+from fingerslip.history import read_history
 from fingerslip.parameters import as_mapping
-from fingerslip.parameters.dotted import assign
+from fingerslip.parameters.dotted import assign, flatten
 from fingerslip.parameters.schema import require_kind
-from fingerslip.report.tables.runs import table_frame
-from fingerslip.study.definition.file import read_with_base, write_mapping
+from fingerslip.report.tables.runs import runs_frame, table_frame
+from fingerslip.results import HISTORY, RUN, RunResult, StudyResult, unchecked_result
+from fingerslip.study.definition.file import read_mapping, read_with_base, write_mapping
+from fingerslip.study.definition.runs import Plan, plan_mapping
 from fingerslip.study.definition.spec import Study as Definition
-from fingerslip.study.inspection.check import check_plans
-from fingerslip.study.opened import OpenedStudy, open_study
-from fingerslip.study.running.plan import Plan, plan_mapping
 from fingerslip.study.running.progress import StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_plans
 from fingerslip.study.shipped import example_path
+from fingerslip.study.storage.store import stored_study
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
+
+
+@dataclass(frozen=True, repr=False)
+class OpenedStudy:
+    """The results of a study, read as far as they are needed.
+
+    Parameters
+    ----------
+    result : StudyResult
+        Its runs with their events and measures, without the values of their ``run.yaml``.
+
+    Examples
+    --------
+    Overall slip against friction, and the history of one run::
+
+        study = fs.open_study("results/wang2014_friction")
+        frame = study.to_dataframe()
+        frame.plot("contact.friction_coefficient", "overall_s")
+        history = study.history("friction_coefficient-0.6")
+    """
+
+    result: StudyResult
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the results."""
+        return self.result.folder
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the finished runs."""
+        return tuple(run.name for run in self.result.runs)
+
+    def run(self, name: str) -> RunResult:
+        """Return the result of a run with all its values.
+
+        Raises
+        ------
+        InputError
+            For a name that no finished run has.
+        """
+        result = next((run for run in self.result.runs if run.name == name), None)
+        if result is None:
+            raise InputError("run", f"'{name}' is not a finished run", f"needs one of {', '.join(self.names)}")
+        return dataclasses.replace(result, values=flatten(read_mapping(self.folder / name / RUN)))
+
+    def history(self, name: str) -> xr.Dataset:
+        """Return the history of a run, read from its file.
+
+        Raises
+        ------
+        InputError
+            For a name that no finished run has.
+        ResultError
+            Where the file is damaged.
+        """
+        return read_history(self.folder / self.run(name).name / HISTORY)
+
+    def histories(self) -> Iterator[tuple[str, xr.Dataset]]:
+        """Yield the name and the history of every run, one at a time."""
+        for name in self.names:
+            yield name, read_history(self.folder / name / HISTORY)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return one row for each run, in SI units: see :func:`~fingerslip.report.tables.runs.runs_frame`."""
+        return runs_frame(self.result)
+
+    def __len__(self) -> int:
+        return len(self.result.runs)
+
+    def __repr__(self) -> str:
+        return f"<OpenedStudy {self.result.title!r}: {len(self)} runs in {self.folder}>"
+
+    def _repr_html_(self) -> str:
+        """Return the study as notebooks show it."""
+        return self.to_dataframe().dropna(axis="columns", how="all").to_html(max_rows=20)
+
+
+def open_study(folder: str | Path) -> OpenedStudy:
+    """Open the results of a study.
+
+    Only the small files of the runs are read, and their checksums are those files' own; histories are read when they
+    are asked for.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the results of a study, as ``fingerslip run`` leaves it.
+
+    Returns
+    -------
+    OpenedStudy
+        The study.
+
+    Raises
+    ------
+    InputError
+        For what is no path.
+    ResultError
+        Where the folder holds no results of a study, or one of its files is damaged.
+    """
+    require_kind(folder, (str, os.PathLike), "the path of a folder", "open_study")
+    return OpenedStudy(stored_study(Path(folder), unchecked_result))
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -127,6 +233,9 @@ class Study:
         InputError
             For all mistakes in the study.
         """
+        # What builds meshes and models is slow to load.
+        from fingerslip.study.inspection.check import check_plans
+
         return table_frame(check_plans([self._plan(results)]))
 
     def run(

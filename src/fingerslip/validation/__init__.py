@@ -1,44 +1,19 @@
 """Validation: the shipped studies beside what papers print: all of Wang et al. (2014), the mechanics of bulens2023."""
 
-from __future__ import annotations
-
-from fingerslip.validation.comparison import (
-    PAPERS,
-    Comparison,
-    compare,
-    comparison_mapping,
-    comparison_markdown,
-    validate,
-)
-from fingerslip.validation.detection import detection_rows
-from fingerslip.validation.evidence import STUDIES, Work
-from fingerslip.validation.rows import (
-    Row,
-    Stored,
-    allowed_geometry,
-    geometry_table,
-    rows_mapping,
-    rows_markdown,
-    rows_table,
-)
-from fingerslip.validation.sensor import pouring_rows
-
-__all__ = [
-    "PAPERS",
-    "STUDIES",
-    "Comparison",
-    "Row",
-    "Stored",
-    "Work",
-    "allowed_geometry",
-    "compare",
-    "comparison_mapping",
-    "comparison_markdown",
-    "detection_rows",
-    "geometry_table",
-    "pouring_rows",
-    "rows_mapping",
-    "rows_markdown",
-    "rows_table",
-    "validate",
-]
+from .comparison import PAPERS as PAPERS
+from .comparison import Comparison as Comparison
+from .comparison import compare as compare
+from .comparison import comparison_mapping as comparison_mapping
+from .comparison import comparison_markdown as comparison_markdown
+from .comparison import validate as validate
+from .evidence import STUDIES as STUDIES
+from .evidence import Work as Work
+from .rows import Row as Row
+from .rows import Stored as Stored
+from .rows import allowed_geometry as allowed_geometry
+from .rows import geometry_table as geometry_table
+from .rows import rows_mapping as rows_mapping
+from .rows import rows_markdown as rows_markdown
+from .rows import rows_table as rows_table
+from .sensor import detection_rows as detection_rows
+from .sensor import pouring_rows as pouring_rows

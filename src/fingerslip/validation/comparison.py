@@ -11,14 +11,12 @@ from typing import Any
 
 from fingerslip.errors import InputError, shorten
 from fingerslip.published import PublishedValue, published_set
-from fingerslip.results import RunResult
 from fingerslip.slip.windows import READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.shipped import studies_folder
 from fingerslip.tables.table import Table, to_markdown
 from fingerslip.validation.checks import PHALANX_CHECKS, outcome_of
-from fingerslip.validation.detection import detection_rows
-from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, Work, gather
+from fingerslip.validation.evidence import FORMULATION, REFINED, SECTION, SOLID, TABLE2, VARIANT, Evidence, Work, gather
 from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import (
     TIME_RESOLUTION,
@@ -34,7 +32,7 @@ from fingerslip.validation.rows import (
     rows_table,
     statement_row,
 )
-from fingerslip.validation.sensor import pouring_rows, sensor_rows
+from fingerslip.validation.sensor import detection_rows, pouring_rows, sensor_rows
 
 #: Papers whose values are compared: on fingers, and on a tactile sensor.
 PAPERS = ("wang2014", "bulens2023")
@@ -51,10 +49,6 @@ _AT_LARGE_STRAIN = (
     "density-rises",
     "density-then-stays",
     "density-larger-in-b",
-)
-_OTHER_MODELS = (
-    (FORMULATION, "fingertip.formulation", "plane_strain"),
-    (SECTION, "fingertip.section", "transverse"),
 )
 
 
@@ -93,28 +87,42 @@ def validate(work: Work, *, papers: Sequence[str] = PAPERS) -> tuple[Row, ...]:
 
 def rows_of(evidence: Evidence) -> tuple[Row, ...]:
     """Return the rows, calibrated ones first."""
+    table, statements = (published_set(f"wang2014-{name}").values for name in ("table2", "qualitative"))
+    middle = [value for value in published_set("wang2014-peaks").values if value.quantity == "three_quarter"]
+    overall = [value for value in table if value.quantity == "overall"]
+    finite = evidence.at_large_strain()
     rows = (
-        *_event_rows(evidence, "slip"),
-        *_event_rows(evidence, "acceleration"),
+        *(_time_row(evidence, value, basis=_basis(value)) for value in (*table, *middle)),
+        *(_time_row(evidence, value, "acceleration") for value in (*table, *middle)),
         *_travel_rows(evidence),
         *_height_rows(evidence),
-        *(row for model in _OTHER_MODELS for row in _other_model_rows(evidence, *model)),
+        *(_time_row(evidence, value, study=FORMULATION, model="plane strain") for value in overall),
+        *(_time_row(evidence, value, study=SECTION, model="transverse") for value in overall),
         *_solid_rows(evidence),
-        *(_statement_row(evidence, value, "predicted") for value in published_set("wang2014-qualitative").values),
-        *_large_strain_rows(evidence),
+        *(_statement_row(evidence, value, "predicted") for value in statements),
+        *(_time_row(finite, value, model="large strain", basis="large strain") for value in table),
+        *(_statement_row(finite, value, "large strain") for value in statements if value.id in _AT_LARGE_STRAIN),
     )
     return tuple(sorted(rows, key=lambda row: row.basis != "calibrated"))
 
 
-def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
-    """Yield the times of Table 2 and of the three-quarter peaks, in one reading."""
-    middle = [value for value in published_set("wang2014-peaks").values if value.quantity == "three_quarter"]
-    for value in (*published_set("wang2014-table2").values, *middle):
-        variant = str(value.conditions[VARIANT])
-        run = evidence.one(TABLE2, {VARIANT: variant}).run
-        name = f"{_words(value.quantity)}, {variant} ({READINGS[reading]})"
-        basis, comparable = (_basis(value), not value.otherwise) if reading == "slip" else ("predicted", True)
-        yield _event_row(name, value, run, reading, basis=basis, comparable=comparable)
+def _time_row(
+    evidence: Evidence,
+    value: PublishedValue,
+    reading: str = "slip",
+    *,
+    study: str = TABLE2,
+    model: str = "",
+    basis: Basis = "predicted",
+) -> Row:
+    """Return the row of a published time beside that of a model of the section, in one reading."""
+    variant = str(value.conditions[VARIANT])
+    run = evidence.one(study, {VARIANT: variant, **REFINED[study]}).run
+    ours = run.events.reading(reading).time(value.quantity)
+    uncertainty = run.uncertainty.get(f"{reading}.{value.quantity}")
+    name = f"{_words(value.quantity)}, {', '.join(filter(None, (variant, model)))} ({READINGS[reading]})"
+    comparable = reading != "slip" or not value.otherwise
+    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis, comparable=comparable)
 
 
 def _travel_rows(evidence: Evidence) -> Iterator[Row]:
@@ -139,16 +147,6 @@ def _height_rows(evidence: Evidence) -> Iterator[Row]:
         yield number_row(name, value, None if peak is None else peak.height, uncertainty, resolution=None)
 
 
-def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) -> Iterator[Row]:
-    """Yield overall slip of another model of the same section."""
-    for value in published_set("wang2014-table2").values:
-        if value.quantity == "overall":
-            variant = value.conditions[VARIANT]
-            run = evidence.one(study, {VARIANT: variant, path: choice}).run
-            name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
-            yield _event_row(name, value, run, "slip")
-
-
 def _solid_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the times of the fingertip in 3D, each in the reading of the paper.
 
@@ -170,37 +168,11 @@ def _solid_rows(evidence: Evidence) -> Iterator[Row]:
         yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
 
 
-def _event_row(
-    name: str,
-    value: PublishedValue,
-    run: RunResult,
-    reading: str,
-    *,
-    basis: Basis = "predicted",
-    comparable: bool = True,
-) -> Row:
-    ours = run.events.reading(reading).time(value.quantity)
-    uncertainty = run.uncertainty.get(f"{reading}.{value.quantity}")
-    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis, comparable=comparable)
-
-
 def _statement_row(evidence: Evidence, value: PublishedValue, basis: Basis) -> Row:
     """Return the row of a statement; our latency begins with a share of the area, the paper's with a peak."""
     uncertainty = evidence.spread_of(lambda other: outcome_of(value.id, other)) if value.id in PHALANX_CHECKS else None
     comparable = value.quantity != "latency"
     return statement_row(value, outcome_of(value.id, evidence), uncertainty, basis=basis, comparable=comparable)
-
-
-def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:
-    """Yield the times of Table 2, and statements on the phalanges, beside the section with geometrical nonlinearity."""
-    finite = evidence.at_large_strain()
-    for value in published_set("wang2014-table2").values:
-        run = finite.one(TABLE2, {VARIANT: value.conditions[VARIANT]}).run
-        name = f"{_words(value.quantity)}, {value.conditions[VARIANT]}, large strain ({READINGS['slip']})"
-        yield _event_row(name, value, run, "slip", basis="large strain", comparable=not value.otherwise)
-    for value in published_set("wang2014-qualitative").values:
-        if value.id in _AT_LARGE_STRAIN:
-            yield _statement_row(finite, value, "large strain")
 
 
 def _basis(value: PublishedValue) -> Basis:

@@ -12,7 +12,7 @@ from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.study.convergence import converge, level_folders
-from fingerslip.study.running.plan import plan_study
+from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import read_run

@@ -1,18 +1,21 @@
-"""Structured meshes of rectangles and boxes for problems with closed forms."""
+"""Structured meshes of rectangles and boxes for problems with closed forms, and what their kinds of cell differ in."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import skfem
 from numpy.typing import ArrayLike, NDArray
 
+from fingerslip.materials.material import Formulation
 from fingerslip.mesh.facets import outward_normals
+from fingerslip.model.model import Component
 
 Array = NDArray[np.float64]
 Shift = Callable[[Array], Array]
+Value = TypeVar("Value")
 
 _KINDS: Mapping[str, tuple[Any, Any]] = {
     "Q4": (skfem.MeshQuad1, None),
@@ -22,7 +25,28 @@ _KINDS: Mapping[str, tuple[Any, Any]] = {
     "T4": (skfem.MeshTet1, None),
     "T10": (skfem.MeshTet1, skfem.MeshTet2),
 }
-_SIDES = {2: (("left", "right"), ("bottom", "top")), 3: (("left", "right"), ("front", "back"), ("bottom", "top"))}
+#: The sides of a rectangle or box across each axis, the lower one first.
+SIDES = {2: (("left", "right"), ("bottom", "top")), 3: (("left", "right"), ("front", "back"), ("bottom", "top"))}
+
+
+def dimension(element: str) -> int:
+    """Return the number of dimensions of a kind of cell."""
+    return 2 if element in {"Q4", "T3", "T6"} else 3
+
+
+def components(element: str, *xyz: Value) -> tuple[Value, ...]:
+    """Return values along x, y and z as cells take them: those in 2D have no y but z, their second axis."""
+    return xyz if dimension(element) == 3 else (xyz[0], xyz[-1])
+
+
+def axes_of(element: str) -> tuple[Component, ...]:
+    """Return the names of the axes, that of the height last."""
+    return ("x", "y", "z") if dimension(element) == 3 else ("x", "y")
+
+
+def formulation_of(element: str) -> Formulation:
+    """Return the formulation, plane strain in 2D."""
+    return "solid" if dimension(element) == 3 else "plane_strain"
 
 
 def box(
@@ -38,7 +62,7 @@ def box(
     element : {'Q4', 'T3', 'T6', 'H8', 'T4', 'T10'}
         Kind of cell.
     *axes : (n,) array_like
-        Ascending coordinates along each axis [m].
+        Ascending coordinates along each axis [m]; of three, cells in 2D take the first and the last.
     shift : callable, optional
         Maps the vertices (dim, n) to moved ones, after the sides have been named.
     regions : mapping of str to callable, optional
@@ -51,11 +75,12 @@ def box(
         back across y.
     """
     kind, quadratic = _KINDS[element]
-    grid = [np.asarray(axis, dtype=float) for axis in axes]
+    chosen = components(element, *axes) if len(axes) == 3 else axes
+    grid = [np.asarray(axis, dtype=float) for axis in chosen]
     mesh = kind.init_tensor(*grid)
     middles = mesh.p[:, mesh.facets].mean(axis=1)
     boundaries = {}
-    for axis, (coordinates, names) in enumerate(zip(grid, _SIDES[len(grid)], strict=True)):
+    for axis, (coordinates, names) in enumerate(zip(grid, SIDES[len(grid)], strict=True)):
         for name, end in zip(names, (coordinates[0], coordinates[-1]), strict=True):
             boundaries[name] = np.flatnonzero(np.abs(middles[axis] - end) < 1e-9 * np.ptp(coordinates))
     centres = mesh.p[:, mesh.t].mean(axis=1)
@@ -67,15 +92,18 @@ def box(
 
 
 def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
-    """Name every facet of a boundary by itself, so that each can carry its own traction.
-
-    Arrays: returns (n, dim).
-    """
+    """Name every facet of a boundary by itself, so that each can carry its own traction; normals (n, dim)."""
     facets = np.asarray(mesh.boundaries[name])
     names = tuple(f"{name}-{number}" for number in range(facets.size))
     normals = outward_normals(mesh, facets, mesh.f2t[0, facets])
     boundaries = {part: facets[[number]] for number, part in enumerate(names)}
     return mesh.with_boundaries(boundaries), names, np.ascontiguousarray(normals.T)
+
+
+def ring(points: Array) -> Array:
+    """Return points (dim, n) whose first coordinate is the radius [m] and whose second is the angle [rad]."""
+    radius, angle = points[0], points[1]
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), *points[2:]])
 
 
 def jiggle(amount: float) -> Shift:
@@ -92,10 +120,7 @@ def jiggle(amount: float) -> Shift:
 
 
 def grade(fine: float, size: float, outer: float, ratio: float) -> Array:
-    """Return coordinates (n,) [m] from 0, uniform within the fine zone and growing geometrically up to `outer`.
-
-    Units: fine [m]; size [m]; outer [m]; ratio [-].
-    """
+    """Return coordinates (n,) [m] from 0, of one size in the fine zone and growing by `ratio` up to `outer` [m]."""
     inner = np.linspace(0.0, fine, round(fine / size) + 1)
     reach = np.cumsum(size * ratio ** np.arange(1, 200))
     count = int(np.searchsorted(reach, outer - fine)) + 1

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -51,16 +51,23 @@ class Problem:
     name: str  # short name, as ``--only`` takes it
     title: str  # what it is about
     source: str  # where the known answer is from
-    slow: bool  # whether it takes more than about ten seconds
-    compute: Callable[..., tuple[Check, ...]]  # computes it, for a case where there are some, and returns its checks
-    cases: tuple[str, ...] = ()  # such as elements; their names come before the quantities
+    compute: Callable[..., Iterable[Check]]  # computes it, with the values of a case, and yields its checks
+    # what the cases compute with; their names, such as elements, come before the quantities
+    cases: Mapping[str, tuple[Any, ...]] = field(default_factory=lambda: {"": ()})
+    slow: bool = False  # whether it takes more than about ten seconds
 
     def checks(self) -> tuple[Check, ...]:
         """Compute it and return the checks of all cases."""
-        if not self.cases:
-            return self.compute()
-        pairs = ((case, check) for case in self.cases for check in self.compute(case))
-        return tuple(replace(check, quantity=f"{case}: {check.quantity}") for case, check in pairs)
+        return tuple(
+            replace(check, quantity=f"{case}: {check.quantity}" if case else check.quantity)
+            for case, values in self.cases.items()
+            for check in self.compute(*values)
+        )
+
+
+def each(*elements: str) -> dict[str, tuple[str]]:
+    """Return a case for each kind of cell."""
+    return {element: (element,) for element in elements}
 
 
 @dataclass(frozen=True)
@@ -123,37 +130,32 @@ def solve_problem(model: Model, penetration: float | None = None) -> xr.Dataset:
 
 def table(outcomes: tuple[Outcome, ...]) -> Table:
     """Show outcomes, a row for each check."""
-    names = ("problem", "quantity", "expected", "got", "error", "allowed", "pass")
     rows: list[tuple[Cell, ...]] = []
     for outcome, check in _checks(outcomes):
         mark = " abs" if check.kind == "absolute" else ""
         errors = (f"{check.error:.1e}{mark}", f"{check.allowed:.1e}{mark}")
         numbers = (f"{check.expected:.6g}", f"{check.got:.6g}", *errors)
         rows.append((outcome.problem.name, check.quantity, *numbers, check.holds))
-    return Table("Verification", tuple(map(Column, names)), tuple(rows), _note(outcomes))
+    return _table(outcomes, rows)
 
 
 def number_table(outcomes: tuple[Outcome, ...]) -> Table:
     """Return the same rows for programs: numbers as numbers, and in a column of its own what kind an error is of."""
-    names = ("problem", "quantity", "expected", "got", "error", "allowed", "kind of error", "pass")
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (
-            outcome.problem.name,
-            check.quantity,
-            *(float(number) for number in (check.expected, check.got, check.error, check.allowed)),
-            check.kind,
-            check.holds,
-        )
-        for outcome, check in _checks(outcomes)
-    )
-    return Table("Verification", tuple(map(Column, names)), rows, _note(outcomes))
+    rows: list[tuple[Cell, ...]] = []
+    for outcome, check in _checks(outcomes):
+        numbers = (check.expected, check.got, check.error, check.allowed)
+        rows.append((outcome.problem.name, check.quantity, *map(float, numbers), check.kind, check.holds))
+    return _table(outcomes, rows, "kind of error")
+
+
+def _table(outcomes: tuple[Outcome, ...], rows: Sequence[tuple[Cell, ...]], *more: str) -> Table:
+    """Return a table with a note that counts what passed and says what could not be computed."""
+    names = ("problem", "quantity", "expected", "got", "error", "allowed", *more, "pass")
+    passed = [check.holds for _, check in _checks(outcomes)]
+    troubles = [f" {outcome.problem.name}: {outcome.trouble}." for outcome in outcomes if outcome.trouble]
+    note = f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"
+    return Table("Verification", tuple(map(Column, names)), tuple(rows), note)
 
 
 def _checks(outcomes: tuple[Outcome, ...]) -> Iterator[tuple[Outcome, Check]]:
     return ((outcome, check) for outcome in outcomes for check in outcome.checks)
-
-
-def _note(outcomes: tuple[Outcome, ...]) -> str:
-    passed = [check.holds for _, check in _checks(outcomes)]
-    troubles = [f" {outcome.problem.name}: {outcome.trouble}." for outcome in outcomes if outcome.trouble]
-    return f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"

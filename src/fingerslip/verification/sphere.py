@@ -12,6 +12,7 @@ traction, as an edge half a cell off gives h / (2 a) / sqrt(h / a) = 18 % at its
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -64,16 +65,15 @@ def _model(programme: tuple[Phase, ...], steps: int) -> Model:
     )
 
 
-def _press() -> Press:
-    """Take half a second, that is 10 steps, to the approach."""
-    return Press(APPROACH, 2 * APPROACH)
+# Half a second, that is 10 steps, to the approach.
+_PRESS = Press(APPROACH, 2 * APPROACH)
 
 
 @cache
 def slid() -> xr.Dataset:
     """Return the history of a press (10 steps) and a slide into overall slip (20 steps)."""
     distance = 1.2 * OVERALL * MU * APPROACH
-    return solve_problem(_model((_press(), Slide(distance, distance)), _SLIDE_STEPS), penetration=0.02 * APPROACH)
+    return solve_problem(_model((_PRESS, Slide(distance, distance)), _SLIDE_STEPS), penetration=0.02 * APPROACH)
 
 
 @cache
@@ -82,7 +82,7 @@ def press_and_cycle() -> xr.Dataset:
     start_of_unloading = (1 - (1 - 0.8) ** (2 / 3)) * OVERALL * MU * APPROACH
     forth, back = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
     programme = (
-        _press(),
+        _PRESS,
         Slide(start_of_unloading, start_of_unloading, forth),
         Slide(2 * start_of_unloading, start_of_unloading, back),
         Slide(2 * start_of_unloading, start_of_unloading, forth),
@@ -90,13 +90,10 @@ def press_and_cycle() -> xr.Dataset:
     return solve_problem(_model(programme, _SLIDE_STEPS), penetration=0.02 * APPROACH)
 
 
-def _normal_force(history: xr.Dataset) -> Array:
-    """Return the force on the whole body, two halves [N]."""
-    return np.asarray(2 * history["counterface_force"].values[:, 0, 2])
-
-
-def _tangential_force(history: xr.Dataset) -> Array:
-    return np.asarray(2 * history["counterface_force"].values[:, 0, 0])
+def _forces(history: xr.Dataset) -> tuple[Array, Array]:
+    """Return the normal and the tangential force on the whole body, two halves, over time [N]."""
+    force = 2 * history["counterface_force"].values[:, 0]
+    return force[:, 2], force[:, 0]
 
 
 def radii(history: xr.Dataset) -> Array:
@@ -114,9 +111,9 @@ def mindlin_displacement(force: Array | float, normal: float) -> Array:
     return np.asarray(factor * (1 - (1 - np.asarray(force) / (MU * normal)) ** (2 / 3)))
 
 
-def _hertz() -> tuple[Check, ...]:
+def _hertz() -> Iterator[Check]:
     history = slid()
-    force = float(_normal_force(history)[_PRESS_STEPS])
+    force = float(_forces(history)[0][_PRESS_STEPS])
     radius = _contact_radius(force)
     peak = 3 * force / (2 * np.pi * radius**2)
     pressure, distance = history["normal_traction"].values[_PRESS_STEPS], radii(history)
@@ -124,36 +121,32 @@ def _hertz() -> tuple[Check, ...]:
     slope, square = np.polyfit(distance[inside] ** 2, pressure[inside] ** 2, 1)
     profile = peak * np.sqrt(np.maximum(1 - (distance / radius) ** 2, 0.0))
     error = np.sqrt(np.mean((pressure - profile)[distance < radius] ** 2)) / peak
-    return (
-        relative("contact radius [mm]", 1e3 * radius, 1e3 * float(np.sqrt(-square / slope)), 0.02),
-        relative("approach [mm]", 1e3 * radius**2 / RADIUS, 1e3 * APPROACH, 0.03),
-        relative("peak pressure [Pa]", peak, float(np.sqrt(square)), 0.03),
-        absolute("profile: rms error / peak", 0.0, float(error), 0.05),
-    )
+    yield relative("contact radius [mm]", 1e3 * radius, 1e3 * float(np.sqrt(-square / slope)), 0.02)
+    yield relative("approach [mm]", 1e3 * radius**2 / RADIUS, 1e3 * APPROACH, 0.03)
+    yield relative("peak pressure [Pa]", peak, float(np.sqrt(square)), 0.03)
+    yield absolute("profile: rms error / peak", 0.0, float(error), 0.05)
 
 
-def _mindlin() -> tuple[Check, ...]:
+def _mindlin() -> Iterator[Check]:
     history = slid()
-    normal, tangential = _normal_force(history), _tangential_force(history)
+    normal, tangential = _forces(history)
     moved = history["counterface_displacement"].values[:, 0, 0]
     ratio = np.zeros_like(normal)
     ratio[1:] = tangential[1:] / (MU * normal[1:])
+    yield from _stick_checks(history, ratio)
     partial = (ratio > 0.1) & (ratio < 0.95)
-    force = float(normal[_PRESS_STEPS])
+    force, first = float(normal[_PRESS_STEPS]), _PRESS_STEPS + 1
     expected = mindlin_displacement(tangential[partial], force)
     displacement = np.abs(moved[partial] - expected).max() / expected.max()
     # 1 - Q/(mu P) = (1 - delta/delta*)^(3/2): its 2/3 power is straight, and zero at overall slip.
     slope, start = np.polyfit(moved[partial], (1 - ratio[partial]) ** (2 / 3), 1)
-    first = _PRESS_STEPS + 1
-    stiffness = _initial_stiffness(float(tangential[first]), float(moved[first]), force)
-    normal_stiffness = 1.5 * force / APPROACH
-    return (
-        *_stick_checks(history, ratio),
-        absolute("displacement: largest error / largest", 0.0, float(displacement), 0.03),
-        relative("k_t / k_n", 2 * (1 - RATIO) / (2 - RATIO), stiffness / normal_stiffness, 0.03),
-        relative("delta_t / (mu delta_n) at overall slip", OVERALL, -start / slope / (MU * APPROACH), 0.03),
-        relative("F / (mu N) at the end", 1.0, float(ratio[-1]), _ROLLING),
-    )
+    # The tangential stiffness before slip, from the first step, whose own slip Mindlin gives.
+    share = float(tangential[first]) / (MU * force)
+    stiffness = float(tangential[first]) / float(moved[first]) * 1.5 * (1 - (1 - share) ** (2 / 3)) / share
+    yield absolute("displacement: largest error / largest", 0.0, float(displacement), 0.03)
+    yield relative("k_t / k_n", 2 * (1 - RATIO) / (2 - RATIO), stiffness / (1.5 * force / APPROACH), 0.03)
+    yield relative("delta_t / (mu delta_n) at overall slip", OVERALL, -start / slope / (MU * APPROACH), 0.03)
+    yield relative("F / (mu N) at the end", 1.0, float(ratio[-1]), _ROLLING)
 
 
 # Slipping tractions follow the ball's surface, which is tilted by up to a / R = 0.02 against its path: the net force
@@ -161,18 +154,11 @@ def _mindlin() -> tuple[Check, ...]:
 _ROLLING = 1e-3
 
 
-def _initial_stiffness(force: float, moved: float, normal: float) -> float:
-    """Return the tangential stiffness [N/m] before slip from the first step, whose own slip Mindlin gives."""
-    ratio = force / (MU * normal)
-    return float(force / moved * 1.5 * (1 - (1 - ratio) ** (2 / 3)) / ratio)
-
-
-def _stick_checks(history: xr.Dataset, ratio: Array) -> tuple[Check, ...]:
-    checks: list[Check] = []
-    distance, area = radii(history), history["contact_area"].values
+def _stick_checks(history: xr.Dataset, ratio: Array) -> Iterator[Check]:
+    distance, area, normal_force = radii(history), history["contact_area"].values, _forces(history)[0]
     for wanted in (0.3, 0.6, 0.9):
         step = _PRESS_STEPS + int(np.argmin(np.abs(ratio[_PRESS_STEPS:] - wanted)))
-        normal = float(_normal_force(history)[step])
+        normal = float(normal_force[step])
         radius = _contact_radius(normal)
         peak = 3 * normal / (2 * np.pi * radius**2)
         stick = float((1 - ratio[step]) ** (1 / 3))
@@ -182,16 +168,14 @@ def _stick_checks(history: xr.Dataset, ratio: Array) -> tuple[Check, ...]:
         profile -= stick * np.sqrt(np.maximum(1 - (distance / (stick * radius)) ** 2, 0.0))
         error = (history["tangential_traction"].values[step, :, 0] / (MU * peak) - profile)[distance < radius]
         at = f"Q/(mu P) = {ratio[step]:.3f}"
-        checks.append(absolute(f"{at}: stick radius / a", stick, stick_radius, 0.06))
-        rms = float(np.sqrt(np.mean(error**2)))
-        checks.append(absolute(f"{at}: traction, rms error / (mu p0)", 0.0, rms, 0.05))
-    return tuple(checks)
+        yield absolute(f"{at}: stick radius / a", stick, stick_radius, 0.06)
+        yield absolute(f"{at}: traction, rms error / (mu p0)", 0.0, float(np.sqrt(np.mean(error**2))), 0.05)
 
 
-def _cycle() -> tuple[Check, ...]:
+def _cycle() -> Iterator[Check]:
     history = press_and_cycle()
-    normal = float(_normal_force(history)[_PRESS_STEPS])
-    tangential, moved = _tangential_force(history), history["counterface_displacement"].values[:, 0, 0]
+    normal_force, tangential = _forces(history)
+    normal, moved = float(normal_force[_PRESS_STEPS]), history["counterface_displacement"].values[:, 0, 0]
     turn, back = _PRESS_STEPS + _SLIDE_STEPS, _PRESS_STEPS + 3 * _SLIDE_STEPS
     largest = float(tangential[turn])
     ratio = largest / (MU * normal)
@@ -202,27 +186,16 @@ def _cycle() -> tuple[Check, ...]:
     shape = 1 - (1 - ratio) ** (5 / 3) - 5 * ratio / 6 * (1 + (1 - ratio) ** (2 / 3))
     loss = 9 * (MU * normal) ** 2 * compliance / (10 * radius) * shape
     dissipation = history["friction_dissipation"].values
-    return (
-        absolute("unloading: largest error / delta*", 0.0, _largest(moved[turn : back + 1] - down, virgin), 0.03),
-        absolute("reloading: largest error / delta*", 0.0, _largest(moved[back:] - up, virgin), 0.03),
-        relative("Q after the cycle / Q before", 1.0, float(tangential[-1]) / largest, 0.01),
-        # The loss goes with the cube of the force in small slip: three times the 3 % of the displacement.
-        relative("dissipation per cycle [uJ]", 1e6 * loss, 2e6 * float(dissipation[-1] - dissipation[turn]), 0.09),
-    )
+    for name, path, expected in (("unloading", moved[turn : back + 1], down), ("reloading", moved[back:], up)):
+        yield absolute(f"{name}: largest error / delta*", 0.0, float(np.abs(path - expected).max() / virgin), 0.03)
+    yield relative("Q after the cycle / Q before", 1.0, float(tangential[-1]) / largest, 0.01)
+    # The loss goes with the cube of the force in small slip: three times the 3 % of the displacement.
+    yield relative("dissipation per cycle [uJ]", 1e6 * loss, 2e6 * float(dissipation[-1] - dissipation[turn]), 0.09)
 
 
-def _largest(error: Array, scale: float) -> float:
-    return float(np.abs(error).max() / scale)
-
-
+_TITLE, _SOURCE = "Ball pushed forth, back and forth at constant load", "Mindlin & Deresiewicz 1953"
 PROBLEMS = (
-    Problem("hertz-sphere", "Rigid ball on a half-space", "Hertz 1882; Johnson 1985", slow=True, compute=_hertz),
-    Problem("mindlin", "Ball pressed, then pushed sideways", "Mindlin 1949; Johnson 1985", slow=True, compute=_mindlin),
-    Problem(
-        "tangential-cycle",
-        "Ball pushed forth, back and forth at constant load",
-        "Mindlin & Deresiewicz 1953",
-        slow=True,
-        compute=_cycle,
-    ),
+    Problem("hertz-sphere", "Rigid ball on a half-space", "Hertz 1882; Johnson 1985", _hertz, slow=True),
+    Problem("mindlin", "Ball pressed, then pushed sideways", "Mindlin 1949; Johnson 1985", _mindlin, slow=True),
+    Problem("tangential-cycle", _TITLE, _SOURCE, _cycle, slow=True),
 )

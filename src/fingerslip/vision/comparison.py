@@ -1,24 +1,27 @@
-"""How far tracks are from where the markers truly were: matching, error, lost markers, swaps."""
+"""How far tracks are from where the markers truly were: matching, error, lost markers, swaps, and their statistics."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import xarray as xr
+import pydantic
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from fingerslip.errors import InputError
+from fingerslip.parameters import Fraction, NonNegativeNumber, Number, parameters
 from fingerslip.vision.tracks import tracks_like
 
-__all__ = ["KEPT", "TrackErrors", "matched_tracks", "track_errors"]
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = NDArray[np.float64]
 
 #: Distance from the truth within which a position counts as found [px].
 KEPT = 1.0
 _FAR = 1e6
+_FEWEST = 3  # frames in which noise is told from what stays
 
 
 @dataclass(frozen=True)
@@ -38,31 +41,34 @@ def matched_tracks(tracks: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:
     tracked, true = tracks["position"].values, truth["position"].values
     if len(tracked) > len(true):
         raise InputError("tracks", f"has {len(tracked)} frames", f"needs at most {len(true)}, as the truth has")
+    from scipy.optimize import linear_sum_assignment
+
+    # The least sum of distances where each was first seen.
+    first = np.isfinite(tracked).all(axis=2).argmax(axis=0)
+    start = tracked[first, np.arange(tracked.shape[1])]
+    away = np.linalg.norm(start[:, None] - true[first], axis=2)
+    rows, columns = linear_sum_assignment(np.nan_to_num(away, nan=_FAR).clip(max=_FAR))
+    real = np.isfinite(away[rows, columns])
+    rows, columns = rows[real], columns[real]
     position, quality = np.full(true.shape, np.nan), np.zeros(true.shape[:2])
-    rows, columns = _pairs(tracked, true)
     position[: len(tracked), columns] = tracked[:, rows]
     quality[: len(tracked), columns] = tracks["quality"].values[:, rows]
     attributes = {**truth.attrs, "source": str(tracks.attrs.get("source", ""))}
     return tracks_like(truth, position, truth["time"].values, quality=quality, attributes=attributes)
 
 
-def _pairs(tracked: Floats, true: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return which found marker is which known one: the least sum of distances where each was first seen."""
-    first = np.isfinite(tracked).all(axis=2).argmax(axis=0)
-    start = tracked[first, np.arange(tracked.shape[1])]
-    away = np.linalg.norm(start[:, None] - true[first], axis=2)
-    rows, columns = linear_sum_assignment(np.nan_to_num(away, nan=_FAR).clip(max=_FAR))
-    real = np.isfinite(away[rows, columns])
-    return rows[real], columns[real]
+def _same_markers(tracks: xr.Dataset, truth: xr.Dataset) -> tuple[Floats, Floats]:
+    """Return the positions of tracks and those of the truth, both (n_times, n_markers, n_axes)."""
+    tracked, true = tracks["position"].values, truth["position"].values
+    if tracked.shape != true.shape or (tracks["marker"].values != truth["marker"].values).any():
+        fault = f"got {tracked.shape} beside {true.shape}"
+        raise InputError("tracks, truth", fault, "needs the same times and markers in both")
+    return tracked, true
 
 
 def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
     """Compare tracks with the truth."""
-    tracked, true = tracks["position"].values, truth["position"].values
-    if tracked.shape != true.shape or (tracks["marker"].values != truth["marker"].values).any():
-        raise InputError(
-            "tracks, truth", f"got {tracked.shape} beside {true.shape}", "needs the same times and markers"
-        )
+    tracked, true = _same_markers(tracks, truth)
     visible = np.isfinite(true).all(axis=2)
     error = np.where(visible, np.linalg.norm(tracked - true, axis=2), np.nan)
     good = np.nan_to_num(error, nan=np.inf) < KEPT
@@ -79,3 +85,51 @@ def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
         kept=float(good.sum() / max(visible.sum(), 1)),
         swapped=swapped,
     )
+
+
+@parameters
+class PositionErrors:
+    """Statistics of the errors of marker positions, over both axes and all markers.
+
+    Parameters
+    ----------
+    noise : float
+        Root mean square of what changes from frame to frame, along an axis [px].
+    bias : float
+        Root mean square over the markers of what stays, along an axis [px].
+    correlation : float
+        Correlation of what changes with the same one frame later [-]; 0 for white noise.
+    lost : float
+        Share of the markers that are lost in a frame [-].
+    """
+
+    noise: NonNegativeNumber
+    bias: NonNegativeNumber = 0.0
+    correlation: Annotated[Number, pydantic.Field(gt=-1, lt=1)] = 0.0
+    lost: Fraction = 0.0
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the whole error along an axis [px]."""
+        return float(np.hypot(self.noise, self.bias))
+
+
+def position_errors(tracks: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
+    """Return the statistics of the errors of tracks."""
+    tracked, true = _same_markers(tracks, truth)
+    errors, visible = tracked - true, ~np.isnan(true).any(axis=2)
+    lost = float(np.isnan(errors[visible]).any(axis=1).mean()) if visible.any() else 0.0
+    counts = (~np.isnan(errors)).sum(axis=0)
+    enough = (counts >= _FEWEST).all(axis=1)
+    if not enough.any():
+        raise InputError("tracks", "has no marker in three frames", "needs some, to tell noise from what stays")
+    errors, counts = errors[:, enough], counts[enough]
+    means = np.nanmean(errors, axis=0)
+    changing = errors - means
+    variance = float(np.nansum(changing**2) / (counts - 1).sum())
+    # The mean of a few frames has a share of the noise itself.
+    staying = float((means**2).mean() - variance * (1.0 / counts).mean())
+    products, squares = np.nanmean(changing[1:] * changing[:-1]), np.nanmean(changing**2)
+    correlation = products / squares if squares > 0 and np.isfinite(products) else 0.0
+    bias = np.sqrt(max(staying, 0.0))
+    return PositionErrors(np.sqrt(variance), bias, float(np.clip(correlation, -0.999, 0.999)), lost)

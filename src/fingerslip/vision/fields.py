@@ -15,22 +15,6 @@ from fingerslip.vision.tracks import check_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "FIELDS",
-    "RigidMotions",
-    "contact_centroid",
-    "fit_rigid_motions",
-    "green_strain",
-    "larger_principal",
-    "marker_fields",
-    "marker_means",
-    "marker_triangles",
-    "rest_positions",
-    "smooth_velocity",
-    "triangle_gradients",
-    "window_frames",
-]
-
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
@@ -217,15 +201,12 @@ def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
     enough = visible.sum(axis=1) >= dim
     residual[~enough] = np.nan
     translation = np.where(enough[:, None], middle_after - middle_before, np.nan)
-    return RigidMotions(translation, np.where(enough, _angles(turns), np.nan), residual)
-
-
-def _angles(turns: Floats) -> Floats:
-    if turns.shape[1] == 2:
-        return np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
-    axis = np.stack([turns[:, i, j] - turns[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], axis=1)
-    angles: Floats = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(turns, axis1=1, axis2=2) - 1.0)
-    return angles
+    if dim == 2:
+        angles = np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
+    else:
+        axis = np.stack([turns[:, i, j] - turns[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], axis=1)
+        angles = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(turns, axis1=1, axis2=2) - 1.0)
+    return RigidMotions(translation, np.where(enough, angles, np.nan), residual)
 
 
 def marker_triangles(rest: Floats) -> Ints:

@@ -24,28 +24,12 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
-from fingerslip.vision.tables import read_csv
-from fingerslip.vision.tracks import check_tracks, make_tracks
+from fingerslip.vision.tracks import check_tracks, make_tracks, read_csv
 from fingerslip.vision.video import write_video
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-__all__ = [
-    "TABLES",
-    "BristolSet",
-    "SeriesRun",
-    "bristol_tracks",
-    "read_bristol",
-    "read_pins",
-    "read_series",
-    "read_table",
-    "write_bristol",
-    "write_pins",
-    "write_series_run",
-    "write_table",
-]
 
 
 def read_table(path: Path) -> pd.DataFrame:

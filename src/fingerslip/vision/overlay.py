@@ -19,8 +19,6 @@ from fingerslip.vision.video import FINE, STATES, opencv, write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["RING_COLOURS", "SHOWN_FIELDS", "field_frames", "overlay_frames", "write_field_overlay", "write_overlay"]
-
 Frame = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Colour = tuple[int, int, int]
@@ -54,8 +52,7 @@ def write_overlay(
     frames: Iterable[Frame], tracks: xr.Dataset, path: str | Path, *, arrows: Floats | None = None, stretch: float = 1.0
 ) -> int:
     """Write frames with their markers and arrows as a video, whole or not at all."""
-    rate = _frame_rate(tracks, "tracks")
-    return write_video(path, overlay_frames(frames, tracks, arrows=arrows, stretch=stretch), rate)
+    return _write(path, overlay_frames(frames, tracks, arrows=arrows, stretch=stretch), tracks, "tracks")
 
 
 def write_field_overlay(frames: Iterable[Frame], fields: xr.Dataset, name: str, path: str | Path) -> int:
@@ -63,15 +60,14 @@ def write_field_overlay(frames: Iterable[Frame], fields: xr.Dataset, name: str, 
 
     The fields must say their ``frame_rate``, as those of a tracked video do. Returns the number of frames.
     """
-    rate = _frame_rate(fields, "fields")
-    return write_video(path, field_frames(frames, fields, name), rate)
+    return _write(path, field_frames(frames, fields, name), fields, "fields")
 
 
-def _frame_rate(moving: xr.Dataset, name: str) -> float:
-    if moving.attrs.get("frame_rate") is None:
-        repair = f"set it in {name}.attrs"
-        raise InputError(f"{name}: frame_rate", "is not there", "needs the frames a second", repair)
-    return float(moving.attrs["frame_rate"])
+def _write(path: str | Path, pictures: Iterator[Frame], moving: xr.Dataset, name: str) -> int:
+    rate = moving.attrs.get("frame_rate")
+    if rate is None:
+        raise InputError(f"{name}: frame_rate", "is not there", "needs the frames a second", f"set it in {name}.attrs")
+    return write_video(path, pictures, float(rate))
 
 
 def overlay_frames(

@@ -7,7 +7,7 @@ position NaN and the quality 0, never a stale position.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,27 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.errors import InputError, ResultError, shorten
-from fingerslip.storage.files import write_bytes
+from fingerslip.storage.files import frame_csv, write_bytes, write_text
 from fingerslip.storage.netcdf import read_netcdf
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
-
-__all__ = [
-    "ATTRIBUTES",
-    "AXES",
-    "KINDS",
-    "UNITS",
-    "VARIABLES",
-    "check_tracks",
-    "make_tracks",
-    "read_tracks",
-    "seen",
-    "tracks_in_metres",
-    "tracks_like",
-    "write_tracks",
-]
 
 AXES = ("x", "y", "z")
 UNITS = ("px", "m")
@@ -166,8 +152,14 @@ def tracks_like(
 
 def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
     """Return tracks that are as all users of them take them to be."""
-    for check in (_check_variables, _check_labels, _check_values, _check_attributes):
-        check(tracks, where)
+    _check_variables(tracks, where)
+    _check_labels(tracks, where)
+    _check_values(tracks, where)
+    for name, meaning in ATTRIBUTES.items():
+        value = tracks.attrs.get(name)
+        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+        if name != "source" and value is not None and not (number and np.isfinite(value) and value > 0):
+            raise InputError(f"{where}: {name}", f"got {shorten(repr(value))}", f"needs a number > 0: {meaning}")
     return tracks
 
 
@@ -222,14 +214,6 @@ def _check_values(tracks: xr.Dataset, where: str) -> None:
             row, column = (int(index) for index in np.argwhere(wrong)[0])
             marker = f"marker {tracks['marker'].values[column]} at {times[row]:.6g} s"
             raise InputError(f"{where}: {name}", f"{marker} has {tracks[name].values[row, column]}", _NEEDED[name])
-
-
-def _check_attributes(tracks: xr.Dataset, where: str) -> None:
-    for name, meaning in ATTRIBUTES.items():
-        value = tracks.attrs.get(name)
-        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
-        if name != "source" and value is not None and not (number and np.isfinite(value) and value > 0):
-            raise InputError(f"{where}: {name}", f"got {shorten(repr(value))}", f"needs a number > 0: {meaning}")
 
 
 def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:
@@ -311,16 +295,131 @@ def read_tracks(path: str | Path) -> xr.Dataset:
         cause = shorten(str(error)) or type(error).__name__
         raise ResultError(f"{path}: cannot be read as tracks ({cause}); make the tracks again") from error
     texts = {name: tracks[name].astype(str) for name in ("axis", "kind") if name in tracks.variables}
-    return check_tracks(_in_si(tracks.assign_coords(texts), str(path)), str(path))
-
-
-def _in_si(tracks: xr.Dataset, where: str) -> xr.Dataset:
-    """Return tracks whose lengths, times and angles are in m, s and rad; pixels stay, and so does what has no unit."""
+    tracks = tracks.assign_coords(texts)
     for name, si in (("position", "m"), ("time", "s"), ("angle", "rad")):
         unit = tracks[name].attrs.get("units") if name in tracks.variables else None
         if unit not in (None, si, "px"):
-            factor = parse_quantity(f"1 {unit}", si, where=f"{where}: unit of {name}")
+            factor = parse_quantity(f"1 {unit}", si, where=f"{path}: unit of {name}")
             converted = tracks[name].variable.copy(data=factor * tracks[name].values.astype(np.float64))
             converted.attrs["units"] = si
             tracks = tracks.assign({name: converted})
-    return tracks
+    return check_tracks(tracks, str(path))
+
+
+_OPTIONAL = {"ring": "ring", "angle": "angle_rad"}
+
+
+def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
+    """Return tracks as a table, sorted by time and then as the markers are."""
+    import pandas as pd
+
+    check_tracks(tracks)
+    times, count = tracks.sizes["time"], tracks.sizes["marker"]
+    unit, position = tracks["position"].attrs["units"], tracks["position"].values
+    labels = [name for name in ("kind", *_OPTIONAL) if name in tracks.coords]
+    return pd.DataFrame(
+        {
+            "time_s": np.repeat(tracks["time"].values, count),
+            "marker": np.tile(tracks["marker"].values, times),
+            **{f"{axis}_{unit}": position[:, :, number].ravel() for number, axis in enumerate(tracks["axis"].values)},
+            "quality": tracks["quality"].values.ravel(),
+            **{_OPTIONAL.get(name, name): np.tile(tracks[name].values, times) for name in labels},
+        }
+    )
+
+
+def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
+    """Return the tracks of a table as :func:`tracks_table` makes it."""
+    unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
+    if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
+        fault = f"has the columns {', '.join(map(str, table.columns))}"
+        raise InputError(where, shorten(fault), "needs time_s, marker, and x_px and y_px or x_m and y_m")
+    places = [f"{axis}_{unit}" for axis in AXES if f"{axis}_{unit}" in table.columns]
+    table = _numeric(table, ("time_s", "marker", *places, "quality", *_OPTIONAL.values()), where)
+    twice = table.duplicated(["time_s", "marker"])
+    if twice.any():
+        row = table[twice].iloc[0]
+        raise InputError(where, f"marker {row['marker']} has two rows at {row['time_s']} s", "needs one")
+    grid = table.set_index(["time_s", "marker"]).to_xarray()
+    first = table.drop_duplicates("marker").set_index("marker").loc[grid["marker"].values]
+    return make_tracks(
+        np.stack([grid[name].values for name in places], axis=2),
+        grid["time_s"].values,
+        units=unit,
+        quality=grid["quality"].fillna(0.0).values if "quality" in grid else None,
+        kind=[str(kind) for kind in first["kind"]] if "kind" in first else "internal",
+        marker=grid["marker"].values,
+        ring=first["ring"].to_numpy() if "ring" in first else None,
+        angle=first["angle_rad"].to_numpy() if "angle_rad" in first else None,
+    )
+
+
+def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFrame:
+    """Return a table with numbers in some of its columns; only time and marker may not be empty."""
+    import pandas as pd
+
+    columns = {name: pd.to_numeric(table[name], errors="coerce") for name in names if name in table.columns}
+    for name, numbers in columns.items():
+        wrong = numbers.isna() & (table[name].notna() | (name in ("time_s", "marker")))
+        if wrong.any():
+            row = int(np.flatnonzero(wrong)[0])
+            cell = "nothing" if pd.isna(table[name].iloc[row]) else shorten(repr(str(table[name].iloc[row])))
+            raise InputError(f"{where}: {name}", f"row {row + 1} has {cell}", "needs a number", "correct that cell")
+    return table.assign(**columns)
+
+
+def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
+    """Write tracks as a CSV file with the columns of :func:`tracks_table`, whole or not at all.
+
+    A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        The tracks.
+    path : path
+        The file; a file that is there is replaced only when the new one is whole.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is no tracks.
+    ResultError
+        Where the file cannot be written.
+    """
+    write_text(Path(path), frame_csv(tracks_table(tracks)))
+
+
+def read_tracks_csv(path: str | Path) -> xr.Dataset:
+    """Read tracks from a CSV file with the columns of :func:`tracks_table`.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    xarray.Dataset
+        The tracks, without attributes.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be read.
+    InputError
+        Where it is no table of tracks.
+    """
+    return tracks_from_table(read_csv(Path(path)), str(path))
+
+
+def read_csv(path: Path) -> pd.DataFrame:
+    """Read a CSV file with a line of names."""
+    import pandas as pd
+
+    try:
+        return pd.read_csv(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
+    except ValueError as error:
+        raise InputError(str(path), f"is no table ({shorten(str(error))})", "needs CSV with a line of names") from error

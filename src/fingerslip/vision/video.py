@@ -19,28 +19,6 @@ from numpy.typing import NDArray
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shorten
 from fingerslip.storage.files import check_replaceable, new_file, new_folder, read_json, write_json
 
-__all__ = [
-    "CODECS",
-    "DARK",
-    "DUPLICATED",
-    "FINE",
-    "OVEREXPOSED",
-    "STATES",
-    "Channel",
-    "Exposure",
-    "Frames",
-    "VideoInfo",
-    "VideoInput",
-    "frame_rate_of",
-    "frame_state",
-    "open_frames",
-    "opencv",
-    "read_frames",
-    "rest_exposure",
-    "video_info",
-    "write_video",
-]
-
 
 def opencv() -> ModuleType:
     """Return the module ``cv2``.
@@ -87,7 +65,18 @@ class VideoInfo:
 def video_info(path: str | Path) -> VideoInfo:
     """Return size, rate and length of a video."""
     path = Path(path)
-    return _folder_info(path) if path.is_dir() else _file_info(path)
+    if not path.is_dir():
+        return _file_info(path)
+    height, width = _image(opencv(), _images(path)[0], "grey").shape[:2]
+    rate, stated = None, path / _RATE_FILE
+    if stated.is_file():
+        repair = "write the images again"
+        content = read_json(stated, repair).get("frame_rate")
+        try:
+            rate = _check_rate(float(str(content)))
+        except (ValueError, OverflowError) as error:
+            raise DamagedError(str(stated), f"has the frame rate {shorten(repr(content))}", repair) from error
+    return VideoInfo(str(path), width, height, rate, len(_images(path)))
 
 
 def frame_rate_of(info: VideoInfo, source: float | None = None) -> float:
@@ -193,21 +182,6 @@ def _images(folder: Path) -> list[Path]:
     return sorted(images, key=lambda path: [int(s) if s.isdigit() else s for s in re.split(r"(\d+)", path.name)])
 
 
-def _folder_info(folder: Path) -> VideoInfo:
-    images = _images(folder)
-    height, width = _image(opencv(), images[0], "grey").shape[:2]
-    rate = None
-    if (folder / _RATE_FILE).is_file():
-        repair = "write the images again"
-        stated = read_json(folder / _RATE_FILE, repair).get("frame_rate")
-        try:
-            rate = _check_rate(float(str(stated)))
-        except (ValueError, OverflowError) as error:
-            fault = f"has the frame rate {shorten(repr(stated))}"
-            raise DamagedError(str(folder / _RATE_FILE), fault, repair) from error
-    return VideoInfo(str(folder), width, height, rate, len(images))
-
-
 def _folder_frames(folder: Path, start: int, stop: int | None, colour: str) -> Iterator[Frame]:
     cv2, first = opencv(), None
     for path in _images(folder)[start:stop]:
@@ -259,7 +233,14 @@ def write_video(
     """
     path, checked, rate = Path(path), _check_frames(frames), _check_rate(frame_rate)
     if not path.suffix:
-        return _write_images(path, checked, rate)
+        check_replaceable(path, _RATE_FILE)
+        cv2, written = opencv(), 0
+        with new_folder(path) as partial:
+            for written, frame in enumerate(checked, start=1):
+                content = cv2.imencode(".png", frame)[1]
+                (partial / f"frame_{written - 1:06d}.png").write_bytes(content.tobytes())
+            write_json(partial / _RATE_FILE, {"frame_rate": rate})
+        return written
     chosen = codec or CODECS.get(path.suffix.lower())
     if chosen is None or len(chosen) != 4:
         fault = f"has the ending {path.suffix!r}" if codec is None else f"got the codec {codec!r}"
@@ -307,17 +288,6 @@ def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) ->
         # OpenCV says nothing when the disk is full.
         if written - count > max(_MISSING_FRAMES, _MISSING_SHARE * written):
             raise ResultError(f"{path}: holds {count} of {written} frames; free some space or choose another folder")
-    return written
-
-
-def _write_images(folder: Path, frames: Iterator[Frame], rate: float) -> int:
-    check_replaceable(folder, _RATE_FILE)
-    cv2, written = opencv(), 0
-    with new_folder(folder) as partial:
-        for written, frame in enumerate(frames, start=1):
-            _, content = cv2.imencode(".png", frame)
-            (partial / f"frame_{written - 1:06d}.png").write_bytes(content.tobytes())
-        write_json(partial / _RATE_FILE, {"frame_rate": rate})
     return written
 
 

@@ -43,7 +43,7 @@ def test_names_of_regions_and_boundaries(finger):
     assert list(finger.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
     assert set(finger.boundaries) == {
         "skin", "pad", "base", "phalanx_base", "epidermis_dermis", "dermis_tissue", "phalanx_surface",
-        "phalanx_palmar", "phalanx_dorsal",
+        "phalanx_palmar", "phalanx_dorsal"
     }  # fmt: skip
     across = build_section(change(section="transverse"))
     assert not {"base", "phalanx_base"} & set(across.boundaries)

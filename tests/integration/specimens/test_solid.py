@@ -156,16 +156,16 @@ def random_finger(seed):
     return change_solid(
         sagittal={
             "half_height": mm(height), "pad_length": mm(draw(10, 22)), "pad_rise": mm(height * draw(0, 0.8)),
-            "tip_length": mm(height * draw(0.9, 1.8)),
+            "tip_length": mm(height * draw(0.9, 1.8))
         },
         transverse={"half_height": mm(height), "half_width": mm(width)},
         layers={"skin_thickness": mm(skin), "epidermis_thickness": mm(skin * draw(0.25, 0.6))},
         phalanx={
             "variant": VARIANTS[seed % 3], "corner_radius": mm(draw(0.1, 0.6)), "tissue_thickness": mm(draw(1.2, 3.5)),
-            "sagittal": along, "transverse": across,
+            "sagittal": along, "transverse": across
         },
         solid={"angle": f"{draw(-0.5, 0.5):.3f} rad", "base_half_width": mm(width * draw(0.85, 1.15)),
-               "phalanx": phalanx},
+               "phalanx": phalanx}
     )  # fmt: skip
 
 

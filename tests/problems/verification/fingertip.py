@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
@@ -16,8 +16,6 @@ from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.sources import build_section
 from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
-
-__all__ = ["PROBLEMS"]
 
 _SIZES = (0.12e-3, 0.28e-3)
 _MESHES = (1.0, 2.0 / 3.0, 0.5)
@@ -48,7 +46,7 @@ def _softer(model: Model, compliance: float) -> Model:
     return dataclasses.replace(model, contacts=(stiff,))
 
 
-def _refinement() -> tuple[Check, ...]:
+def _refinement() -> Iterator[Check]:
     """Hold the uncertainty of the slip times against the resolution of the published ones, and show an order.
 
     The penalties act in first order; overall slip as read from displacement shows it, because it is not rounded to
@@ -60,41 +58,25 @@ def _refinement() -> tuple[Check, ...]:
         "step": [find_events(solve_problem(_model(step_factor=factor))) for factor in _STEPS],
         "penalty": [find_events(solve_problem(_softer(base, factor))) for factor in _COMPLIANCES],
     }
-    checks = [
-        absolute(f"{name} slip: uncertainty over the {setting} [s]", 0.0, _error(found), _RESOLUTION)
-        for setting, runs in events.items()
-        for name, read in (("three-quarter", _three_quarter), ("overall", _overall))
-        for found in [_found(setting, runs, read)]
-    ]
-    order = _found("penalty", events["penalty"], lambda one: one.displacement.overall).order
-    return (*checks, absolute("overall slip: observed order in the contact compliance", 1.0, order or 0.0, 0.2))
+    times: tuple[tuple[str, Callable[[Events], float | None]], ...] = (
+        ("three-quarter", lambda found: found.slip.three_quarter),
+        ("overall", lambda found: found.slip.overall),
+    )
+    for setting, runs in events.items():
+        for name, read in times:
+            error = _refined(setting, runs, read).uncertainty
+            if error is None:
+                raise VerificationError("a slip event did not happen at every level of refinement")
+            yield absolute(f"{name} slip: uncertainty over the {setting} [s]", 0.0, error, _RESOLUTION)
+    order = _refined("penalty", events["penalty"], lambda found: found.displacement.overall).order
+    yield absolute("overall slip: observed order in the contact compliance", 1.0, order or 0.0, 0.2)
 
 
-def _found(setting: str, runs: Sequence[Events], read: Callable[[Events], float | None]) -> Refinement:
+def _refined(setting: str, runs: Sequence[Events], read: Callable[[Events], float | None]) -> Refinement:
     sizes = {"mesh": _MESHES, "step": _STEPS, "penalty": _COMPLIANCES}[setting]
-    return refine(Series(setting, sizes, tuple(read(one) for one in runs)), ORDERS[setting])
+    return refine(Series(setting, sizes, tuple(map(read, runs))), ORDERS[setting])
 
 
-def _error(found: Refinement) -> float:
-    if found.uncertainty is None:
-        raise VerificationError("a slip event did not happen at every level of refinement")
-    return found.uncertainty
-
-
-def _three_quarter(events: Events) -> float | None:
-    return events.slip.three_quarter
-
-
-def _overall(events: Events) -> float | None:
-    return events.slip.overall
-
-
-PROBLEMS = (
-    Problem(
-        "fingertip-refinement",
-        "Slip times of the fingertip of Table 2, refined in mesh, step and contact stiffness",
-        "Richardson's extrapolation, grid convergence index",
-        True,
-        _refinement,
-    ),
-)
+_TITLE = "Slip times of the fingertip of Table 2, refined in mesh, step and contact stiffness"
+_SOURCE = "Richardson's extrapolation, grid convergence index"
+PROBLEMS = (Problem("fingertip-refinement", _TITLE, _SOURCE, _refinement, slow=True),)

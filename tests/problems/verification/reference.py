@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.mesh import advance
-from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.prediction import first_state
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import ConvergenceError

@@ -20,9 +20,8 @@ change 0.2 %. So 2 % are allowed. The half width of contact is known to a cell, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import xarray as xr
@@ -39,8 +38,6 @@ from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.line import HALF_WIDTH, RADIUS, line_model
 from fingerslip.verification.meshes import box, grade
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
-
-__all__ = ["PROBLEMS", "Pressed", "ball_model", "forgotten_since", "remembered_force"]
 
 Array = NDArray[np.float64]
 
@@ -113,40 +110,25 @@ def _phases(times: Array) -> dict[str, NDArray[np.bool_]]:
     return {"pressed and held": ~lifting, "lifted": lifting}
 
 
-def _line() -> tuple[Check, ...]:
+def _line() -> Iterator[Check]:
     """Press a cylinder on a block, hold and lift it."""
     pressed, cells = Pressed(3e-6), 16
+    size = HALF_WIDTH / cells
+    face, programme = Cylinder(RADIUS), pressed.programme
     histories = _computed(
-        lambda prony: line_model(
-            "Q4", lambda x: 0.0 * x, Cylinder(RADIUS), pressed.programme, cells=cells, mu=0.0, prony=prony
-        )
+        lambda prony: line_model("Q4", lambda x: 0.0 * x, face, programme, cells=cells, mu=0.0, prony=prony)
     )
     times, elastic, viscous, expected = _forces(histories)
-    widths = [_half_widths(history, HALF_WIDTH / cells) for history in histories]
+    for name, phase in _phases(times).items():
+        error = float(np.abs(viscous - expected)[phase].max() / elastic.max())
+        yield absolute(f"{name}: force, largest error / largest elastic force", 0.0, error, 1e-3)
+    # Half the width of the nodes that press, half a cell beside them included.
+    widths = [0.5 * size * (history["normal_traction"].values > 0.0).sum(axis=1) for history in histories]
     wanted = np.interp([forgotten_since(float(time)) for time in times], times, widths[0])
     touching = expected > 0.02 * elastic.max()
-    checks = [
-        absolute(
-            f"{name}: force, largest error / largest elastic force",
-            0.0,
-            float(np.abs(viscous - expected)[own].max() / elastic.max()),
-            1e-3,
-        )
-        for name, own in _phases(times).items()
-    ]
-    apart = float(np.abs(widths[1] - wanted)[touching].max() / (HALF_WIDTH / cells))
-    return (
-        *checks,
-        absolute("half width of contact, largest error / cell", 0.0, apart, 1.0),
-        absolute("approach at which contact ends / largest", *_parting(pressed, times, viscous), 1.0 / 40),
-    )
-
-
-def _half_widths(history: xr.Dataset, size: float) -> Array:
-    """Return half the width of the nodes that press, half a cell beside them included, over time [m]."""
-    pressing = history["normal_traction"].values > 0.0
-    found: Array = 0.5 * size * pressing.sum(axis=1)
-    return found
+    apart = float(np.abs(widths[1] - wanted)[touching].max() / size)
+    yield absolute("half width of contact, largest error / cell", 0.0, apart, 1.0)
+    yield absolute("approach at which contact ends / largest", *_parting(pressed, times, viscous), 1.0 / 40)
 
 
 def _parting(pressed: Pressed, times: Array, force: Array) -> tuple[float, float]:
@@ -161,9 +143,8 @@ def _parting(pressed: Pressed, times: Array, force: Array) -> tuple[float, float
 
     expected = float(optimize.brentq(left, start, end))
     last = times[np.flatnonzero(force > 0.0)[-1]]
-    return float(pressed.approach(np.array([expected]))[0]) / pressed.depth, float(
-        pressed.approach(np.array([last]))[0]
-    ) / pressed.depth
+    there, here = pressed.approach(np.array([expected, last])) / pressed.depth
+    return float(there), float(here)
 
 
 _MODULUS, _RATIO = 1e5, 0.4999
@@ -172,7 +153,7 @@ _APPROACH = _CONTACT_RADIUS**2 / _BALL
 _OUTER, _GROWTH = 200 * _CONTACT_RADIUS, 1.5
 
 
-def ball_model(cells: int, prony: Prony, steps: int = 20) -> Model:
+def _ball_model(cells: int, prony: Prony) -> Model:
     """Return a ball that is pressed on a quarter of a block, held and lifted, with `cells` in the contact radius."""
     size = _CONTACT_RADIUS / cells
     along = grade(1.25 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
@@ -192,36 +173,26 @@ def ball_model(cells: int, prony: Prony, steps: int = 20) -> Model:
         supports={"top": ("x", "y", "z"), "left": ("x",), "front": ("y",)},
         contacts=(contact,),
         programme=Pressed(_APPROACH).programme,
-        time=QuasiStatic(1.0 / steps),
+        time=QuasiStatic(1.0 / 20),
     )
 
 
-@cache
-def _ball(cells: int) -> tuple[xr.Dataset, xr.Dataset]:
-    return _computed(lambda prony: ball_model(cells, prony))
-
-
-def _sphere() -> tuple[Check, ...]:
+def _sphere() -> Iterator[Check]:
     """Press a ball on a quarter of a block, hold and lift it: beside its own elastic force, and beside Hertz's."""
-    times, elastic, viscous, expected = _forces(_ball(8))
+    times, elastic, viscous, expected = _forces(_computed(lambda prony: _ball_model(8, prony)))
     stiffness = 4.0 / 3.0 * _MODULUS / (1.0 - _RATIO**2) * np.sqrt(_BALL) / 4.0
-    approach = Pressed(_APPROACH).approach
-    hertz = [remembered_force(lambda at: stiffness * approach(at) ** 1.5, float(time)) for time in times]
+    pressed = Pressed(_APPROACH)
+    hertz = [remembered_force(lambda at: stiffness * pressed.approach(at) ** 1.5, float(time)) for time in times]
     largest = float(stiffness * _APPROACH**1.5)
-    checks = []
-    for name, own in _phases(times).items():
-        errors = np.abs(viscous - expected)[own].max() / elastic.max(), np.abs(viscous - hertz)[own].max() / largest
-        checks += [
-            absolute(f"{name}: force, largest error / largest elastic force", 0.0, float(errors[0]), 1e-3),
-            absolute(f"{name}: force, largest error / largest force of Hertz", 0.0, float(errors[1]), 0.02),
-        ]
-    parting = _parting(Pressed(_APPROACH), times, viscous)
-    return (*checks, absolute("approach at which contact ends / largest", *parting, 1.0 / 20))
+    for name, phase in _phases(times).items():
+        errors = np.abs(viscous - expected)[phase].max() / elastic.max(), np.abs(viscous - hertz)[phase].max() / largest
+        yield absolute(f"{name}: force, largest error / largest elastic force", 0.0, float(errors[0]), 1e-3)
+        yield absolute(f"{name}: force, largest error / largest force of Hertz", 0.0, float(errors[1]), 0.02)
+    yield absolute("approach at which contact ends / largest", *_parting(pressed, times, viscous), 1.0 / 20)
 
 
+_BALL_SOURCE = "Lee & Radok 1960; Ting 1966"
 PROBLEMS = (
-    Problem("viscous-line", "Cylinder pressed, held and lifted", "Ting 1966", slow=False, compute=_line),
-    Problem(
-        "viscous-sphere", "Ball pressed, held and lifted", "Lee & Radok 1960; Ting 1966", slow=True, compute=_sphere
-    ),
+    Problem("viscous-line", "Cylinder pressed, held and lifted", "Ting 1966", _line),
+    Problem("viscous-sphere", "Ball pressed, held and lifted", _BALL_SOURCE, _sphere, slow=True),
 )

@@ -8,10 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.afferents.integrate_and_fire import AFFERENTS, IntegrateAndFire, human_afferents
-from fingerslip.afferents.model import Spikes, spikes_of
-from fingerslip.afferents.signals import BandwidthWarning
-from fingerslip.afferents.stimuli import STIMULI
+from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire, Spikes, human_afferents, spikes_of
+from fingerslip.afferents.signals import STIMULI, BandwidthWarning
 from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
 

@@ -79,7 +79,7 @@ def test_wrong_use_is_exit_code_2(invoke: Callable[..., Any], arguments: list[st
 def test_not_enough_memory_is_one_line(
     invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from fingerslip.study.running import prepare
+    from fingerslip.study.running import build as prepare
 
     def failing(*_: object) -> None:
         raise MemoryError
@@ -132,7 +132,7 @@ def test_output_that_has_no_room_is_one_line(words: tuple[str, ...]) -> None:
 def test_exit_code_is_that_of_what_the_user_can_repair() -> None:
     from fingerslip.commands.shared import exit_code
     from fingerslip.errors import ConvergenceError, InputError, ResultError
-    from fingerslip.study.running.pool import WorkerLostError
+    from fingerslip.study.running.compute import WorkerLostError
     from fingerslip.study.running.runner import StudyFailedError
 
     solved = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")

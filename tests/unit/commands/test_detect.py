@@ -11,7 +11,7 @@ import pytest
 from fingerslip.detect.labels import write_onsets
 from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
+from fingerslip.detect.trials import TrialSet, open_trials, write_trials
 
 SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
 

@@ -142,12 +142,11 @@ def test_run_that_does_not_converge_is_exit_code_1(
     invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from fingerslip.errors import ConvergenceError
-    from fingerslip.study.running import compute
 
     def failing(*arguments: object, **options: object) -> None:
         raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
-    monkeypatch.setattr(compute, "simulate", failing)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
     result = invoke("run", block())
     assert result.exit_code == 1
     assert "use a smaller step" in result.stderr
@@ -157,17 +156,17 @@ def test_run_that_does_not_converge_is_exit_code_1(
 def test_finished_runs_are_shown_also_where_others_failed(
     invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from fingerslip.dynamics import simulation
     from fingerslip.errors import ConvergenceError
-    from fingerslip.study.running import compute
 
-    whole = compute.simulate
+    whole = simulation.simulate
 
     def sometimes(model: Any, **given: Any) -> Any:
         if model.contacts[0].friction.coefficient > 0.3:
             raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
         return whole(model, **given)
 
-    monkeypatch.setattr(compute, "simulate", sometimes)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", sometimes)
     path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
     result = invoke("run", path, "--workers", "1")
     assert result.exit_code == 1
@@ -180,12 +179,10 @@ def test_finished_runs_are_shown_also_where_others_failed(
 def test_ctrl_c_is_exit_code_130(
     invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from fingerslip.study.running import compute
-
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(compute, "simulate", interrupted)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
     result = invoke("run", block())
     assert result.exit_code == 130
     assert "stopped: what is finished is kept; the same command goes on with the rest" in result.stderr

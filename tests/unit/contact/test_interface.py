@@ -33,7 +33,7 @@ def candidates(count=1):
 def move(nodes, before, relative, mu=MU):
     """Take a rigid skin to given gaps and tangential positions: only the penalties give way."""
     relative = np.atleast_2d(np.asarray(relative, dtype=float))
-    free = contact_problem(nodes, before, relative)
+    free = contact_problem(relative, before.forces, before.relative, nodes.tangential_stiffness)
     penalties = np.column_stack([nodes.normal_stiffness, nodes.tangential_stiffness]).ravel()
     coefficients = np.full(len(nodes.nodes), mu)
     solution = solve_friction(np.diag(1.0 / penalties), free, coefficients, before.forces, 1e-13)

@@ -159,39 +159,6 @@ def test_the_derivative_of_the_projection_is_its_slope(dim, tangential, mu):
     np.testing.assert_allclose(slope, np.subtract(*sides).T / 2e-6, atol=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("free", "forces"), [([-1.0, 0.3, -0.4], [4.0, -0.6, 0.8]), ([-1.0, 3.0, -4.0], [4.0, -1.2, 1.6])]
-)
-def test_one_node_in_closed_form_in_3d(free, forces):
-    """Uncoupled node: r_n = -q_n k_n; it sticks while |q_t k_t| <= mu r_n and else slips along q_t."""
-    compliance = np.diag([1 / 4.0, 1 / 2.0, 1 / 2.0])
-    solution = solve_friction(compliance, np.array([free]), np.array([0.5]), np.zeros((1, 3)), 1e-13)
-    np.testing.assert_allclose(solution.forces[0], forces, rtol=1e-12)
-
-
-@pytest.mark.parametrize("dim", [2, 3])
-def test_all_sliding_in_one_direction_reaches_the_cone(dim):
-    compliance, free, friction = random_problem(4, dim, 10, 0.0, 0.4).arguments
-    free[:, 0], free[:, 1:] = -1.0, 0.0
-    free[:, 1] = 50.0
-    forces = solve_friction(0.01 * compliance + np.eye(10 * dim), free, friction, np.zeros_like(free), TOLERANCE).forces
-    np.testing.assert_allclose(np.linalg.norm(forces[:, 1:], axis=1), 0.4 * forces[:, 0], rtol=1e-12)
-    assert (forces[:, 1] < 0.0).all()
-
-
-def test_frictionless_normal_problem_is_the_quadratic_programme():
-    """Without friction the forces minimise r W r / 2 + q r over r_n >= 0: no other feasible point is lower."""
-    problem = random_problem(11, 2, 12, 1.0, 0.0)
-    forces, rows, rng = problem.solution().forces[:, 0], np.arange(0, 24, 2), np.random.default_rng(5)
-    normal = problem.compliance[np.ix_(rows, rows)]
-
-    def energy(r):
-        return 0.5 * r @ normal @ r + problem.free[:, 0] @ r
-
-    others = np.maximum(forces + rng.normal(scale=0.1, size=(500, 12)), 0.0)
-    assert min(energy(r) for r in others) > energy(forces)
-
-
 # What is the same for few nodes and for many, in 2D and in 3D.
 
 
@@ -282,17 +249,6 @@ def pulled(row, slides):
         solution, past = solved(compliance, moved, friction, start, 1e-12, working_set=past)
         start = solution.forces
         yield solution
-
-
-def test_a_path_in_2d_is_followed_with_few_iterations():
-    """To and fro: nodes stick, slip and turn, and what a step leaves serves for the next."""
-    row, forces, iterations, alone = pressed_row(60), np.zeros((60, 2)), 0, 0
-    slides = np.concatenate([np.linspace(0.0, 1.0, 200), np.linspace(1.0, -0.5, 100)])
-    for slide, solution in zip(slides, pulled(row, slides), strict=True):
-        exact = solve_friction(row[0].matrix, row[1] + np.array([0.0, slide]), row[2], forces, 1e-12)
-        assert_same_forces(solution.forces, exact.forces, 1e-10)
-        iterations, alone, forces = iterations + solution.iterations, alone + exact.iterations, exact.forces
-    assert iterations < 1.2 * alone, f"{iterations} iterations, {alone} by the compiled solver"
 
 
 def test_threads_side_by_side_find_the_same():

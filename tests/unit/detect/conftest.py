@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.detect.features import FeatureSettings
-from fingerslip.detect.motion import MotionSettings
+from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.samples import Samples, Sampling, samples_of
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
+from fingerslip.detect.training import Detector, train
+from fingerslip.detect.trials import TrialSet, open_trials, write_trials
 
 MOTION = MotionSettings(rest_frames=20, window=5)
 SAMPLING = Sampling(20, 6, 6, 20, least=0.5)
@@ -36,6 +36,12 @@ def trials(trials_folder: Path) -> TrialSet:
 def samples(trials: TrialSet) -> Samples:
     settings = FeatureSettings(("displacement", "speed", "mean", "time", "rings"), MOTION)
     return samples_of(trials, trials.onsets(), settings, SAMPLING)
+
+
+@pytest.fixture(scope="session")
+def detector(trials: TrialSet) -> Detector:
+    """Return a detector that learned from eight trials."""
+    return train(trials, trials.onsets(), "logistic", motion=MOTION, sampling=SAMPLING, names=trials.names[:8])
 
 
 @pytest.fixture

@@ -6,14 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fingerslip.detect.classifiers import (
-    CLASSIFIERS,
-    SVM_GRID,
-    Candidate,
-    fit,
-    probabilities,
-    union_of_sets,
-)
+from fingerslip.detect.classifiers import CLASSIFIERS, SVM_GRID, Candidate, fit, probabilities, union_of_sets
 from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import columns_of
 from fingerslip.errors import InputError
@@ -33,9 +26,7 @@ def test_every_classifier_learns_what_is_plain(name: str) -> None:
     assert found.shape == (240, 3)
     assert found.sum(axis=1) == pytest.approx(1.0)
     assert (found.argmax(axis=1) == CLASSES).mean() > 0.7
-    assert np.array_equal(probabilities(estimator, values[:5]), found[:5]) or found[:5] == pytest.approx(
-        probabilities(estimator, values[:5]), abs=1e-6
-    )
+    assert found[:5] == pytest.approx(probabilities(estimator, values[:5]), abs=1e-6)
 
 
 def test_the_forest_is_the_published_one() -> None:
@@ -52,9 +43,7 @@ def test_probabilities_of_a_forest_are_its_own() -> None:
 def test_parameters_of_the_machines_come_from_the_grid() -> None:
     estimator = fit(CLASSIFIERS["svm_rbf"], VALUES, CLASSES, GROUPS)
     assert estimator.get_params()["linearsvc__C"] in SVM_GRID["C"]
-    assert estimator.get_params()["nystroem__gamma"] * 6 == pytest.approx(
-        next(one for one in SVM_GRID["gamma"] if abs(one / 6 - estimator.get_params()["nystroem__gamma"]) < 1e-12)
-    )
+    assert estimator.get_params()["nystroem__gamma"] in [gamma / 6 for gamma in SVM_GRID["gamma"]]
     alone = fit(CLASSIFIERS["svm_linear"], VALUES, CLASSES, np.zeros(240, dtype=np.intp))
     assert alone.get_params()["linearsvc__C"] == 0.1
 
@@ -90,10 +79,6 @@ def test_columns_of_sets() -> None:
         columns_of(names, ("polar",))
     two = [Candidate(name, sets, "", lambda seed: seed) for name, sets in (("a", ("x", "y")), ("b", ("y", "z")))]
     assert union_of_sets(two) == ("x", "y", "z")
-
-
-def test_a_module_that_is_there_is_loaded() -> None:
-    assert optional("sklearn.svm").LinearSVC
 
 
 def test_a_module_that_is_missing_names_the_command_that_installs_it() -> None:

@@ -12,7 +12,7 @@ from fingerslip.detect.evaluation.inquiries import Assumption, Sensitivity
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.session import Choices
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")

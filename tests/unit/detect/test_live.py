@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,26 +10,19 @@ import xarray as xr
 
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, run_live, run_on_markers, run_on_tracks
-from fingerslip.detect.training import Detector, detect, train
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.training import Detector, detect
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.track import SeenMarkers
-from unit.detect.conftest import MOTION, SAMPLING
-
-
-@pytest.fixture(scope="module")
-def made(trials: TrialSet) -> Detector:
-    some = trials.names[:8]
-    return train(trials, trials.onsets(), "logistic", motion=MOTION, sampling=SAMPLING, names=some)
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.3])
-def test_frame_by_frame_finds_what_whole_tracks_give(made: Detector, trials: TrialSet, lost: float) -> None:
+def test_frame_by_frame_finds_what_whole_tracks_give(detector: Detector, trials: TrialSet, lost: float) -> None:
     tracks = disturb(trials.tracks(trials.names[-1]), "lost", lost, seed=3)
     tracks["position"].values[100] = np.nan
     tracks["quality"].values[100] = 0.0
-    time, scores, onsets = detect(made, tracks)
-    found = list(run_on_tracks(made, tracks))
+    time, scores, onsets = detect(detector, tracks)
+    found = list(run_on_tracks(detector, tracks))
     assert [one.time for one in found] == time.tolist()
     assert np.array([[one.slip, one.gross] for one in found]) == pytest.approx(scores, abs=1e-4)
     assert found[-1].onsets == onsets
@@ -38,17 +30,17 @@ def test_frame_by_frame_finds_what_whole_tracks_give(made: Detector, trials: Tri
     assert latency_of(found).median > 0
 
 
-def test_nothing_is_found_before_rest_is_over(made: Detector, trials: TrialSet) -> None:
-    live, frames = LiveDetector(made), list(frames_of(trials.tracks(trials.names[-1])))
+def test_nothing_is_found_before_rest_is_over(detector: Detector, trials: TrialSet) -> None:
+    live, frames = LiveDetector(detector), list(frames_of(trials.tracks(trials.names[-1])))
     assert [len(live.take(frame)) for frame in frames[:22]] == [*[0] * 19, 20, 1, 1]
     with pytest.raises(InputError, match="fewer than the frames at rest"):
-        latency_of(list(run_live(made, frames[:5])))
+        latency_of(list(run_live(detector, frames[:5])))
 
 
-def test_frames_that_do_not_follow_are_refused(made: Detector, trials: TrialSet) -> None:
+def test_frames_that_do_not_follow_are_refused(detector: Detector, trials: TrialSet) -> None:
     frames = list(frames_of(trials.tracks(trials.names[-1])))
     for start in (3, 25):
-        live = LiveDetector(made)
+        live = LiveDetector(detector)
         for frame in frames[:start]:
             live.take(frame)
         with pytest.raises(InputError, match="needs rising times"):
@@ -57,17 +49,17 @@ def test_frames_that_do_not_follow_are_refused(made: Detector, trials: TrialSet)
             live.take(Frame(1e3, np.zeros((4, 2))))
 
 
-def test_a_marker_that_is_never_seen_at_rest_is_named(made: Detector, trials: TrialSet) -> None:
+def test_a_marker_that_is_never_seen_at_rest_is_named(detector: Detector, trials: TrialSet) -> None:
     tracks = trials.tracks(trials.names[-1])
     tracks["position"].values[:20, 30] = np.nan
     tracks["quality"].values[:20, 30] = 0.0
     with pytest.raises(InputError, match="marker 11: is seen in none of the frames at rest"):
-        list(run_on_tracks(made, tracks))
+        list(run_on_tracks(detector, tracks))
 
 
-def test_other_markers_are_refused(made: Detector, trials: TrialSet, tmp_path: Path) -> None:
+def test_other_markers_are_refused(detector: Detector, trials: TrialSet) -> None:
     with pytest.raises(InputError, match="needs the markers that the detector learned from"):
-        list(run_on_tracks(made, trials.tracks(trials.names[0]).isel(marker=slice(0, 50))))
+        list(run_on_tracks(detector, trials.tracks(trials.names[0]).isel(marker=slice(0, 50))))
 
 
 @dataclass(frozen=True)
@@ -91,12 +83,12 @@ class Streamed:
             yield SeenMarkers(float(time), position.astype(np.float32), quality.astype(np.float32), 0)
 
 
-def test_markers_of_a_video_are_detected_on_as_tracks_are(made: Detector, trials: TrialSet) -> None:
+def test_markers_of_a_video_are_detected_on_as_tracks_are(detector: Detector, trials: TrialSet) -> None:
     tracks = trials.tracks(trials.names[-1])
     inside = tracks.isel(marker=tracks["kind"].values == "internal")
-    found, known = list(run_on_markers(made, Streamed(inside))), list(run_on_tracks(made, inside))  # type: ignore[arg-type]
+    found, known = list(run_on_markers(detector, Streamed(inside))), list(run_on_tracks(detector, inside))  # type: ignore[arg-type]
     assert [one.slip for one in found] == pytest.approx([one.slip for one in known], abs=1e-3)
     assert found[-1].onsets == known[-1].onsets
     assert latency_of(found).frames == len(known)
     with pytest.raises(InputError, match="needs the markers that the detector learned from"):
-        list(run_on_markers(made, Streamed(inside.isel(marker=slice(0, 5)))))  # type: ignore[arg-type]
+        list(run_on_markers(detector, Streamed(inside.isel(marker=slice(0, 5)))))  # type: ignore[arg-type]

@@ -1,26 +1,28 @@
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fingerslip.commands import detect as commands
 from fingerslip.detect.labels import LabelSettings, Onsets
 from fingerslip.detect.recordings import (
     read_any_tracks,
     read_conditions,
     read_recording,
-    readers,
     recorded_trials,
     with_external,
 )
-from fingerslip.detect.session import collect_trials
+from fingerslip.detect.session import collect_trials, run_detector
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
-from fingerslip.detect.trial_set import open_trials, write_trials
+from fingerslip.detect.trials import open_trials, write_trials
 from fingerslip.errors import InputError
-from fingerslip.vision.tables import write_tracks_csv
-from fingerslip.vision.tracks import make_tracks, write_tracks
+from fingerslip.marker_layouts import hexagonal_layout
+from fingerslip.vision.tracking.track import track_markers
+from fingerslip.vision.tracks import make_tracks, write_tracks, write_tracks_csv
 from fingerslip.vision.video import write_video
 
 TRIAL = synthetic_trial("a", SyntheticSlide(travel=2e-3))
@@ -147,6 +149,23 @@ def test_videos_of_both_cameras_become_a_data_set(collect: Callable[..., str], t
     assert moved[-1] - moved[0] == pytest.approx(np.tile([29.0, 0.0], (6, 1)), abs=0.3)
 
 
+def test_the_layout_is_found_by_itself(tmp_path: Path) -> None:
+    places = np.array([80.0, 60.0]) + hexagonal_layout(20.0, 2).position
+    film(tmp_path / "hexagon.mkv", list(map(tuple, places)), {}, frames=REST + 2)
+    (tmp_path / "table.csv").write_text("file\nhexagon.mkv\n")
+    (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nhexagon,0.2,0.3\n")
+    target = tmp_path / "trials"
+    options = {"labels": tmp_path / "mine.csv", "title": "", "rest_frames": REST}
+    collect_trials(tmp_path, tmp_path / "table.csv", target, **options)
+    assert np.bincount(open_trials(target).tracks("hexagon")["ring"].values).tolist() == [1, 6, 12]
+
+
+@pytest.mark.parametrize("function", [read_recording, collect_trials, run_detector, commands.collect, commands.run])
+def test_the_layout_is_found_unless_it_is_said(function: Callable[..., object]) -> None:
+    track = inspect.signature(track_markers).parameters["layout"].default
+    assert inspect.signature(function).parameters["layout"].default == track == "auto"
+
+
 def test_a_users_own_labels_stand_beside_them(collect: Callable[..., str], tmp_path: Path) -> None:
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\none,0.5,0.9\ntwo,0.6,\n")
     collect(labels=tmp_path / "mine.csv")
@@ -159,16 +178,14 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings: Path, tmp_path:
     film(recordings / "early.mkv", INNER, dict.fromkeys(range(6), 3))
     (tmp_path / "table.csv").write_text("file\nearly.mkv\n")
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nearly,0.5,0.9\n")
-    said = collect_trials(
-        recordings,
-        tmp_path / "table.csv",
-        tmp_path / "trials",
-        labels=tmp_path / "mine.csv",
-        title="",
-        rest_frames=REST,
-        markers=(6, None),
-        layout="free",
-    )
+    options = {
+        "labels": tmp_path / "mine.csv",
+        "title": "",
+        "rest_frames": REST,
+        "markers": (6, None),
+        "layout": "free",
+    }
+    said = collect_trials(recordings, tmp_path / "table.csv", tmp_path / "trials", **options)
     assert "early: " in said
     assert "the sensor moved by" in said
     assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
@@ -194,10 +211,5 @@ def test_recordings_of_two_cameras_have_to_fit(recordings: Path, tmp_path: Path)
     with pytest.raises(InputError, match="external: is in m, needs the unit of the inner camera"):
         with_external(inner, metres)
     (tmp_path / "table.csv").write_text("file,external\none.mkv,none.mkv\n")
-    inside, outside = readers(6, 5, REST, "free")
     with pytest.raises(InputError, match=r"names none\.mkv, needs files that are in"):
-        next(
-            recorded_trials(
-                recordings, tmp_path / "table.csv", settings=LabelSettings(), read=inside, read_external=outside
-            )
-        )
+        next(recorded_trials(recordings, tmp_path / "table.csv"))

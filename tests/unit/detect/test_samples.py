@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,7 +20,7 @@ from fingerslip.detect.samples import (
     sample_split,
     samples_of,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 
 CLASSES = np.repeat([0, 1, 2], [200, 300, 100]).astype(np.int8)
@@ -102,14 +104,16 @@ def test_conditions_are_left_out_one_by_one_or_in_ranges() -> None:
     assert left_out({"a": {"s": "wet"}, "b": {"s": "dry"}}, "s") == {"dry": ("b",), "wet": ("a",)}
 
 
-def test_bad_splits_are_refused() -> None:
-    with pytest.raises(InputError, match="folds: got 24, needs 2 to 23"):
-        grouped_folds(NAMES, 24, 0)
-    with pytest.raises(InputError, match="trials: got 23, needs at least 30"):
-        held_out(NAMES, 30, 0)
-    with pytest.raises(InputError, match=r"share: got 1\.0"):
-        benchmark_test_trials(NAMES, share=1.0)
-    with pytest.raises(InputError, match="trial b: has no condition 's'"):
-        left_out({"a": {"s": 1}, "b": {}}, "s")
-    with pytest.raises(InputError, match="condition 's': is 1 in all trials"):
-        left_out({"a": {"s": 1}, "b": {"s": 1}}, "s")
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: grouped_folds(NAMES, 24, 0), "folds: got 24, needs 2 to 23"),
+        (lambda: held_out(NAMES, 30, 0), "trials: got 23, needs at least 30"),
+        (lambda: benchmark_test_trials(NAMES, share=1.0), r"share: got 1\.0"),
+        (lambda: left_out({"a": {"s": 1}, "b": {}}, "s"), "trial b: has no condition 's'"),
+        (lambda: left_out({"a": {"s": 1}, "b": {"s": 1}}, "s"), "condition 's': is 1 in all trials"),
+    ],
+)
+def test_bad_splits_are_refused(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        call()

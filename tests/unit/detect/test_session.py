@@ -1,41 +1,56 @@
+"""What the command line asks for, and evaluations as tables."""
+
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fingerslip.detect.evaluation.inquiries import Robustness
+from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
 from fingerslip.detect.labels import Onsets, write_onsets
+from fingerslip.detect.live import Finding, findings_table
 from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.session import (
     Choices,
+    accuracy_table,
+    calibration_table,
+    confusion_table,
+    curve_table,
     evaluate_classifiers,
+    event_table,
+    frame_table,
+    importance_table,
+    left_out_table,
     output_tables,
+    robustness_table,
     run_detector,
     score_onsets,
     train_detector,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
-from fingerslip.tables.table import Missing
-from fingerslip.vision.tables import write_tracks_csv
+from fingerslip.tables.table import Missing, to_csv, to_markdown
+from fingerslip.vision.tracks import write_tracks_csv
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 
 
 @pytest.fixture(scope="module")
-def detector(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def stored(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("session") / "detector"
     text = train_detector(trials_folder, folder, "logistic", CHOICES)
     assert "logistic, 19 trials, 912 samples, no guarantee" in text
     return folder
 
 
-def test_a_detector_runs_on_netcdf_and_on_csv(detector: Path, trials: TrialSet, tmp_path: Path) -> None:
+def test_a_detector_runs_on_netcdf_and_on_csv(stored: Path, trials: TrialSet, tmp_path: Path) -> None:
     name = benchmark_test_trials(trials.names)[0]
-    first = run_detector(detector, trials.folder / name / "tracks.nc")
+    first = run_detector(stored, trials.folder / name / "tracks.nc")
     write_tracks_csv(trials.tracks(name), tmp_path / "tracks.csv")
-    second = run_detector(detector, tmp_path / "tracks.csv")
+    second = run_detector(stored, tmp_path / "tracks.csv")
     assert first.rows[:3] == second.rows[:3]
     assert first.rows[0][1] is not Missing.NO_EVENT
     assert first.rows[2] == ("frames", "260")
@@ -76,7 +91,9 @@ def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, t
     assert Choices(labels="contact").onsets(trials) == trials.onsets("contact")
     tests = benchmark_test_trials(trials.names)
     write_onsets({name: later[name] for name in tests}, tmp_path / "submission.csv")
-    rows = dict(score_onsets(trials_folder, tmp_path / "submission.csv", Choices(rest_frames=20)).rows)  # type: ignore[arg-type]
+    table = score_onsets(trials_folder, tmp_path / "submission.csv", Choices(rest_frames=20))
+    assert table.columns[1].name == "submission.csv, 5 trials"
+    rows = dict(table.rows)  # type: ignore[arg-type]
     assert str(rows["onset error [s]"]).startswith("0.100")
 
 
@@ -84,3 +101,45 @@ def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, t
 def test_numbers_of_samples_are_four(text: str) -> None:
     with pytest.raises(InputError, match=r"--samples: got .* needs four numbers"):
         _ = Choices(samples=text).sampling
+
+
+SCORES = frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))
+
+
+def test_accuracy_shows_what_leaks() -> None:
+    table = accuracy_table({"a": SCORES}, {"a": Estimate(1.0)}, "3 trials.")
+    assert table.rows[0] == ("a", "0.900 [0.900, 0.900]", "1.000", 1.0 - 0.9)
+    assert table.note.startswith("3 trials.")
+
+
+def test_every_class_has_a_row() -> None:
+    assert [row[:2] for row in frame_table({"a": SCORES}).rows] == [
+        ("a", "no_slip"),
+        ("a", "incipient"),
+        ("a", "gross"),
+    ]
+    assert confusion_table({"a": SCORES}).rows[0] == ("a", "no_slip", 24, 6, 0)
+
+
+def test_events_have_a_column_for_each_classifier() -> None:
+    scores = event_scores_of({"t": Onsets(1.2, None)}, {"t": Onsets(1.0, 2.0)}, {"t": 0.5}, frame=0.1)
+    table = event_table({"a": scores, "b": scores}, "Note.")
+    rows = {row[0]: row[1] for row in table.rows}
+    assert rows["missed"] == "0"
+    assert rows["onset error [s]"] == "0.200"
+    assert rows["median delay [frames]"] == "2.000"
+    assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
+    assert rows["gross onset error [s]"] is Missing.NOT_DEFINED
+    assert "n/a" in to_markdown(table)
+
+
+def test_the_other_tables_have_what_they_are_given() -> None:
+    reliability = reliability_of(np.array([[1.0, 0.0, 0.0]]), np.array([0], dtype=np.int8))
+    assert calibration_table({"a": reliability}).rows == (("a", 0.0, 0.0),)
+    assert curve_table({4: SCORES}).rows == ((4, "0.900 [0.900, 0.900]", "0.899 [0.899, 0.899]"),)
+    drops = {0: Estimate(0.1, 0.0, 0.2), 1: Estimate(None)}
+    assert importance_table(drops).rows == ((0, "0.100 [0.000, 0.200]"), (1, Missing.NOT_DEFINED))
+    assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
+    assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
+    found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
+    assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "500"]

@@ -13,8 +13,6 @@ from fingerslip.marker_layouts import ring_layout
 def test_slip_begins_at_the_rim_and_ends_in_the_centre() -> None:
     trial = synthetic_trial("a", SyntheticSlide(seed=3))
     label = trial.labels["external_markers"]
-    assert label.incipient is not None
-    assert label.gross is not None
     assert label.incipient < label.gross
     external = trial.tracks.isel(marker=trial.tracks["kind"].values == "external")
     moved = np.linalg.norm(external["position"].values - external["position"].values[:20].mean(axis=0), axis=2)
@@ -51,8 +49,7 @@ def test_later_slip_with_more_friction_and_depth() -> None:
 
 
 def test_the_protocol_has_320_trials() -> None:
-    count = sum(1 for _ in synthetic_slides(travel=0.2e-3))
-    assert count == 320
+    assert sum(1 for _ in synthetic_slides(travel=0.2e-3)) == 320
 
 
 SENSOR = SyntheticSensor(

@@ -1,14 +1,21 @@
+"""A detector that learns, and what it finds in trials and data sets that it did not learn from."""
+
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fingerslip.detect.evaluation.crossval import on_unseen
+from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.motion import motion_of
 from fingerslip.detect.samples import Samples
+from fingerslip.detect.session import unseen_tables
+from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import (
+    Detector,
     calibration_count,
     candidate_of_name,
     detect,
@@ -17,7 +24,7 @@ from fingerslip.detect.training import (
     largest_before,
     train,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet, write_trials
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 
@@ -30,7 +37,6 @@ def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials: TrialSet) 
     for name in unseen:
         time, scores, found = detect(made, trials.tracks(name))
         assert scores.shape == (len(time), 2)
-        assert found.incipient is not None
         assert onsets[name].gross is not None
         assert abs(found.incipient - onsets[name].incipient) < 1.0  # type: ignore[operator]
 
@@ -91,3 +97,46 @@ def test_a_classifier_takes_other_features_than_its_own() -> None:
         candidate_of_name("forest:touch")
     with pytest.raises(InputError, match="features: got none"):
         candidate_of_name("forest:")
+
+
+@pytest.fixture(scope="module")
+def others(tmp_path_factory: pytest.TempPathFactory) -> TrialSet:
+    slides = synthetic_slides((3.5e-3,), directions=3, repeats=1, seed=9, travel=8e-3)
+    return write_trials(slides, tmp_path_factory.mktemp("others") / "slides", "Other slides")
+
+
+def test_onsets_are_read_with_and_without_smoothing(detector: Detector, others: TrialSet) -> None:
+    found = on_unseen(detector, others, others.onsets())
+    assert list(found.onsets) == list(found.scores) == ["detector", "single frames"]
+    assert found.matrices.shape == (3, 3, 3)
+    assert found.matrices.sum() == sum(others.tracks(name).sizes["time"] for name in others.names)
+    assert found.scores["detector"].missed == 0
+    assert found.scores["single frames"].error.value <= found.scores["detector"].error.value + 1e-9
+    titles = [table.title for table in unseen_tables(found)]
+    assert titles == ["Onset of slip", "Classes, on trials that were not seen", "Confusion, frames"]
+
+
+def test_slip_that_never_comes_is_no_mistake(detector: Detector, others: TrialSet) -> None:
+    never = dict.fromkeys(others.names, Onsets(None, None))
+    found = on_unseen(detector, others, never)
+    assert found.scores["detector"].trials == 0
+    assert found.scores["detector"].at_rest.value == 1.0
+    assert found.matrices[:, 1:].sum() == 0
+
+
+def test_what_a_detector_learned_from_is_not_unseen(detector: Detector, trials: TrialSet, others: TrialSet) -> None:
+    with pytest.raises(InputError, match="is what the detector learned from, needs another data set"):
+        on_unseen(detector, trials, trials.onsets())
+    with pytest.raises(InputError, match=r"labels: have no trial slide-0000, needs every trial"):
+        on_unseen(detector, others, {})
+
+
+def test_other_markers_are_refused(detector: Detector, others: TrialSet, tmp_path: Path) -> None:
+    def fewer():
+        for name in others.names:
+            trial = others.trial(name)
+            yield type(trial)(name, trial.tracks.isel(marker=slice(0, 40)), trial.labels)
+
+    small = write_trials(fewer(), tmp_path / "small", "Fewer markers")
+    with pytest.raises(InputError, match="needs the markers that the detector learned from"):
+        on_unseen(detector, small, others.onsets())

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.dynamics.step import condensation
+from fingerslip.dynamics.step import stepper
 
 
 @pytest.fixture
-def by_schur(monkeypatch):
-    """Have everything condensed by the Schur complement, as large models are."""
-    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0)
-
-
-@pytest.fixture(params=["columns", "schur"])
-def condensed(request, monkeypatch):
-    """Have everything condensed either way."""
-    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0 if request.param == "schur" else 10**9)
+def as_large(monkeypatch):
+    """Have factors of single precision where they serve, as large models have."""
+    monkeypatch.setattr(stepper, "_ROUGH_FROM", {2: 0, 3: 0})

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import fingerslip as fs
-from fingerslip.dynamics.step.energy import made_energy
+from fingerslip.dynamics.recording.labels import made_energy
 from fingerslip.dynamics.system.scheme import hht
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide

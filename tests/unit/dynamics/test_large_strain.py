@@ -94,15 +94,16 @@ class Rough:
     def rough(self):
         return self
 
-    def factorise(self, matrix):
+    def factorise_around(self, matrix, interface):
         self.made += 1
         if self.wrong is None:
             raise FingerslipError("the matrix is not positive definite")
         wrong = sparse.diags(self.wrong ** np.random.default_rng(0).uniform(-1.0, 1.0, matrix.shape[0]))
-        return self.exact.factorise(sparse.csr_matrix(wrong @ matrix @ wrong))
+        return self.exact.factorise_around(sparse.csr_matrix(wrong @ matrix @ wrong), interface)
 
 
 @pytest.mark.parametrize(("wrong", "exact_too"), [(1.0, False), (1.01, False), (5.0, True), (None, True)])
+@pytest.mark.usefixtures("as_large")
 def test_rough_factors_are_replaced_where_they_do_not_solve_a_step_or_cannot_be_made(wrong, exact_too):
     solver = Rough(wrong)
     history, expected = fs.simulate(block(), solver=solver), fs.simulate(block(), solver=SuperLU())

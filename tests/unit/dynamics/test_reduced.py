@@ -282,6 +282,9 @@ HANGING = {
     "programme": (),
     "time": fs.QuasiStatic(0.1, end=0.2),
 }
+SHORT = {"programme": (fs.Press(0.1e-3, 4e-3),)}
+SOFTENING = fs.Elastic(34e3, 0.4, 1000.0, prony=(fs.PronyTerm(0.3, 0.05),))
+DOWN = fs.SupportMotion((0.0, -0.1e-3), fs.Ramp((0.0, 0.1), (0.0, 1.0)))
 ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05)}
 
 
@@ -296,10 +299,12 @@ ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05
             "supports leave rigid motions free",
         ),
         (with_basis(**HANGING), {}, "contact alone holds the rigid body 'plate' (y)"),
+        (with_basis(**SHORT, materials={"bulk": SOFTENING}), {}, "materials relax"),
+        (with_basis(**SHORT, support_motions={"top": DOWN}), {}, "supports move"),
         (push_and_slide(basis=REDUCED, **ALONE), {}, "0 of 72 unknowns are those of contact"),
         (with_basis(), {"available_memory": lambda: 1000}, "and 1e-06 GB are available"),
     ],
-    ids=["tolerance", "more and more", "free", "held by contact", "no interface", "memory"],
+    ids=["tolerance", "more and more", "free", "held by contact", "relaxing", "moving", "no interface", "memory"],
 )
 def test_where_a_basis_does_not_do_the_motion_is_that_on_the_mesh(model, patches, reason, caplog, monkeypatch):
     for name, value in patches.items():
@@ -330,9 +335,3 @@ def test_contact_that_is_not_solved_in_the_basis_is_solved_on_the_mesh(caplog):
     history = fs.simulate(with_basis(contacts=(fs.Contact("bottom", friction=Unsolved(1)),)))
     assert history.attrs["basis"] == "full"
     assert "no reduced basis: contact at t = 0.1 s, node 3" in caplog.text
-
-
-def test_models_of_other_bases_are_not_computed_together():
-    model = with_basis()
-    with pytest.raises(fs.InputError, match=r"models.1.basis: differs"):
-        fs.simulate_together([model, dataclasses.replace(model, basis=None)])

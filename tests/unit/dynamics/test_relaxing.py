@@ -95,8 +95,3 @@ def test_relaxation_faster_than_half_a_step_is_refused_where_it_stands(kinematic
     message = r"materials\.bulk\.prony\.0\.time: got 0\.02 s for a step of 0\.1 s"
     with pytest.raises(fs.InputError, match=message):
         fs.simulate(model)
-
-
-def test_a_reduced_basis_gives_way_to_the_mesh(caplog):
-    assert fs.simulate(bar(basis=fs.ReducedBasis())).attrs["basis"] == "full"
-    assert "materials relax" in caplog.text

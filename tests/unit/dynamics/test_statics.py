@@ -88,14 +88,15 @@ def test_patches_change_the_contact_alone(body):
     assert forces[1] == pytest.approx(forces[0], rel=0.2)
 
 
-def test_what_is_watched_must_not_touch():
+@pytest.mark.parametrize("after", [(), (fs.Hold(0.8), fs.Lift(0.4e-3, 1e-3))], ids=["at the end", "on the way"])
+def test_what_is_watched_must_not_touch(after):
     body = static_body(searched(pressed_dome(), REACH), reach=REACH, hidden=REACH)
     # A node that no force moves lies where the plate comes to.
     hidden = dataclasses.replace(
         body, watched=np.array([[0.0, 0.2e-3, 0.0]]), at_watched=np.zeros((3, len(body.compliance)))
     )
     with pytest.raises(SlipOutsideContactError, match="is no contact candidate"):
-        marched(pressed_dome(), hidden)
+        static_motion(hidden, pressed_dome().contacts[0], (fs.Press(0.4e-3, 1e-3), *after), 0.1)
 
 
 @pytest.mark.parametrize(

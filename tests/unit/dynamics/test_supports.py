@@ -160,17 +160,6 @@ def test_the_whole_mesh_is_shown_where_it_has_moved_to():
     np.testing.assert_allclose(history.snapshot_displacement.values[-1, top], [[-0.8e-3, -0.4e-3]] * top.sum())
 
 
-def test_a_reduced_basis_is_not_for_moving_supports(caplog):
-    model = push_and_slide(
-        **HOLDS_STILL,
-        time=fs.QuasiStatic(5e-3, end=0.1),
-        support_motions={"top": DOWN_AND_ASIDE},
-        basis=fs.ReducedBasis(),
-    )
-    assert fs.simulate(model).attrs["basis"] == "full"
-    assert "no reduced basis: supports move" in caplog.text
-
-
 @pytest.mark.parametrize(
     ("held", "motions", "match"),
     [

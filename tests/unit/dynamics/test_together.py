@@ -36,7 +36,6 @@ def contact(**changes):
     return (dataclasses.replace(CONTACT, **changes),)
 
 
-@pytest.mark.usefixtures("condensed")
 def test_histories_are_those_of_single_simulations():
     together = fs.simulate_together(models(), solver=EXACT)
     for model, history in zip(models(), together, strict=True):
@@ -45,7 +44,7 @@ def test_histories_are_those_of_single_simulations():
 
 
 @needs_mkl
-@pytest.mark.usefixtures("by_schur")
+@pytest.mark.usefixtures("as_large")
 def test_factors_of_single_precision_of_other_candidates_round_otherwise():
     """Alone a motion has its own candidates, and so factors of its own."""
     for model, history in zip(models(), fs.simulate_together(models()), strict=True):
@@ -121,6 +120,7 @@ def test_progress_counts_the_longest_motion():
         ({"supports": {"top": ("y",)}}, "supports"),
         ({"damping": fs.RayleighDamping(mass=1.0)}, "damping"),
         ({"integration": "full"}, "integration"),
+        ({"basis": fs.ReducedBasis()}, "basis"),
         ({"time": fs.TimeStepping(1e-3)}, "time"),
         ({"time": fs.QuasiStatic(5e-3)}, "time"),
         ({"contacts": ()}, "contacts"),
@@ -159,21 +159,22 @@ def test_friction_programme_loads_records_and_the_object_of_the_mesh_may_differ(
         assert_same_history(history, fs.simulate(each, solver=EXACT), 1e-7, names)
 
 
+def solid(friction):
+    """Return a block in 3D that is pressed and slid."""
+    grid = np.linspace(0.0, 4e-3, 4)
+    return push_and_slide(
+        mesh=box("H8", grid, grid, grid[:3]),
+        formulation="solid",
+        depth=1.0,
+        supports={"top": ("x", "y", "z")},
+        contacts=(fs.Contact("bottom", fs.Plane((0.0, 0.0, 1.0)), friction),),
+        programme=(fs.Press(0.1e-3, 5e-3), fs.Slide(0.1e-3, 5e-3)),
+    )
+
+
 def test_friction_may_have_frames_of_its_own():
     """In 3D, where anisotropic laws turn the tangents; the matrix is shared and the compliance is not."""
-    grid = np.linspace(0.0, 4e-3, 4)
-    programme = (fs.Press(0.1e-3, 5e-3), fs.Slide(0.1e-3, 5e-3))
-    group = [
-        push_and_slide(
-            mesh=box("H8", grid, grid, grid[:3]),
-            formulation="solid",
-            depth=1.0,
-            supports={"top": ("x", "y", "z")},
-            contacts=(fs.Contact("bottom", fs.Plane((0.0, 0.0, 1.0)), fs.Anisotropic(0.2, 0.6, along)),),
-            programme=programme,
-        )
-        for along in ((1.0, 0.0, 0.0), (0.6, 0.8, 0.0))
-    ]
+    group = [solid(fs.Anisotropic(0.2, 0.6, along)) for along in ((1.0, 0.0, 0.0), (0.6, 0.8, 0.0))]
     for model, history in zip(group, fs.simulate_together(group, solver=EXACT), strict=True):
         names = ("tangential_traction", "contact_displacement")
         assert_same_history(history, fs.simulate(model, solver=EXACT), 1e-7, names)
@@ -209,11 +210,9 @@ def test_models_with_one_matrix_are_grouped_evenly_and_for_all_that_can_run_at_o
 
 
 @pytest.mark.usefixtures("worth_sharing")
-def test_many_models_are_as_many_groups_as_can_run_at_once_and_in_3d_one(monkeypatch):
-    many = [push_and_slide()] * 18
-    assert [len(group) for group in groups_to_share(many, 2)] == [5, 5, 5, 3]
-    monkeypatch.setattr(sharing, "_is_plane", lambda _: False)
-    assert groups_to_share(many[:4], 2) == [[0, 1, 2, 3]]
+def test_many_models_are_as_many_groups_as_can_run_at_once_and_in_3d_one():
+    assert [len(group) for group in groups_to_share([push_and_slide()] * 18, 2)] == [5, 5, 5, 3]
+    assert groups_to_share([solid(fs.Coulomb(0.4))] * 4, 2) == [[0, 1, 2, 3]]
 
 
 def test_small_models_stay_apart():

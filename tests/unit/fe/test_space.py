@@ -21,11 +21,11 @@ from fingerslip.fe.space import (
     region_nodes,
     vector_dofs,
 )
-from fingerslip.verification.meshes import box
-from problems.blocks import ELEMENTS, distorted
+from fingerslip.verification.meshes import box, dimension
+from problems.blocks import ELEMENTS, EVERY_ELEMENT, distorted
 
 
-@pytest.mark.parametrize("element", [*ELEMENTS, "H8", "T4", "T10"])
+@pytest.mark.parametrize("element", EVERY_ELEMENT)
 def test_degrees_of_freedom_are_numbered_node_by_node(element):
     """As in scikit-fem's vector bases, with which loads and errors are integrated elsewhere."""
     space = build_space(distorted(element, 2))
@@ -37,18 +37,12 @@ def test_degrees_of_freedom_are_numbered_node_by_node(element):
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
-def test_vertices_come_first(element):
+def test_vertices_come_first_and_the_middles_of_sides_after_them(element):
     mesh = distorted(element)
-    space = build_space(mesh)
-    vertices = mesh.p.T[: mesh.nvertices]
-    np.testing.assert_allclose(space.positions[: len(vertices)], vertices, atol=1e-15)
-
-
-def test_quadratic_triangles_have_their_mid_side_nodes():
-    space = build_space(distorted("T6"))
-    mesh = space.mesh
-    middles = mesh.p[:, mesh.facets].mean(axis=1).T
-    np.testing.assert_allclose(space.positions[mesh.nvertices :], middles, atol=1e-15)
+    positions, count = build_space(mesh).positions, mesh.nvertices
+    np.testing.assert_allclose(positions[:count], mesh.p.T[:count], atol=1e-15)
+    middles = mesh.p[:, mesh.facets].mean(axis=1).T if element == "T6" else np.zeros((0, 2))
+    np.testing.assert_allclose(positions[count:], middles, atol=1e-15)
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
@@ -93,13 +87,14 @@ def test_nodal_areas_of_one_facet_are_the_integrals_of_its_shape_functions(eleme
     assert not np.delete(areas, nodes).any()
 
 
-@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("element", EVERY_ELEMENT)
 def test_nodal_areas_integrate_linear_functions_exactly(element):
-    grid = np.linspace(0.0, 1.0, 5) ** 1.5
-    space = build_space(box(element, grid, grid))
-    areas = nodal_areas(space, "right", depth=3.0)
-    assert areas.sum() == pytest.approx(3.0, rel=1e-13)
-    assert areas @ space.positions[:, 1] == pytest.approx(1.5, rel=1e-13)
+    grid = np.linspace(0.0, 1.0, 4) ** 1.5
+    space = build_space(box(element, *[grid] * dimension(element)))
+    depth = 3.0 if space.dim == 2 else 1.0
+    areas = nodal_areas(space, "right", depth)
+    assert areas.sum() == pytest.approx(depth, rel=1e-12)
+    assert areas @ space.positions[:, -1] == pytest.approx(0.5 * depth, rel=1e-12)
 
 
 @pytest.mark.parametrize("element", ["Q4", "T6", "H8", "T10"])
@@ -112,20 +107,12 @@ def test_nodal_areas_do_not_depend_on_where_the_mesh_is(element, distance):
     np.testing.assert_allclose(there, areas, atol=1e-15 * distance / 1e-3 * 10 * areas.max())
 
 
-@pytest.mark.parametrize(
-    ("element", "kind"),
-    [
-        ("H8", "hexahedron"),
-        ("T4", "tetra"),
-        ("T10", "tetra10"),
-        ("Q4", "quad"),
-        ("T3", "triangle"),
-        ("T6", "triangle6"),
-    ],
-)
+VTK = {"H8": "hexahedron", "T4": "tetra", "T10": "tetra10", "Q4": "quad", "T3": "triangle", "T6": "triangle6"}
+
+
+@pytest.mark.parametrize(("element", "kind"), VTK.items())
 def test_cells_in_the_order_of_vtk_fill_the_body(element: str, kind: str) -> None:
-    mesh = box(element, *(np.linspace(0.0, 1.0, 4),) * (2 if element in ELEMENTS else 3))
-    space = build_space(mesh)
+    space = build_space(box(element, *[np.linspace(0.0, 1.0, 4)] * dimension(element)))
     points = np.pad(space.positions, ((0, 0), (0, 3 - space.dim)))
     grid = pyvista.from_meshio(meshio.Mesh(points, [(kind, cell_nodes(space))]))
     sizes = grid.compute_cell_sizes(length=False)["Volume" if space.dim == 3 else "Area"]
@@ -138,15 +125,14 @@ SIDES = np.linspace(0.0, 1.0, 5)
 
 def space_of(element: str) -> Space:
     """Return the space of a unit block with a boundary ``bottom``."""
-    dim = 2 if element in ("Q4", "T3", "T6") else 3
-    return build_space(box(element, *(SIDES,) * dim))
+    return build_space(box(element, *[SIDES] * dimension(element)))
 
 
 def free(space: Space) -> np.ndarray:
     return np.zeros((len(space.positions), space.dim), dtype=bool)
 
 
-@pytest.mark.parametrize("element", ["Q4", "T3", "T6", "T4", "T10", "H8"])
+@pytest.mark.parametrize("element", EVERY_ELEMENT)
 def test_edge_of_a_side_is_its_rim(element: str) -> None:
     space = space_of(element)
     own = boundary_nodes(space, "bottom")
@@ -205,7 +191,7 @@ ABOUT_X, ABOUT_Y, ABOUT_Z = (f"rotation about {axis}" for axis in "xyz")
 
 def pieces_of(element, supports):
     """Return the free pieces of a block whose boundaries are held in some components."""
-    space = build_space(box(element, *(GRID,) * (2 if element in {"Q4", "T3", "T6"} else 3)))
+    space = build_space(box(element, *[GRID] * dimension(element)))
     held = [np.zeros(0, dtype=np.int64)]
     for name, components in supports.items():
         dofs = vector_dofs(boundary_nodes(space, name), space.dim)
@@ -213,34 +199,26 @@ def pieces_of(element, supports):
     return free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), np.concatenate(held)))
 
 
-@pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
-@pytest.mark.parametrize(
-    ("supports", "motions"),
-    [
-        ({}, (X, Y, ABOUT_Z)),
-        ({"left": "x"}, (Y,)),
-        ({"left": "y"}, (X, ABOUT_Z)),
-        ({"left": "y", "bottom": "y"}, (X,)),
-        ({"left": "xy"}, ()),
-        ({"left": "x", "bottom": "y"}, ()),
-    ],
+IN_2D = (
+    ({}, (X, Y, ABOUT_Z)),
+    ({"left": "x"}, (Y,)),
+    ({"left": "y"}, (X, ABOUT_Z)),
+    ({"left": "y", "bottom": "y"}, (X,)),
+    ({"left": "xy"}, ()),
+    ({"left": "x", "bottom": "y"}, ()),
 )
-def test_motions_in_the_plane(element, supports, motions):
-    assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
+IN_3D = (
+    ({}, (X, Y, Z, ABOUT_X, ABOUT_Y, ABOUT_Z)),
+    ({"left": "x"}, (Y, Z, ABOUT_X)),
+    ({"left": "x", "bottom": "z"}, (Y,)),
+    ({"left": "xy"}, (Z,)),
+    ({"left": "xyz"}, ()),
+)
+MOTIONS = [(element, *row) for element in EVERY_ELEMENT for row in (IN_2D if dimension(element) == 2 else IN_3D)]
 
 
-@pytest.mark.parametrize("element", ["H8", "T4", "T10"])
-@pytest.mark.parametrize(
-    ("supports", "motions"),
-    [
-        ({}, (X, Y, Z, ABOUT_X, ABOUT_Y, ABOUT_Z)),
-        ({"left": "x"}, (Y, Z, ABOUT_X)),
-        ({"left": "x", "bottom": "z"}, (Y,)),
-        ({"left": "xy"}, (Z,)),
-        ({"left": "xyz"}, ()),
-    ],
-)
-def test_motions_in_space(element, supports, motions):
+@pytest.mark.parametrize(("element", "supports", "motions"), MOTIONS)
+def test_motions_that_supports_leave_free(element, supports, motions):
     assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
 
 

@@ -63,7 +63,7 @@ def test_a_machine_without_its_list_gives_all_its_memory(monkeypatch, tmp_path):
 
 
 def test_a_simulation_is_refused_before_it_is_factorised(monkeypatch):
-    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0)
+    monkeypatch.setattr(condensation, "_SMALL", 0)
     monkeypatch.setattr(condensation, "factorise_around", lambda *_: pytest.fail("it must not be factorised"))
     monkeypatch.setattr(memory, "available_memory", lambda: 1000)
     with pytest.raises(fs.InputError, match=r"memory: the simulation needs about .*factors.*compliance.*history"):

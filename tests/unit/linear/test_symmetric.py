@@ -6,17 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from scipy import sparse
 
 from fingerslip.linear.symmetric import (
-    add_columns,
-    compiled_parts,
-    long_product,
-    row_products,
-    symmetric_parts,
     symmetric_product,
     symmetric_products,
-    write_products,
     write_symmetric_product,
 )
 
@@ -75,52 +68,3 @@ def test_threads_that_share_a_matrix_find_the_same() -> None:
         beside = list(pool.map(lambda vector: symmetric_product(matrix, vector), vectors))
     for vector, found in zip(vectors, beside, strict=True):
         np.testing.assert_array_equal(found, symmetric_product(matrix, vector))
-
-
-def symmetric(size, density=0.3):
-    matrix = sparse.random_array((size, size), density=density, rng=np.random.default_rng(size), format="csr")
-    return sparse.csr_matrix(matrix + matrix.T)
-
-
-@pytest.mark.parametrize(("size", "density"), [(1, 0.3), (2, 0.3), (25, 0.3), (3, 0.0)])
-@pytest.mark.parametrize("count", [1, 2, 3, 9])
-def test_products_are_those_of_scipy(count, size, density):
-    matrix, rows = symmetric(size, density), np.random.default_rng(count).normal(size=(count, size))
-    found = row_products(symmetric_parts(matrix), rows)
-    np.testing.assert_allclose(found, (matrix @ rows.T).T, rtol=1e-13, atol=1e-13)
-
-
-@pytest.mark.parametrize("count", [1, 2])
-def test_a_rigid_motion_has_no_force(count):
-    """Springs between neighbours: what cancels in a row does so but for rounding, however far the motion goes."""
-    stiff = 1e6 * sparse.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(200, 200)).tolil()
-    stiff[0, 0] = stiff[-1, -1] = 1e6
-    found = row_products(symmetric_parts(stiff.tocsr()), np.full((count, 200), 1e3))
-    assert np.abs(found).max() <= 1e-15 * 1e6 * 1e3
-
-
-def test_a_product_with_long_rows_is_that_of_scipy():
-    rng = np.random.default_rng(1)
-    matrix = sparse.random_array((20, 300), density=0.5, rng=rng, format="csr")
-    vector = rng.normal(size=300)
-    np.testing.assert_allclose(long_product(matrix, vector), matrix @ vector, rtol=1e-13, atol=1e-13)
-
-
-def test_columns_are_added_to_a_copy():
-    rng = np.random.default_rng(2)
-    matrix = sparse.random_array((30, 12), density=0.3, rng=rng, format="csc")
-    vector, weights = rng.normal(size=30), np.where(np.arange(12) % 3, rng.normal(size=12), 0.0)
-    before = vector.copy()
-    np.testing.assert_allclose(add_columns(vector, matrix, weights), vector + matrix @ weights, rtol=1e-14, atol=1e-14)
-    np.testing.assert_array_equal(vector, before)
-
-
-@pytest.mark.parametrize("shape", [(40, 30), (0, 3)])
-@pytest.mark.parametrize("count", [0, 1, 3, 7, 8, 9, 16, 19])
-def test_products_with_many_vectors_are_those_of_scipy_to_the_last_digit(shape, count):
-    rng = np.random.default_rng(3)
-    matrix = sparse.csr_matrix(sparse.random_array(shape, density=0.2, rng=rng))
-    rows = rng.normal(size=(count, shape[1]))
-    found = np.full((count, shape[0]), np.nan)
-    write_products(compiled_parts(matrix), rows, found)
-    np.testing.assert_array_equal(found, (matrix @ rows.T).T)

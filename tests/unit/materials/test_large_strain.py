@@ -28,19 +28,19 @@ from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
 
 TERMS = (OgdenTerm(30e3, 1.3), OgdenTerm(0.2e3, 5.0), OgdenTerm(-0.5e3, -2.0))
-
 EXAMPLES = {
     NeoHookean: (NeoHookean(34e3, 0.48, 1000.0), NeoHookean(34e3, 0.0, 1000.0)),
     MooneyRivlin: (MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.48), MooneyRivlin(8e3, 1000.0, bulk_modulus=1e6)),
     Ogden: (Ogden(TERMS, 1000.0, poisson_ratio=0.3), Ogden(TERMS[:1], 1000.0, bulk_modulus=2e6)),
 }
-
-EVERY = [
-    pytest.param(law, id=f"{type(law).__name__}-{number}")
-    for laws in EXAMPLES.values()
-    for number, law in enumerate(laws)
-]
-
+EVERY = pytest.mark.parametrize(
+    "law",
+    [
+        pytest.param(law, id=f"{type(law).__name__}-{number}")
+        for laws in EXAMPLES.values()
+        for number, law in enumerate(laws)
+    ],
+)
 STEP = 1e-6
 
 
@@ -50,46 +50,41 @@ def log_strains(count=40):
 
 def differences(of, at):
     """Return the central differences of a function of logarithmic strains by each of them, the last axis."""
-    steps = STEP * np.eye(3)
-    return np.stack([(of(at + step) - of(at - step)) / (2 * STEP) for step in steps], axis=-1)
+    return np.stack([(of(at + step) - of(at - step)) / (2 * STEP) for step in STEP * np.eye(3)], axis=-1)
 
 
-def test_every_law_of_large_strain_is_looked_at():
-    assert set(EXAMPLES) == {law for law in LAWS if hasattr(law, "stored_energy")}
-
-
-@pytest.mark.parametrize("law", EVERY)
+@EVERY
 def test_every_law_answers_the_protocol(law):
+    assert set(EXAMPLES) == {law for law in LAWS if hasattr(law, "stored_energy")}
     assert isinstance(law, FiniteMaterial)
     assert (law.density, law.stiffness) == (1000.0, pytest.approx(law.at_rest().youngs_modulus))
 
 
-@pytest.mark.parametrize("law", EVERY)
-def test_stress_is_the_derivative_of_the_energy(law):
+@EVERY
+def test_stress_and_tangent_are_derivatives_of_the_energy(law):
     at = log_strains()
-    stress = law.kirchhoff_stress(at)
-    assert stress.shape == at.shape
+    before = at.copy()
+    stress, tangent = law.kirchhoff_stress(at), law.kirchhoff_tangent(at)
     np.testing.assert_allclose(stress, differences(law.stored_energy, at), atol=1e-8 * np.abs(stress).max())
-
-
-@pytest.mark.parametrize("law", EVERY)
-def test_tangent_is_the_symmetric_derivative_of_the_stress(law):
-    at = log_strains()
-    tangent = law.kirchhoff_tangent(at)
-    assert tangent.shape == (len(at), 3, 3)
     np.testing.assert_allclose(tangent, differences(law.kirchhoff_stress, at), atol=1e-8 * np.abs(tangent).max())
     np.testing.assert_allclose(tangent, tangent.transpose(0, 2, 1), rtol=1e-13)
+    law.volumetric(at.sum(axis=1))
+    np.testing.assert_array_equal(at, before)
 
 
-@pytest.mark.parametrize("law", EVERY)
-def test_no_axis_is_another_than_the_others(law):
+@EVERY
+def test_no_axis_is_another_than_the_others_and_points_are_independent(law):
     at = log_strains(6)
     for order in map(list, itertools.permutations(range(3))):
         np.testing.assert_allclose(law.stored_energy(at[:, order]), law.stored_energy(at), rtol=1e-12)
         np.testing.assert_allclose(law.kirchhoff_stress(at[:, order]), law.kirchhoff_stress(at)[:, order], rtol=1e-12)
+    np.testing.assert_array_equal(law.kirchhoff_stress(at)[1:2], law.kirchhoff_stress(at[1:2]))
+    none = np.zeros((0, 3))
+    shapes = [of(none).shape for of in (law.stored_energy, law.kirchhoff_stress, law.kirchhoff_tangent)]
+    assert shapes == [(0,), (0, 3), (0, 3, 3)]
 
 
-@pytest.mark.parametrize("law", EVERY)
+@EVERY
 def test_law_at_rest_is_its_linearisation(law):
     """Of normal strains along the axes Hooke's law has the tangent lambda + 2 G on, lambda off the diagonal."""
     rest = law.at_rest()
@@ -100,7 +95,7 @@ def test_law_at_rest_is_its_linearisation(law):
     assert rest.shear_modulus == pytest.approx(law.shear_modulus)
 
 
-@pytest.mark.parametrize("law", EVERY)
+@EVERY
 def test_part_of_the_volume_has_its_derivatives(law):
     at = np.linspace(-0.4, 0.5, 7)
     energy, first, second = law.volumetric(at)
@@ -121,33 +116,11 @@ def test_what_the_part_of_the_volume_leaves_stays_bounded(make):
     np.testing.assert_allclose(left[0], left[1], rtol=0.02, atol=100.0)
 
 
-@pytest.mark.parametrize("law", EVERY)
-def test_points_are_independent_and_none_have_no_values(law):
-    at = log_strains(3)
-    np.testing.assert_array_equal(law.kirchhoff_stress(at)[1:2], law.kirchhoff_stress(at[1:2]))
-    none = np.zeros((0, 3))
-    assert law.stored_energy(none).shape == (0,)
-    assert law.kirchhoff_stress(none).shape == (0, 3)
-    assert law.kirchhoff_tangent(none).shape == (0, 3, 3)
-
-
-@pytest.mark.parametrize("law", EVERY)
-def test_strains_are_not_changed(law):
-    at = log_strains(4)
-    kept = at.copy()
-    law.stored_energy(at), law.kirchhoff_stress(at), law.kirchhoff_tangent(at), law.volumetric(at.sum(axis=1))
-    np.testing.assert_array_equal(at, kept)
-
-
-def test_deviator_has_no_sum_and_keeps_differences():
+def test_deviator_and_tangent_of_shape_are_projections():
     values = np.array([[1.0, 2.0, 6.0], [0.0, 0.0, 0.0]])
     np.testing.assert_allclose(log_volume_of(deviator(values)), 0.0, atol=1e-15)
     np.testing.assert_allclose(np.diff(deviator(values), axis=1), np.diff(values, axis=1))
-
-
-def test_tangent_of_shape_is_projected_on_both_sides():
-    rates = np.array([[1.0, 2.0, 5.0]])
-    projection = np.eye(3) - 1 / 3
+    rates, projection = np.array([[1.0, 2.0, 5.0]]), np.eye(3) - 1 / 3
     np.testing.assert_allclose(isochoric_tangent(rates)[0], projection @ np.diag(rates[0]) @ projection, atol=1e-14)
 
 
@@ -156,6 +129,11 @@ def test_bulk_modulus_follows_from_poissons_ratio_and_back():
     assert bulk_modulus == pytest.approx(2 * 10e3 * 1.45 / (3 * 0.1))
     rest = linearise(10e3, bulk_modulus, None, 1000.0)
     assert (rest.poisson_ratio, rest.youngs_modulus) == (pytest.approx(0.45), pytest.approx(29e3))
+    assert NeoHookean(34e3, 0.48, 1000.0).at_rest() == Elastic(34e3, 0.48, 1000.0)
+    assert MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.48).at_rest().poisson_ratio == 0.48
+    law = MooneyRivlin(8e3, 1000.0, 3e3, bulk_modulus=1e6)
+    assert law.at_rest().poisson_ratio == pytest.approx((3e6 - 2 * 22e3) / (2 * (3e6 + 22e3)))
+    np.testing.assert_allclose(law.kirchhoff_stress(np.full((1, 3), 0.1)), 1e6 * 0.3, rtol=1e-13)
 
 
 def stable_below(limit):
@@ -165,23 +143,14 @@ def stable_below(limit):
 
 def test_check_names_tests_and_stretches():
     """The largest stretch is that of the test where it is above 1, and of the sides where it is below."""
+    check_stability(stable_below(np.log(1.5)), (0.9, 1.2))
     with pytest.raises(InputError) as caught:
         check_stability(stable_below(np.log(1.5)), (0.4, 3.0))
-    found = re.findall(r"(\w+) below ([\d.]+) and above ([\d.]+)", str(caught.value))
-    assert [test for test, *_ in found] == ["uniaxial", "equibiaxial", "planar"]
-    limits = [(float(below), float(above)) for _, below, above in found]
+    tests = re.findall(r"(\w+) below ([\d.]+) and above ([\d.]+)", str(caught.value))
+    assert [test for test, *_ in tests] == ["uniaxial", "equibiaxial", "planar"]
+    limits = [(float(below), float(above)) for _, below, above in tests]
     np.testing.assert_allclose(limits, [(1.5**-2, 1.5), (1.5**-0.5, 1.5), (1.5**-1, 1.5)], rtol=0.01)
     assert "stretches of 0.4 to 3" in str(caught.value)
-
-
-def test_what_is_stable_in_the_range_passes():
-    check_stability(stable_below(np.log(1.5)), (0.9, 1.2))
-
-
-@pytest.mark.parametrize("stretches", [(0.0, 2.0), (1.0, 2.0), (0.5, 1.0), (2.0, 0.5)])
-def test_range_has_to_hold_the_state_of_rest(stretches):
-    with pytest.raises(InputError, match="stable_between"):
-        check_stability(stable_below(10.0), stretches)
 
 
 STRAINS = np.random.default_rng(5).uniform(-0.5, 0.5, (50, 3))
@@ -193,10 +162,10 @@ def test_mooney_rivlin_is_ogden_with_the_exponents_two_and_minus_two(c10: float,
     mooney = fs.MooneyRivlin(c10=c10, c01=c01, density=1000.0, poisson_ratio=ratio)
     terms = (fs.OgdenTerm(2.0 * c10, 2.0), fs.OgdenTerm(-2.0 * c01, -2.0))
     ogden = fs.Ogden(terms=terms, density=1000.0, poisson_ratio=ratio)
-    assert mooney.shear_modulus == ogden.shear_modulus
+    assert mooney.at_rest() == ogden.at_rest()
     for answer in ("stored_energy", "kirchhoff_stress", "kirchhoff_tangent"):
-        one, other = (getattr(law, answer)(STRAINS) for law in (mooney, ogden))
-        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12 * np.abs(other).max())
+        of_mooney, of_ogden = (getattr(law, answer)(STRAINS) for law in (mooney, ogden))
+        np.testing.assert_allclose(of_mooney, of_ogden, rtol=1e-12, atol=1e-12 * np.abs(of_ogden).max())
 
 
 def test_the_energy_is_that_of_the_invariants() -> None:
@@ -205,67 +174,6 @@ def test_the_energy_is_that_of_the_invariants() -> None:
     first, second = squares.sum(axis=1), (1.0 / squares).sum(axis=1)
     expected = 10e3 * (first - 3.0) + 3e3 * (second - 3.0) + 0.5e6 * STRAINS.sum(axis=1) ** 2
     np.testing.assert_allclose(law.stored_energy(STRAINS), expected, rtol=1e-12)
-
-
-STRETCH = np.array([0.6, 1.3, 2.0])
-
-LAW = MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.49)
-
-
-def differences_of_stress(stretches):
-    """Return the differences of the first and second principal stress to the third, which no pressure changes."""
-    stress = LAW.kirchhoff_stress(np.log(np.stack(stretches, axis=1)))
-    return stress[:, 0] - stress[:, 2], stress[:, 1] - stress[:, 2]
-
-
-def test_uniaxial_test_has_its_closed_form():
-    """sigma = 2 (lambda^2 - 1/lambda) (c10 + c01/lambda)."""
-    along, across = differences_of_stress((STRETCH, STRETCH**-0.5, STRETCH**-0.5))
-    np.testing.assert_allclose(along, 2 * (STRETCH**2 - 1 / STRETCH) * (8e3 + 3e3 / STRETCH), rtol=1e-12)
-    np.testing.assert_allclose(across, 0.0, atol=1e-8)
-
-
-def test_equibiaxial_test_has_its_closed_form():
-    """sigma = 2 (lambda^2 - lambda^-4) (c10 + c01 lambda^2)."""
-    for stress in differences_of_stress((STRETCH, STRETCH, STRETCH**-2)):
-        np.testing.assert_allclose(stress, 2 * (STRETCH**2 - STRETCH**-4) * (8e3 + 3e3 * STRETCH**2), rtol=1e-12)
-
-
-def test_simple_shear_needs_the_modulus_at_rest():
-    """tau_xy = 2 (c10 + c01) k for every shear k."""
-    shear = 0.9
-    deformation = np.array([[1.0, shear, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    squares, axes = np.linalg.eigh(deformation @ deformation.T)
-    stress = axes @ np.diag(LAW.kirchhoff_stress(0.5 * np.log(squares)[None])[0]) @ axes.T
-    assert stress[0, 1] == pytest.approx(2 * 11e3 * shear, rel=1e-12)
-    assert stress[0, 0] - stress[1, 1] == pytest.approx(2 * 11e3 * shear**2, rel=1e-12)
-
-
-def test_pressure_is_the_bulk_modulus_times_the_change_of_volume():
-    law = MooneyRivlin(8e3, 1000.0, 3e3, bulk_modulus=1e6)
-    np.testing.assert_allclose(law.kirchhoff_stress(np.full((1, 3), 0.1)), 1e6 * 0.3, rtol=1e-13)
-    assert law.at_rest().poisson_ratio == pytest.approx((3e6 - 2 * 22e3) / (2 * (3e6 + 22e3)))
-    assert MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.48).at_rest().poisson_ratio == 0.48
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({}, "bulk_modulus: is missing, needs a value; or give poisson_ratio"),
-        ({"bulk_modulus": 1e6, "poisson_ratio": 0.4}, "poisson_ratio: is given with bulk_modulus"),
-        ({"bulk_modulus": 1e3}, "bulk_modulus: got 1000 Pa, too small against the shear modulus of 16000 Pa"),
-        ({"bulk_modulus": 1e6, "c01": -9e3}, "c10: got c10 + c01 = -1000 Pa"),
-        (
-            {"bulk_modulus": 1e6, "c01": -2e3},
-            "not stable (Drucker) at stretches: uniaxial above 2, equibiaxial below 0.706 and above ",
-        ),
-        ({"bulk_modulus": 1e6, "stable_between": (1.2, 2.0)}, "stable_between: got 1.2 and 2"),
-    ],
-)
-def test_impossible_constants_are_refused(values, message):
-    with pytest.raises(InputError) as caught:
-        MooneyRivlin(8e3, 1000.0, **values)
-    assert message in str(caught.value)
 
 
 def test_uniaxial_strain_has_its_closed_form():
@@ -278,28 +186,16 @@ def test_uniaxial_strain_has_its_closed_form():
     np.testing.assert_allclose(cauchy[:, 1], pressure, rtol=1e-13)
 
 
-def test_simple_shear_needs_the_modulus_at_rest_and_normal_stresses():
-    """Of the shear k: b = [[1 + k^2, k], [k, 1]], so tau_xy = G k and tau_xx = G k^2."""
-    law, shear = NeoHookean(34e3, 0.45, 1000.0), 0.8
+@pytest.mark.parametrize("law", [NeoHookean(34e3, 0.45, 1000.0), MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.49)])
+def test_simple_shear_needs_the_modulus_at_rest_and_normal_stresses(law):
+    """Of the shear k: tau_xy = G k for every shear, and tau_xx - tau_yy = G k^2."""
+    shear = 0.8
     deformation = np.array([[1.0, shear, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     squares, axes = np.linalg.eigh(deformation @ deformation.T)
-    principal = law.kirchhoff_stress(0.5 * np.log(squares)[None])[0]
-    stress = axes @ np.diag(principal) @ axes.T
-    expected = law.shear_modulus * np.array([[shear**2, shear, 0.0], [shear, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    np.testing.assert_allclose(stress, expected, atol=1e-9 * law.shear_modulus)
-
-
-def test_law_at_rest_is_that_of_its_moduli():
-    assert NeoHookean(34e3, 0.48, 1000.0).at_rest() == Elastic(34e3, 0.48, 1000.0)
-
-
-@pytest.mark.parametrize("ratio", [0.5, -0.1])
-def test_ratios_without_a_bulk_modulus_are_refused(ratio):
-    with pytest.raises(InputError, match=r"NeoHookean\.poisson_ratio"):
-        NeoHookean(34e3, ratio, 1000.0)
-
-
-LOG_STRAINS = np.random.default_rng(1).uniform(-0.5, 0.5, (20, 3))
+    stress = axes @ np.diag(law.kirchhoff_stress(0.5 * np.log(squares)[None])[0]) @ axes.T
+    assert stress[0, 1] == pytest.approx(law.shear_modulus * shear, rel=1e-12)
+    assert stress[0, 0] - stress[1, 1] == pytest.approx(law.shear_modulus * shear**2, rel=1e-12)
+    assert stress[[0, 1], [2, 2]] == pytest.approx(0.0, abs=1e-9 * law.shear_modulus)
 
 
 def test_uniaxial_and_equibiaxial_tests_have_their_closed_forms():
@@ -313,52 +209,52 @@ def test_uniaxial_and_equibiaxial_tests_have_their_closed_forms():
         np.testing.assert_allclose(stress[:, 0] - stress[:, 2], expected, rtol=1e-12)
 
 
-def test_mooney_rivlin_is_the_case_of_exponents_2_and_minus_2():
-    ogden = Ogden((OgdenTerm(16e3, 2.0), OgdenTerm(-6e3, -2.0)), 1000.0, poisson_ratio=0.47)
-    mooney_rivlin = MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.47)
-    for name in ("stored_energy", "kirchhoff_stress", "kirchhoff_tangent"):
-        np.testing.assert_allclose(
-            getattr(ogden, name)(LOG_STRAINS), getattr(mooney_rivlin, name)(LOG_STRAINS), rtol=1e-12
-        )
-    assert ogden.at_rest() == mooney_rivlin.at_rest()
-
-
 def test_neo_hookean_is_the_case_of_one_term_where_the_volume_stays():
     """Of changes of shape alone; compressible neo-Hookean has another energy of shape where the volume changes."""
-    shape = LOG_STRAINS - LOG_STRAINS.mean(axis=1, keepdims=True)
+    shape = STRAINS - STRAINS.mean(axis=1, keepdims=True)
     law = NeoHookean(34e3, 0.48, 1000.0)
     ogden = Ogden((OgdenTerm(law.shear_modulus, 2.0),), 1000.0, poisson_ratio=0.48)
-    stresses = [one.kirchhoff_stress(shape) for one in (law, ogden)]
-    deviators = [stress - stress.mean(axis=1, keepdims=True) for stress in stresses]
-    np.testing.assert_allclose(*deviators, rtol=1e-12)
+    np.testing.assert_allclose(*(deviator(own.kirchhoff_stress(shape)) for own in (law, ogden)), rtol=1e-12)
     np.testing.assert_allclose(law.stored_energy(shape), ogden.stored_energy(shape), rtol=1e-12)
     assert ogden.at_rest().youngs_modulus == pytest.approx(34e3)
 
 
-def test_growing_bulk_modulus_is_the_incompressible_limit():
-    """Stretched along one axis with free sides, ln J is a third of the stress along the axis over the bulk modulus."""
-    stretch = 1.5
-    for bulk_modulus in (1e6, 1e7):
-        law = Ogden((OgdenTerm(10e3, 2.0),), 1000.0, bulk_modulus=bulk_modulus)
-        log_volume = 0.0
-        for _ in range(50):
-            across = (log_volume - np.log(stretch)) / 2
-            shape = law.kirchhoff_stress(np.array([[np.log(stretch), across, across]]))[0] - bulk_modulus * log_volume
-            log_volume = -shape[1] / bulk_modulus
-        expected = 10e3 * (stretch**2 - 1 / stretch) / (3 * bulk_modulus)
-        assert log_volume == pytest.approx(expected, rel=3e4 / bulk_modulus)
+def mooney(**values):
+    return MooneyRivlin(8e3, 1000.0, **values)
+
+
+def ogden(*terms):
+    return Ogden(tuple(OgdenTerm(*term) for term in terms), 1000.0, poisson_ratio=0.48)
+
+
+DRUCKER = "not stable (Drucker) at stretches: uniaxial "
 
 
 @pytest.mark.parametrize(
-    ("terms", "message"),
+    ("make", "message"),
     [
-        ((), "terms: is empty"),
-        (((-2e3, 2.0),), "terms: has a sum of modulus times exponent of -4000 Pa, needs a sum > 0"),
-        (((1e3, 0.0),), "exponent: got 0"),
-        (((5e3, 2.0), (2e3, -2.0)), "is not stable (Drucker) at stretches: uniaxial below "),
+        (mooney, "bulk_modulus: is missing, needs a value; or give poisson_ratio"),
+        (lambda: mooney(bulk_modulus=1e6, poisson_ratio=0.4), "poisson_ratio: is given with bulk_modulus"),
+        (
+            lambda: mooney(bulk_modulus=1e3),
+            "bulk_modulus: got 1000 Pa, too small against the shear modulus of 16000 Pa",
+        ),
+        (lambda: mooney(bulk_modulus=1e6, c01=-9e3), "c10: got c10 + c01 = -1000 Pa"),
+        (lambda: mooney(bulk_modulus=1e6, c01=-2e3), f"{DRUCKER}above 2, equibiaxial below 0.706 and above "),
+        (lambda: mooney(bulk_modulus=1e6, stable_between=(1.2, 2.0)), "stable_between: got 1.2 and 2"),
+        (ogden, "terms: is empty"),
+        (lambda: ogden((-2e3, 2.0)), "terms: has a sum of modulus times exponent of -4000 Pa, needs a sum > 0"),
+        (lambda: ogden((1e3, 0.0)), "exponent: got 0"),
+        (lambda: ogden((5e3, 2.0), (2e3, -2.0)), f"is {DRUCKER}below "),
+        *((lambda ratio=ratio: NeoHookean(34e3, ratio, 1000.0), "NeoHookean.poisson_ratio") for ratio in (0.5, -0.1)),
+        # The range has to hold the state of rest.
+        *(
+            (lambda stretches=stretches: check_stability(stable_below(10.0), stretches), "stable_between")
+            for stretches in ((0.0, 2.0), (1.0, 2.0), (0.5, 1.0), (2.0, 0.5))
+        ),
     ],
 )
-def test_impossible_terms_are_refused(terms, message):
+def test_impossible_constants_are_refused(make, message):
     with pytest.raises(InputError) as caught:
-        Ogden(tuple(OgdenTerm(*term) for term in terms), 1000.0, poisson_ratio=0.48)
+        make()
     assert message in str(caught.value)

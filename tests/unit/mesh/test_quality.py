@@ -107,13 +107,18 @@ def test_the_region_of_the_worst_cell_is_named():
     assert (low.region, low.aspect_ratio, long.aspect_ratio) == ("low", 1.0, 12.0)
 
 
-def test_regular_tetrahedron_is_best_and_the_corner_of_a_cube_known():
-    (row,) = quality_table(tetrahedron((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)))
+def test_regular_tetrahedron_is_best_the_corner_of_a_cube_known_and_a_flat_one_beyond_the_limits():
+    regular = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
+    (row,) = quality_table(tetrahedron(*regular))
     assert (row.scaled_jacobian, row.aspect_ratio) == (pytest.approx(1.0), pytest.approx(1.0))
     assert (row.smallest_angle, row.largest_angle) == (pytest.approx(np.arccos(1 / 3)), pytest.approx(np.arccos(1 / 3)))
     (row,) = quality_table(tetrahedron((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
     assert np.degrees([row.smallest_angle, row.largest_angle]) == pytest.approx([54.7356, 90.0], abs=1e-3)
     assert row.scaled_jacobian == pytest.approx(np.sqrt(2) * 0.5)
+    flat = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    best, none = tetrahedron_margins(np.array([regular, flat], dtype=float))
+    assert best > 5.0
+    assert none == 0.0
 
 
 def test_corners_may_be_counted_either_way_round_but_not_both_ways_in_one_mesh():
@@ -132,11 +137,8 @@ def test_corners_may_be_counted_either_way_round_but_not_both_ways_in_one_mesh()
 
 @pytest.mark.parametrize("kind", [skfem.MeshTet1, skfem.MeshTet2])
 def test_volumes_become_positive_and_middles_stay_on_their_edges(kind):
-    mesh = (
-        kind.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
-        if kind is skfem.MeshTet1
-        else skfem.MeshTet2.from_mesh(skfem.MeshTet1.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3))
-    )
+    mesh = skfem.MeshTet1.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
+    mesh = mesh if kind is skfem.MeshTet1 else kind.from_mesh(mesh)
     points, cells = mesh.doflocs.T, np.array(mesh.dofs.element_dofs.T)
     before = cells.copy()
     turned = positive_tetrahedra(points, cells)
@@ -204,13 +206,13 @@ def cube(*more):
     return Fragments(1e-3 * points, cells, region)
 
 
-def volumes(found):
-    corners = found.points[found.cells]
-    return np.bincount(found.region, np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0)
+def volumes(fragments):
+    corners = fragments.points[fragments.cells]
+    return np.bincount(fragments.region, np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0)
 
 
-def margins(found):
-    return tetrahedron_margins(found.points[found.cells])
+def margins(fragments):
+    return tetrahedron_margins(fragments.points[fragments.cells])
 
 
 # Beside a node of the grid, in the upper half: edges fifty times shorter than the others.
@@ -218,30 +220,18 @@ NEAR = np.array([[0.5, 0.5, 0.51]])
 
 
 def test_a_short_edge_becomes_a_node_and_no_region_loses_volume():
-    found = cube(NEAR)
-    assert margins(found).min() <= 1.0
-    mended = repair_tetrahedra(found, NONE)
+    poor = cube(NEAR)
+    assert margins(poor).min() <= 1.0
+    mended = repair_tetrahedra(poor, NONE)
     assert margins(mended).min() > 1.0
-    assert len(mended.points) == len(found.points) - 1
-    assert volumes(mended) == pytest.approx(volumes(found), rel=1e-9)
+    assert len(mended.points) == len(poor.points) - 1
+    assert volumes(mended) == pytest.approx(volumes(poor), rel=1e-9)
 
 
-def test_nodes_that_are_to_stay_do():
-    found = cube(NEAR)
-    mended = repair_tetrahedra(found, 1e-3 * NEAR)
+def test_nodes_that_are_to_stay_and_good_cells_do():
+    mended = repair_tetrahedra(cube(NEAR), 1e-3 * NEAR)
     assert np.linalg.norm(mended.points - 1e-3 * NEAR, axis=1).min() == 0.0
-
-
-def test_good_cells_stay_as_they_are():
-    found = cube()
-    same = repair_tetrahedra(found, NONE)
-    assert np.array_equal(same.points, found.points)
-    assert np.array_equal(same.cells, found.cells)
-
-
-def test_margins_of_a_regular_and_a_flat_tetrahedron():
-    regular = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
-    flat = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
-    found = tetrahedron_margins(np.stack([regular, flat]))
-    assert found[0] > 5.0
-    assert found[1] == 0.0
+    good = cube()
+    same = repair_tetrahedra(good, NONE)
+    assert np.array_equal(same.points, good.points)
+    assert np.array_equal(same.cells, good.cells)

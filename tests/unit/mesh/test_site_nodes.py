@@ -36,14 +36,11 @@ def test_every_vertex_stands_for_itself(element):
     np.testing.assert_array_equal(site_nodes(mesh, sites), vertices)
 
 
-def test_no_sites_have_no_nodes():
-    assert site_nodes(MESH, []).shape == (0,)
-
-
-def test_site_by_coordinates_from_a_file():
+def test_site_by_coordinates_from_a_file_and_no_sites():
     site = from_mapping(Site, {"name": "mine", "kind": "probe", "position": ["0 mm", "3.9 mm"]}, "x")
     (node,) = site_nodes(MESH, [site])
     assert MESH.p[:, node] == pytest.approx([0.0, 4e-3])
+    assert site_nodes(MESH, []).shape == (0,)
 
 
 @pytest.mark.parametrize(

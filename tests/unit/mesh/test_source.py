@@ -61,12 +61,10 @@ def test_a_source_of_ones_own_has_answers_for_the_rest() -> None:
     assert source.refined(0.5) is None
     assert FinerBlock(2e-3).refined(0.5) == FinerBlock(1e-3)
     assert source.beside(Path("anywhere")) is source
-    found = source.inspect(None)
-    assert found.mesh.nelements == 16
-    assert found.tables[0].rows[0][:2] == ("bulk", 16)
-
-
-def test_its_key_follows_its_own_values_and_those_of_the_specimen() -> None:
+    inspected = source.inspect(None)
+    assert inspected.mesh.nelements == 16
+    assert inspected.tables[0].rows[0][:2] == ("bulk", 16)
+    # Its key follows its own values and those of the specimen.
     assert Block().key(Numbers(1.0)) == Block().key(Numbers(1.0))
     assert len({Block(size).key(Numbers(width)) for size in (1e-3, 2e-3) for width in (1.0, 2.0)}) == 4
 

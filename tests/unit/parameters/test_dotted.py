@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.parameters.dotted import assign, flatten, is_below, known_part, nearest, walk
+from fingerslip.parameters.dotted import assign, flatten, known_part, nearest, walk
 
 keys = st.sampled_from(["a", "b", "c"])
 plain = st.dictionaries(
@@ -57,19 +57,11 @@ def test_a_path_through_a_scalar_or_beyond_a_list_is_refused(path: str) -> None:
         assign({"a": 1, "l": [2]}, path, 3)
 
 
-def test_known_part_is_the_longest() -> None:
+def test_parts_and_neighbours_of_a_path() -> None:
+    """Beside what the examples of the functions say."""
     assert known_part("a.b.c", {"a", "a.b"}) == "a.b"
     assert known_part("x.y", {"a"}) == ""
-
-
-def test_is_below_goes_by_whole_parts() -> None:
-    assert is_below("sweep.time.step.1", "sweep.time.step")
-    assert not is_below("sweep.time.steps", "sweep.time.step")
-
-
-def test_nearest_goes_by_the_last_part_first() -> None:
     known = ["contact.friction_coefficient", "fingertip.phalanx.variant", "time.step"]
-    assert nearest("phalanx.variant", known) == "fingertip.phalanx.variant"
     assert nearest("time.stp", known) == "time.step"
     assert nearest("qqq", known) is None
 

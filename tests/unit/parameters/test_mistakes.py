@@ -166,17 +166,12 @@ names = st.sampled_from(["Skin", "Elastic", "function-x", "a[b]", "[key]", "tupl
 
 
 @given(name=names)
-def test_a_layer_may_have_any_name(name: str) -> None:
+def test_a_layer_and_a_loaded_boundary_may_have_any_name(name: str) -> None:
     material = {"youngs_modulus": "1 kPa", "poisson_ratio": 2, "density": "1 kg/m^3"}
-    values = block_values() | {"materials": {name: material}}
+    traction = {"value": ["1 m"], "ramp": {"times": ["0 s"], "factors": [1]}}
     with pytest.raises(InputError) as caught:
-        from_mapping(Study, values)
-    assert [error.where for error in caught.value.all] == [f"materials.{name}.poisson_ratio"]
-
-
-@given(name=names)
-def test_a_loaded_boundary_may_have_any_name(name: str) -> None:
-    values = block_values() | {"tractions": {name: {"value": ["1 m"], "ramp": {"times": ["0 s"], "factors": [1]}}}}
-    with pytest.raises(InputError) as caught:
-        from_mapping(Study, values)
-    assert caught.value.where == f"tractions.{name}.value.0"
+        from_mapping(Study, block_values() | {"materials": {name: material}, "tractions": {name: traction}})
+    assert {error.where for error in caught.value.all} == {
+        f"materials.{name}.poisson_ratio",
+        f"tractions.{name}.value.0",
+    }

@@ -16,7 +16,7 @@ from fingerslip.contact.counterfaces import BuiltInCounterface, Plane
 from fingerslip.contact.friction import BuiltInLaw, Coulomb, StaticKinetic
 from fingerslip.errors import InputError, MeshError
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model.programme import Hold, Phase, Press
+from fingerslip.model.programme import Hold, Phase
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import (
     FileName,
@@ -31,7 +31,6 @@ from fingerslip.parameters import (
     valid_fields,
     walk_values,
 )
-from fingerslip.parameters.fields import unit_of
 from fingerslip.parameters.schema import json_schema
 
 
@@ -123,13 +122,6 @@ def test_truth_values_are_no_numbers() -> None:
         Coulomb(False)
 
 
-def test_unknown_key_beats_a_missing_one() -> None:
-    """A misspelt key is both; the spelling is what helps."""
-    with pytest.raises(InputError) as caught:
-        from_mapping(Press, {"dept": "1 mm", "speed": "1 mm/s"}, "f")
-    assert str(caught.value) == "f: dept: is not known, may be one of depth, speed; did you mean 'depth'?"
-
-
 @pytest.mark.parametrize("value", ["inf m", "1e999 m"])
 def test_infinite_values_are_refused(value: str) -> None:
     with pytest.raises(InputError):
@@ -143,16 +135,6 @@ def test_written_parameters_read_back_exactly(width: float, places: list[float],
     assert from_mapping(Outer, as_mapping(whole), "f") == whole
     material = Elastic(modulus, 0.3, 1000.0)
     assert from_mapping(Elastic, as_mapping(material), "f") == material
-
-
-def test_units_and_quantities_are_known_by_path() -> None:
-    whole = Outer(inner=Inner(width=0.5), parts={"a": Inner(width=0.1)})
-    found = {leaf.path: (leaf.value, leaf.unit.si if leaf.unit else None) for leaf in walk_values(whole)}
-    assert found["inner.width"] == (0.5, "m")
-    assert found["parts.a.width"] == (0.1, "m")
-    assert found["count"] == (1, None)
-    assert unit_of(Inner, "places") is not None
-    assert unit_of(Outer, "name") is None
 
 
 @parameters

@@ -50,22 +50,13 @@ def presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Presets[Block]:
     return Presets(Block, str(tmp_path))
 
 
-def test_names_are_those_of_the_files(presets: Presets[Block]) -> None:
+def test_presets_are_named_read_and_listed_with_the_assumed_values_first(presets: Presets[Block]) -> None:
     assert presets.names == ("someone2020",)
-
-
-def test_values_are_read_with_their_units(presets: Presets[Block]) -> None:
     assert presets.read("someone2020") == Block(Size(10e-3, 5e-3), 1000.0, True)
-
-
-def test_table_has_the_assumed_values_first(presets: Presets[Block]) -> None:
     table = presets.table("someone2020")
     assert table[0] == PresetValue("size.height", "5 mm", "assumed", "")
     assert [row.path for row in table] == ["size.height", "soft", "size.width", "density"]
     assert table[1].value == "true"
-
-
-def test_header_says_what_the_preset_is(presets: Presets[Block]) -> None:
     header = presets.header("someone2020")
     assert header == {"citation": "Someone: A block. Journal, 2020.", "claims_not": "anything"}
 

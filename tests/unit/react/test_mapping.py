@@ -23,7 +23,7 @@ from fingerslip.react.loads import StepLoad
 from fingerslip.react.mapping import MapResult, ReactionMap, reaction_map, read_reaction_map
 from fingerslip.react.page import filmed_reactions, map_report
 from fingerslip.react.scenario import HeldObject
-from fingerslip.report.figures.film import Film
+from fingerslip.report.figures.motion import Film
 from fingerslip.vision.video import open_frames
 from places import ROOT
 from unit.pads import pad

@@ -8,9 +8,8 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.features import FeatureSettings, MotionSettings, markers_of, motion_of
 from fingerslip.detect.live import run_on_tracks
-from fingerslip.detect.motion import MotionSettings, markers_of, motion_of
 from fingerslip.detect.training import Detector
 from fingerslip.detect.trials import layout_digest, layout_text
 from fingerslip.errors import InputError

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.afferents.integrate_and_fire import AFFERENTS
-from fingerslip.afferents.model import spikes_of
+from fingerslip.afferents.model import AFFERENTS, spikes_of
 from fingerslip.afferents.signals import BandwidthWarning
 from fingerslip.errors import InputError
 from fingerslip.react.loads import RampLoad

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fingerslip.results import SAMPLE, Quantity, RunResult, StudyResult
 from fingerslip.slip.events import Events
-from fingerslip.study.definition.samples import SampleSettings, drawn
+from fingerslip.study.definition.sweep import SampleSettings, drawn
 
 
 def study_of(

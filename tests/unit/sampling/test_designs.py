@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
 from fingerslip.sampling.designs import (
-    METHODS,
+    Method,
     block_size,
     design_size,
     draw_shares,
@@ -21,7 +23,7 @@ from fingerslip.sampling.designs import (
 from fingerslip.slip.events import Events, SlipEvents
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", get_args(Method))
 def test_shares_are_in_the_unit_cube_and_follow_from_the_seed(method: str) -> None:
     shares = draw_shares(method, 8, 3, 1)
     assert shares.shape == (design_size(method, 8, 3), 3)
@@ -70,9 +72,6 @@ def test_quantities_numbers_and_words_become_columns() -> None:
         inputs[0].columns("2 s")
     assert [inputs[2].at(share) for share in (0.2, 0.7, 1.0)] == ["x", "y", "y"]
     assert inputs[0].columns(inputs[0].at(0.25)) == pytest.approx((0.25,))
-
-
-def test_runs_that_do_not_differ_are_refused() -> None:
     with pytest.raises(InputError, match="has runs that do not differ"):
         inputs_of([run(a=1)])
 
@@ -90,9 +89,6 @@ def test_events_measures_and_derived_quantities_have_names() -> None:
     assert output_of(RUN, "penetration_max").value is None
     assert output_of(RUN, "travel") is TRAVEL
     assert all(output_of(RUN, name) is not None for name in output_names(RUN))
-
-
-def test_other_names_are_refused() -> None:
     assert output_of(RUN, "latency_x") is None
     with pytest.raises(InputError, match="of: 'latency_x' is not known, needs one of incipient_slip"):
         required_output(RUN, "latency_x")

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from fingerslip.published import published_set
+from fingerslip.results import StudyResult
 from fingerslip.sampling.sensitivity import (
+    Fit,
     Interval,
     fit_samples,
     fits_of,
@@ -21,28 +23,28 @@ from fingerslip.slip import SlipEvents
 from unit.sampled import RANGES, VARIANT, overall, study_of
 
 
-def test_slopes_of_a_linear_time_are_exact_and_in_the_units_of_the_ranges() -> None:
-    study = study_of()
+def slip_fit(study: StudyResult) -> Fit:
     fit = fit_samples(study.runs, study.ranges, "slip", "overall")
     assert fit is not None
-    slopes = {effect.path: (effect.slope, effect.unit, effect.change) for effect in fit.effects}
-    assert slopes["contact.clearance"] == (pytest.approx(-0.5), "mm", pytest.approx(-0.2))
-    assert slopes["fingertip.sagittal.half_height"] == (pytest.approx(0.1), "mm", pytest.approx(0.1))
-    assert slopes["fingertip.materials.tissue.poisson_ratio"] == (pytest.approx(0.0, abs=1e-9), "", pytest.approx(0.0))
+    return fit
+
+
+def test_slopes_of_a_linear_time_are_exact_in_the_units_of_the_ranges_the_largest_change_first() -> None:
+    fit = slip_fit(study_of())
+    assert [(effect.path.split(".")[-1], effect.unit) for effect in fit.effects] == [
+        ("clearance", "mm"),
+        ("half_height", "mm"),
+        ("poisson_ratio", ""),
+    ]
+    assert [effect.slope for effect in fit.effects] == pytest.approx([-0.5, 0.1, 0.0], abs=1e-9)
+    assert [effect.change for effect in fit.effects] == pytest.approx([-0.2, 0.1, 0.0], abs=1e-9)
     assert fit.middle == pytest.approx(1.7)
     assert (fit.determination, fit.predicted) == (pytest.approx(1.0), pytest.approx(1.0))
     assert fit.residual == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_largest_change_over_a_range_comes_first() -> None:
-    (fit,) = (one for one in fits_of(study_of()) if (one.reading, one.time) == ("slip", "overall"))
-    assert [effect.path.split(".")[-1] for effect in fit.effects] == ["clearance", "half_height", "poisson_ratio"]
-
-
 def test_standardised_coefficients_add_up_to_the_variance_and_ranks_have_the_sign() -> None:
-    study = study_of(count=200)
-    fit = fit_samples(study.runs, study.ranges, "slip", "overall")
-    assert fit is not None
+    fit = slip_fit(study_of(count=200))
     clearance, height, ratio = fit.effects
     # Of uniform values the variances are those of 0.2 s and 0.1 s.
     assert clearance.standardised == pytest.approx(-0.2 / np.hypot(0.2, 0.1), abs=0.03)
@@ -54,9 +56,7 @@ def test_standardised_coefficients_add_up_to_the_variance_and_ranks_have_the_sig
 def test_the_standard_error_is_that_of_a_known_noise() -> None:
     noise = np.random.default_rng(1).normal(0.0, 0.01, 400)
     errors = iter(noise)
-    study = study_of(count=400, time=lambda *given: overall(*given) + next(errors))
-    fit = fit_samples(study.runs, study.ranges, "slip", "overall")
-    assert fit is not None
+    fit = slip_fit(study_of(count=400, time=lambda *given: overall(*given) + next(errors)))
     assert fit.residual == pytest.approx(0.01, rel=0.1)
     # A uniform value over a range r has the variance r^2 / 12.
     assert fit.effects[0].change_error == pytest.approx(0.01 * np.sqrt(12 / 400), rel=0.1)
@@ -65,29 +65,19 @@ def test_the_standard_error_is_that_of_a_known_noise() -> None:
 
 def test_predicted_determination_is_not_flattered_by_few_samples() -> None:
     noise = iter(np.random.default_rng(2).normal(0.0, 1.0, 6))
-    study = study_of(count=6, time=lambda *_: 2.0 + next(noise))
-    fit = fit_samples(study.runs, study.ranges, "slip", "overall")
-    assert fit is not None
+    fit = slip_fit(study_of(count=6, time=lambda *_: 2.0 + next(noise)))
     assert fit.determination > 0.2
     assert fit.predicted < 0.0
 
 
 def test_samples_without_the_event_are_left_out_and_counted() -> None:
-    study = study_of(time=lambda *given: None if given[0] > 0.3 else overall(*given))
-    fit = fit_samples(study.runs, study.ranges, "slip", "overall")
-    assert fit is not None
+    fit = slip_fit(study_of(time=lambda *given: None if given[0] > 0.3 else overall(*given)))
     assert fit.interval.missing == 3
     assert fit.effects[0].slope == pytest.approx(-0.5)
 
 
-@pytest.mark.parametrize("count", [2, 4])
-def test_too_few_samples_have_no_fit(count: int) -> None:
-    study = study_of(count=count)
-    assert fit_samples(study.runs, study.ranges, "slip", "overall") is None
-    assert fits_of(study) == ()
-
-
-def test_times_that_are_all_the_same_or_were_not_recorded_have_no_fit() -> None:
+def test_too_few_samples_and_times_that_are_all_the_same_or_were_not_recorded_have_no_fit() -> None:
+    assert fits_of(study_of(count=2)) == fits_of(study_of(count=4)) == ()
     study = study_of(time=lambda *_: 1.7)
     assert fit_samples(study.runs, study.ranges, "slip", "overall") is None
     assert fit_samples(study.runs, study.ranges, "acceleration", "overall") is None
@@ -107,12 +97,9 @@ def test_groups_are_the_samples_of_each_swept_value() -> None:
 UNIFORM = Interval(tuple(1.0 + 0.01 * number for number in range(101)))
 
 
-def test_percentiles_are_those_of_the_samples() -> None:
+def test_percentiles_are_those_of_the_samples_and_events_that_did_not_happen_are_counted() -> None:
     assert (UNIFORM.smallest, UNIFORM.largest) == (1.0, 2.0)
     assert UNIFORM.percentile(5) == pytest.approx(1.05)
-
-
-def test_events_that_did_not_happen_are_counted() -> None:
     assert interval_of([None, 2.0, 1.0, None]) == Interval((1.0, 2.0), 2)
     assert interval_of([None]) is None
 

@@ -1,4 +1,4 @@
-"""Arrival of the slip front at receptors, and when friction reaches a share of its limit."""
+"""Arrival of the slip front at receptors, contact near an edge, markers of the skin, and force ratios."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from fingerslip.slip import (
 )
 from fingerslip.slip.front import edge_distance, edge_warning
 from fingerslip.slip.receptors import tangential_acceleration
+from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from unit import synthetic
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
@@ -91,7 +92,6 @@ def ending_at(edge: float, history: xr.Dataset = HISTORY) -> xr.Dataset:
 
 def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance() -> None:
     found = edge_contact(ending_at(HALF_WIDTH + 0.5 * SPACING))
-    assert found is not None
     assert found.boundary == "skin"
     assert found.distance == pytest.approx(0.5 * SPACING)
     # The patch grows with the square root of time; nodes within two spacings of the edge touch from here on.
@@ -128,7 +128,6 @@ def test_every_counterface_is_looked_at() -> None:
     history = ending_at(HALF_WIDTH).drop_dims("counterface").assign(two)
     history = history.assign_coords(counterface=["left", "right"], contact_counterface=("contact_node", belongs))
     found = edge_contact(history)
-    assert found is not None
     assert found.boundary == "right"
 
 
@@ -184,7 +183,61 @@ def test_sites_that_are_not_recorded_are_said_to_be_missing() -> None:
 def test_peaks_are_read_at_named_sites_alone() -> None:
     settings = PeakSettings(sites=("SA-II-3",))
     signal = peak_signal(AT_SITES, settings)
-    assert signal is not None
     row = AT_SITES["site"].values.tolist().index("SA-II-3")
     own = np.abs(tangential_acceleration(AT_SITES, np.array([row])))[:, 0]
     assert signal.values == pytest.approx(own[-signal.size :])
+
+
+MOMENTS = np.linspace(0.0, 10.0, 101)
+
+
+def marked(friction=None, lags=(1.0, 3.0, 2.0)):
+    """Return a marked of three markers that follow a plate at 1 mm/s until they lag from given times on."""
+    plate = np.column_stack([1e-3 * MOMENTS, 0.0 * MOMENTS])
+    moved = np.stack([np.column_stack([1e-3 * np.minimum(MOMENTS, lag), 0.0 * MOMENTS]) for lag in lags], axis=1)
+    force = np.column_stack([MOMENTS if friction is None else friction, np.ones(101)])
+    rest = np.array([[-1e-3, 0.0], [0.0, 0.0], [1e-3, 0.0]])
+    return xr.Dataset(
+        {
+            "displacement": (("time", "site", "component"), moved),
+            "counterface_displacement": (("time", "counterface", "component"), plate[:, None]),
+            "counterface_force": (("time", "counterface", "component"), force[:, None]),
+            "contact_state": (("time", "contact_node"), np.ones((101, 3), dtype=int)),
+        },
+        coords={
+            "time": MOMENTS,
+            "site": ["external-marker-1-02", "external-marker-0-01", "external-marker-1-01"],
+            "site_kind": ("site", ["external marker"] * 3),
+            "site_position": (("site", "component"), rest),
+            "counterface_normal": (("counterface", "component"), [[0.0, 1.0]]),
+            "contact_position": (("contact_node", "component"), rest),
+            "phase_kind": ("phase", ["slide"]),
+            "phase_start": ("phase", [0.0]),
+            "phase_end": ("phase", [10.0]),
+        },
+    )
+
+
+def test_times_at_which_markers_lag():
+    slips = skin_marker_slips(marked())
+    # 50 um behind a plate at 1 mm/s.
+    assert slips.time == pytest.approx([1.05, 3.05, 2.05])
+    assert share_before_centre(slips) == 1.0
+
+
+def test_a_centre_that_slips_in_between():
+    assert share_before_centre(skin_marker_slips(marked(lags=(1.0, 2.0, 20.0)))) == 0.5
+
+
+def test_without_markers_there_is_nothing():
+    assert skin_marker_slips(marked().assign_coords(site_kind=("site", ["probe"] * 3))) is None
+
+
+def test_a_saw_tooth_has_its_cycles():
+    assert stick_slip_cycles(marked(np.mod(MOMENTS, 2.6))) == 3
+    assert stick_slip_cycles(marked(np.minimum(MOMENTS, 3.0))) == 0
+
+
+def test_small_falls_are_noise():
+    ripple = np.minimum(MOMENTS, 3.0) + 0.05 * np.sin(20 * MOMENTS)
+    assert stick_slip_cycles(marked(ripple)) == 0

@@ -43,13 +43,6 @@ def test_forces_are_along_the_plates_own_axes() -> None:
         assert inclined[name] == pytest.approx(straight[name])
 
 
-def test_there_is_no_ratio_without_a_slide_or_without_pressure() -> None:
-    pressed = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
-    assert read_measures(pressed)["friction_force_ratio_end_of_slide"] is None
-    none = np.zeros(HISTORY.sizes["time"])
-    assert read_measures(with_forces(HISTORY, none, none))["friction_force_ratio_end_of_slide"] is None
-
-
 def test_the_last_slide_counts() -> None:
     phases = (("press", 0.0, 1.0), ("slide", 1.0, 1.2), ("hold", 1.2, 1.5), ("slide", 1.5, 2.0))
     history = make(Process(phases=phases))
@@ -61,7 +54,6 @@ def test_the_last_slide_counts() -> None:
 def test_the_slip_margin_is_what_is_left_of_the_largest_force_ratio_at_incipient_slip() -> None:
     """The ratio grows linearly from the start of the slide, at 1 s, to overall slip at 1.71 s."""
     incipient = find_events(HISTORY).incipient
-    assert incipient is not None
     expected = 1.0 - (incipient - 1.0) / 0.71
     assert read_measures(HISTORY)["slip_margin_incipient"] == pytest.approx(expected, rel=1e-9)
     slippery = read_measures(make(Process(friction=0.1)))["slip_margin_incipient"]
@@ -72,17 +64,19 @@ def test_the_slip_margin_leaves_out_records_without_pressure() -> None:
     times = HISTORY["time"].values
     forces = np.where(times < 1.9, 1.0, 0.0), 0.5 * np.clip(times - 1.0, 0.0, 0.6)
     incipient = find_events(HISTORY).incipient
-    assert incipient is not None
     found = read_measures(with_forces(HISTORY, *forces))["slip_margin_incipient"]
     assert found == pytest.approx(1.0 - (incipient - 1.0) / 0.6, rel=1e-9)
 
 
-def test_there_is_no_slip_margin_without_a_slide_slip_or_friction() -> None:
+def test_there_is_no_ratio_and_no_slip_margin_without_a_slide_slip_friction_or_pressure() -> None:
     pressed = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
-    held = make(Process(edge=3.0, centre=4.0))
+    stuck = make(Process(edge=3.0, centre=4.0))
     none = np.zeros(HISTORY.sizes["time"])
-    for history in (pressed, held, with_forces(HISTORY, none + 1.0, none), with_forces(HISTORY, none, none)):
+    smooth, apart = with_forces(HISTORY, none + 1.0, none), with_forces(HISTORY, none, none)
+    for history in (pressed, stuck, smooth, apart):
         assert read_measures(history)["slip_margin_incipient"] is None
+    for history in (pressed, apart):
+        assert read_measures(history)["friction_force_ratio_end_of_slide"] is None
 
 
 def test_contact_numbers_are_the_extreme_ones_with_their_signs() -> None:
@@ -131,7 +125,6 @@ def test_peaks_are_counted_before_that_of_overall_slip_and_its_height_is_given()
     numbers = read_measures(HISTORY)
     assert numbers["peaks_before_overall"] == 2
     largest = acceleration_peaks(HISTORY).largest
-    assert largest is not None
     assert largest.time == pytest.approx(1.71, abs=5.1e-3)
     assert numbers["overall_peak_height_m_per_s2"] == largest.height
     silent = read_measures(HISTORY.drop_dims("site"))
@@ -151,8 +144,6 @@ def test_keys_carry_the_unit_and_are_unique() -> None:
 
 def test_values_are_written_for_people() -> None:
     area, records = measure_of("contact_area_max_m2"), measure_of("records")
-    assert area is not None
-    assert records is not None
     assert (area.text(1.3514e-5), area.text(None), records.text(601)) == ("13.51 mm^2", "does not exist", "601")
 
 

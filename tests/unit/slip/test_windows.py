@@ -32,33 +32,29 @@ from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_tim
 SIGNALS = st.lists(st.floats(0.0, 1.0), min_size=2, max_size=40)
 
 
-def test_window_starts_with_the_last_record_before_the_slide() -> None:
-    window = slide_window(make(Process(phases=(("press", 0.0, 1.003), ("slide", 1.003, 1.998)))))
-    assert window is not None
-    assert (window.first, window.last) == (200, 399)
+PRESS, TWO_SLIDES = ("press", 0.0, 1.0), (("slide", 1.0, 1.4), ("hold", 1.4, 1.5), ("slide", 1.5, 2.0))
 
 
-def test_window_forgives_rounding_of_phase_times() -> None:
-    window = slide_window(make(Process(phases=(("press", 0.0, 1.0 - 1e-13), ("slide", 1.0 - 1e-13, 2.0 - 1e-13)))))
-    assert window is not None
-    assert (window.first, window.last) == (200, 400)
+@pytest.mark.parametrize(
+    ("phases", "slide", "records"),
+    [
+        ((("press", 0.0, 1.003), ("slide", 1.003, 1.998)), 0, (200, 399)),  # the last record before the slide is first
+        ((("press", 0.0, 1.0 - 1e-13), ("slide", 1.0 - 1e-13, 2.0 - 1e-13)), 0, (200, 400)),  # rounding is forgiven
+        ((PRESS, ("hold", 1.0, 2.0)), 0, None),
+        ((("press", 0.0, 2.5), ("slide", 2.5, 3.0)), 0, None),  # not recorded
+        ((PRESS, *TWO_SLIDES), 1, (300, 400)),
+    ],
+)
+def test_window_of_a_slide(
+    phases: tuple[tuple[str, float, float], ...], slide: int, records: tuple[int, int] | None
+) -> None:
+    window = slide_window(make(Process(phases=phases)), slide)
+    assert (window and (window.first, window.last)) == records
 
 
-def test_no_slide_has_no_window() -> None:
-    assert slide_window(make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))) is None
-
-
-def test_slide_that_was_not_recorded_has_no_window() -> None:
-    assert slide_window(make(Process(phases=(("press", 0.0, 2.5), ("slide", 2.5, 3.0))))) is None
-
-
-def test_second_slide_is_found_and_a_third_is_refused() -> None:
-    history = make(Process(phases=(("press", 0.0, 1.0), ("slide", 1.0, 1.4), ("hold", 1.4, 1.5), ("slide", 1.5, 2.0))))
-    window = slide_window(history, 1)
-    assert window is not None
-    assert (window.first, window.last) == (300, 400)
+def test_a_third_slide_is_refused() -> None:
     with pytest.raises(InputError, match=r"slide: got 2, the programme has 2 slide"):
-        slide_window(history, 2)
+        slide_window(make(Process(phases=(PRESS, *TWO_SLIDES))), 2)
 
 
 def test_a_slide_that_turns_back_is_another_one() -> None:
@@ -70,20 +66,19 @@ def test_a_slide_that_turns_back_is_another_one() -> None:
     assert [(window.start, window.end) for window in windows if window] == [(1.0, 1.6), (1.6, 2.0)]
 
 
-def test_short_spell_does_not_count() -> None:
-    times, values = np.arange(7.0), np.array([0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0])
-    assert sustained_crossing(times, values, 0.5, 1.0) == pytest.approx(3.5)
-    assert sustained_crossing(times, values, 0.5, 2.0) is None
-
-
-def test_spell_up_to_the_end_counts_however_short() -> None:
-    assert sustained_crossing(np.arange(4.0), np.array([0.0, 0.0, 0.0, 1.0]), 0.25, 10.0) == pytest.approx(2.25)
-
-
-def test_missing_values_are_below_every_level() -> None:
-    values = np.array([np.nan, np.nan, 0.6, 0.7])
-    assert sustained_crossing(np.arange(4.0), values, 0.5, 1.0) == 2.0
-    assert sustained_crossing(np.arange(4.0), np.full(4, np.nan), 0.0, 0.0) is None
+@pytest.mark.parametrize(
+    ("values", "level", "sustained", "crossing"),
+    [
+        ([0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0], 0.5, 1.0, 3.5),  # a short spell does not count
+        ([0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0], 0.5, 2.0, None),
+        ([0.0, 0.0, 0.0, 1.0], 0.25, 10.0, 2.25),  # one up to the end counts however short
+        ([np.nan, np.nan, 0.6, 0.7], 0.5, 1.0, 2.0),  # missing values are below every level
+        ([np.nan] * 4, 0.0, 0.0, None),
+    ],
+)
+def test_crossings_that_last(values: list[float], level: float, sustained: float, crossing: float | None) -> None:
+    times = np.arange(len(values), dtype=float)
+    assert sustained_crossing(times, np.array(values), level, sustained) == pytest.approx(crossing)
 
 
 @given(SIGNALS, st.floats(0.01, 1.0), st.floats(0.01, 1.0), st.floats(0.0, 5.0))
@@ -181,14 +176,12 @@ def test_fractions_follow_the_annular_slip() -> None:
     slipping = slipping_fraction(fine).sel(time=[1.2, 1.505, 1.9], method="nearest").values
     assert slipping == pytest.approx([0.0, 0.5, 1.0], abs=0.01)
     window = slide_window(fine)
-    assert window is not None
     late = slipped_fraction(fine, window, 30e-6).sel(time=1.505 + 0.01, method="nearest")
     assert float(late) == pytest.approx(0.5, abs=0.01)
 
 
 def test_slipping_fraction_sees_the_jump_that_slipped_fraction_ignores() -> None:
     window = slide_window(HISTORY)
-    assert window is not None
     assert float(slipping_fraction(HISTORY).sel(time=PRESS_END + 5e-3, method="nearest")) == 1.0
     assert float(slipped_fraction(HISTORY, window, 50e-6).sel(time=PRESS_END + 5e-3, method="nearest")) == 0.0
 
@@ -232,7 +225,6 @@ def test_slip_counts_beyond_the_tolerance_from_the_start_of_the_slide_on() -> No
     slip = [[50, 0, 0], [50, 0, 0], [60, 30, 21], [75, 60, 40], [75, 90, 60]]
     history = three_nodes(states, slip)
     window = slide_window(history)
-    assert window is not None
     assert accumulated_slip(history, window)[:, 0] * 1e6 == pytest.approx([0, 0, 10, 25, 25])
     fraction = slipped_fraction(history, window, 20e-6)
     # Areas 1 and 5 were there from the start; the first lifts off at the end.
@@ -254,7 +246,6 @@ def test_a_fraction_is_between_nothing_and_all(nodes: list[tuple[bool, bool, flo
 def test_way_off_the_plates_line_is_along_the_plate_whatever_its_inclination(normal: tuple[float, float]) -> None:
     tangent = np.array([normal[1], -normal[0]])
     window = slide_window(HISTORY)
-    assert window is not None
     count = HISTORY.sizes["contact_node"]
     plate, lift = HISTORY["counterface_displacement"].values[:, 0].T
     along = HISTORY["contact_displacement"].values[..., 0]
@@ -273,7 +264,6 @@ def test_way_off_the_plates_line_is_along_the_plate_whatever_its_inclination(nor
 def test_way_off_the_line_is_the_slip_of_an_ideal_slide() -> None:
     history = make(Process(jump=False))
     window = slide_window(history)
-    assert window is not None
     x = np.linspace(-HALF_WIDTH, HALF_WIDTH, 41)
     way = SPEED * np.clip(2.0 - slip_times(Process(), x), 0.0, None)
     np.testing.assert_allclose(relative_displacement(history, window)[-1, :41], way, atol=1e-12)

@@ -30,19 +30,13 @@ from fingerslip.specimens.tactip.sites import GROUPS
 FINGER = {"preset": "wang2014-2d"}
 
 
-def test_there_is_a_field_for_every_kind() -> None:
-    assert set(SpecimenChoice.__dataclass_fields__) == set(SPECIMENS)
-
-
 def test_the_key_that_is_given_names_the_kind() -> None:
+    assert set(SpecimenChoice.__dataclass_fields__) == set(SPECIMENS)
     assert SpecimenChoice().specimen_kind is None
     assert SpecimenChoice().specimen("x.yaml") is None
     chosen = SpecimenChoice(fingertip=FINGER)
     assert chosen.specimen_kind == "fingertip"
     assert chosen.specimen("x.yaml") == preset("wang2014-2d")
-
-
-def test_mistakes_name_the_kind() -> None:
     with pytest.raises(InputError, match=r"^SpecimenChoice\.fingertip\.preset: 'nobody' is not known"):
         SpecimenChoice(fingertip={"preset": "nobody"})
 
@@ -73,25 +67,17 @@ def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> Non
         check_mesh("fingertip", MeshSizes())
 
 
-def test_presets_of_all_kinds_are_found_by_name() -> None:
+def test_presets_and_mesh_sources_of_all_kinds_are_found_by_names_of_their_own() -> None:
     tips = tuple(f"tactip-{skin}-{dim}d" for skin in ("ridged", "smooth") for dim in (2, 3))
     assert preset_names() == ("wang2014-2d", "wang2014-3d", *tips)
     assert presets_of("wang2014-3d").read("wang2014-3d") == preset("wang2014-3d")
     with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of wang2014-2d, wang2014-3d"):
         presets_of("nobody")
-
-
-def test_names_of_presets_are_unique() -> None:
-    assert len(set(preset_names())) == len(preset_names())
-
-
-def test_mesh_sources_are_those_of_all_kinds() -> None:
-    every: Mapping[str, Any] = {source.__name__: source for source in specimen_mesh_sources()}
-    assert list(every) == ["MeshSizes", "SolidSizes", "SensorSectionSizes", "SensorSolidSizes"]
+    sources = [source.__name__ for source in specimen_mesh_sources()]
+    assert sources == ["MeshSizes", "SolidSizes", "SensorSectionSizes", "SensorSolidSizes"]
 
 
 PRESETS = [(kind, name) for kind, presets in SPECIMENS.items() for name in presets.names]
-
 SITES = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(GROUPS)}
 
 

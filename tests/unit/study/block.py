@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import skfem
 
 FRICTIONS = [0.2, 0.4, 0.6]
+#: The runs of the study.
+NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
+#: What the fixture `write_study` gives.
+Write = Callable[..., Path]
 
 
 def block_values() -> dict[str, Any]:

@@ -15,8 +15,8 @@ import yaml
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.model import Model
 from fingerslip.study.inspection.check import compiling_seconds
-from fingerslip.study.running import compute, runner
-from fingerslip.study.storage import store, summary
+from fingerslip.study.running import runner
+from fingerslip.study.storage import store
 from unit import synthetic
 from unit.study.block import block_mesh, block_values
 
@@ -29,7 +29,7 @@ def finished_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = folder / "block.yaml"
     path.write_text(yaml.safe_dump(block_values() | {"compare": ["wang2014-table2"]}, sort_keys=False))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compute, "simulate", known_history)
+        patch.setattr("fingerslip.dynamics.simulation.simulate", known_history)
         patch.setattr(runner, "write_report", lambda *_: None)
         runner.run_study(path, results_dir=folder / "results", workers=1)
     return folder
@@ -69,7 +69,7 @@ commit = functools.cache(store.commit)
 def settled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let all be compiled already, which a fresh clone would say that it does first, and ask git but once."""
     monkeypatch.setitem(compiling_seconds.__globals__, "_has_cache", lambda _: True)
-    monkeypatch.setattr(summary, "commit", commit)
+    monkeypatch.setattr(store, "commit", commit)
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[float]:
         calls.append(model.contacts[0].friction.coefficient)
         return known_history(model, progress=progress, threads=threads, bases=bases)
 
-    monkeypatch.setattr(compute, "simulate", fake)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", fake)
     return calls
 
 

@@ -20,20 +20,15 @@ from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.study.convergence import Level, StudyConvergence, converge, level_folders, levels_of, run_at
-from fingerslip.study.definition.runs import Run, expand
+from fingerslip.study.definition.runs import Run, expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.running import compute, runner
+from fingerslip.study.running import runner
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.runner import StudyFailedError, run_study
-from fingerslip.study.storage.store import identity
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
-from unit.study.block import FRICTIONS, block_mesh, block_values, changed
-
-Write = Callable[..., Path]
-
+from unit.study.block import NAMES, Write, block_mesh, block_values, changed
 
 FINGER = {
     "fingertip": {"preset": "wang2014-2d"},
@@ -54,11 +49,8 @@ def test_a_fingertip_is_refined_in_all_settings_that_differ_from_its_own() -> No
     assert labels == ["mesh-0.6667", "mesh-0.5", "step-0.5", "step-0.25", "penalty-4", "penalty-16", "alpha--0.3"]
 
 
-def test_a_mesh_that_is_read_is_not_refined(block: Run) -> None:
+def test_what_a_study_does_not_have_is_not_refined(block: Run, write_study: Write) -> None:
     assert {level.setting for level in levels_of(block.study)} == {"step", "penalty"}  # alpha is -0.05 already
-
-
-def test_a_body_without_contact_has_no_stiffness_to_change(write_study: Write) -> None:
     values = changed("contact", None)
     del values["sweep"], values["programme"]
     values["time"] = {**values["time"], "end": "0.1 s"}
@@ -67,7 +59,7 @@ def test_a_body_without_contact_has_no_stiffness_to_change(write_study: Write) -
 
 
 def test_element_sizes_are_multiplied() -> None:
-    (run,) = expand(parse_study(FINGER, Path("finger.yaml")), Path("finger.yaml"))
+    (run,) = expand_mapping(FINGER, Path("finger.yaml")).runs
     sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # type: ignore[arg-type]  the model is not asked
     assert isinstance(sizes, MeshSizes)
     assert (sizes.contact_size, sizes.bulk_size) == pytest.approx((0.06e-3, 0.14e-3))
@@ -79,14 +71,6 @@ def test_steps_that_control_their_error_are_refined_by_their_tolerance(block: Ru
     run = dataclasses.replace(block, study=dataclasses.replace(block.study, time=time))
     finer = run_at(run, Level("step", 0.5), build_model(run)).study.time
     assert (finer.step, finer.output, finer.tolerance, finer.smallest) == ("auto", 4e-3, 0.01 / 8, 0.5e-3)
-
-
-def test_step_and_damping_change_alone(block: Run) -> None:
-    model = build_model(block)
-    finer = run_at(block, Level("step", 0.25), model)
-    assert (finer.study.time.step, finer.study.time.alpha) == (0.5e-3, -0.05)
-    damped = run_at(block, Level("alpha", -0.3), model)
-    assert (damped.study.time.step, damped.study.time.alpha) == (2e-3, -0.3)
 
 
 def test_automatic_stiffness_is_multiplied_too(block: Run) -> None:
@@ -102,12 +86,13 @@ def test_automatic_stiffness_is_multiplied_too(block: Run) -> None:
 def test_every_level_is_a_run_of_its_own(block: Run) -> None:
     model = build_model(block)
     runs = [block, *(run_at(block, level, model) for level in levels_of(block.study))]
-    assert len({identity(run) for run in runs}) == len({run.name for run in runs}) == len(runs)
+    assert len({run.identity for run in runs}) == len({run.name for run in runs}) == len(runs)
     assert all(run.study.record.snapshots_every == 0.0 for run in runs)
     assert all(run.swept == block.swept for run in runs)
-
-
-NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
+    steps = [
+        (run.study.time.step, run.study.time.alpha) for run in (runs[2], run_at(block, Level("alpha", -0.3), model))
+    ]
+    assert steps == [(0.5e-3, -0.05), (2e-3, -0.3)], "one setting changes alone"
 
 
 STEP = 2e-3
@@ -122,7 +107,7 @@ def called(monkeypatch: pytest.MonkeyPatch) -> list[Model]:
         calls.append(model)
         return later_with_longer_steps(model, **options)
 
-    monkeypatch.setattr(compute, "simulate", fake)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", fake)
     return calls
 
 
@@ -149,7 +134,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyConvergence, P
     path = folder / "block.yaml"
     path.write_text(yaml.safe_dump(plain(), sort_keys=False))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compute, "simulate", later_with_longer_steps)
+        patch.setattr("fingerslip.dynamics.simulation.simulate", later_with_longer_steps)
         patch.setattr(runner, "write_report", lambda *_: None)
         return refined(path), path
 
@@ -232,17 +217,13 @@ def test_report_is_made_again_with_the_uncertainties(write_study: Write, reports
 
 
 def test_tables_figures_and_series_are_written(known: tuple[StudyConvergence, Path]) -> None:
-    found, _ = known
+    found, path = known
     folder = found.folder / "convergence"
     assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
     with (folder / "convergence.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["quantity"] == "slip.overall" and row["setting"] == "step"]
     assert [float(row["size"]) for row in rows] == [1.0, 0.5, 0.25]
     assert "overall slip" in str(found.tables[0].rows)
-
-
-def test_folders_of_a_level_hold_its_runs(known: tuple[StudyConvergence, Path]) -> None:
-    _, path = known
     folders = level_folders(path, path.parent / "results")
     assert len(folders) == 4
     assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
@@ -262,17 +243,11 @@ def test_a_level_that_fails_fails_the_refinement(write_study: Write, monkeypatch
             raise ConvergenceError(0.1, 3, 1.0, 1e-10, "try")
         return synthetic.make(synthetic.Process())
 
-    monkeypatch.setattr(compute, "simulate", fake)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", fake)
     path = write_study(plain())
     with pytest.raises(StudyFailedError, match=r"run_step-0\.5"):
         refined(path)
     assert not (path.parent / "results" / "block" / "convergence" / "convergence.json").exists()
-
-
-@pytest.mark.parametrize("factors", [[0.5], [0.5, 0.5], [1.0, 0.5], [0.5, 0.25, 0.125]])
-def test_a_refinement_needs_two_factors_of_its_own(factors: list[float]) -> None:
-    with pytest.raises(InputError, match=r"converge.step: has .*, needs two different factors|converge.step: has"):
-        parse_study(plain(converge={"step": factors}), Path("block.yaml"))
 
 
 def test_documentation_quotes_the_reference_table() -> None:

@@ -11,10 +11,10 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.programme import Slide
-from fingerslip.study.definition.runs import expand
+from fingerslip.study.definition.runs import plan_studies, read_runs
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import read_study
-from fingerslip.study.inspection.check import check_studies
+from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.verification.meshes import box
@@ -31,7 +31,7 @@ def test_every_study_ships_with_what_it_shows() -> None:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
 def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> None:
-    runs = expand(read_study(path), path)
+    runs = read_runs(path).runs
     slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, Slide)]
     directions = {slide.direction[0] for slide in slides}
     assert len(slides) == len(runs)
@@ -43,7 +43,7 @@ def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> Non
 @pytest.mark.slow
 def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies() -> None:
     path = ROOT / "studies" / "tactip_directions_3d.yaml"
-    (run,) = expand(read_study(path), path)
+    (run,) = read_runs(path).runs
     assert build_mesh(run).nelements > 100_000
 
 
@@ -56,7 +56,7 @@ def test_the_wheel_holds_the_studies() -> None:
 def test_templates_are_studies_that_editors_can_check(tmp_path: Path, template: str) -> None:
     written = new_study(tmp_path / "mine", template)
     assert written == tmp_path / "mine.yaml"
-    assert expand(read_study(written), written)
+    assert read_runs(written).runs
     assert "THIS_FILE" not in written.read_text(encoding="utf-8")
     assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == study_schema()
 
@@ -68,7 +68,7 @@ def test_templates_can_be_run_as_they_are(tmp_path: Path, template: str) -> None
         "Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5), regions={"body": lambda centre: centre[0] > -1}
     )
     write_mesh(body, tmp_path / "body.msh")
-    rows = check_studies([written], tmp_path / "results").rows
+    rows = check_plans(plan_studies([written], tmp_path / "results")).rows
     assert {row[2] for row in rows} == {"to do"}
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
-from fingerslip.vision.cameras.looks import PixelCamera, SensorNoise
+from fingerslip.vision.cameras.pixel import PixelCamera, SensorNoise
 from fingerslip.vision.tracks import make_tracks
 
 SILENT = SensorNoise(read=0.0)

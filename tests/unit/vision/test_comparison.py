@@ -1,4 +1,4 @@
-"""Tracks beside the truth."""
+"""Tracks beside the truth, and the statistics of their errors."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.comparison import matched_tracks, track_errors
+from fingerslip.vision.comparison import PositionErrors, matched_tracks, position_errors, track_errors
 from fingerslip.vision.tracks import make_tracks
 
 TIMES = 0.1 * np.arange(4)
@@ -41,10 +41,51 @@ def test_nothing_found_and_a_video_that_was_cut_off():
     assert np.isnan(matched["position"].values).all()
     errors = track_errors(matched, TRUTH)
     assert (errors.rms, errors.largest, errors.kept) == (None, None, 0.0)
+    unseen = np.where(np.arange(3)[:, None] == 2, np.nan, POSITION)
+    matched = matched_tracks(TRUTH, make_tracks(unseen, TIMES, units="px"))
+    assert np.isnan(matched["position"].values[:, 2]).all(), "what has no truth is no marker of it"
 
 
-def test_more_frames_or_other_markers_are_refused():
-    with pytest.raises(InputError, match="needs at most 2, as the truth has"):
-        matched_tracks(TRUTH, TRUTH.isel(time=[0, 1]))
-    with pytest.raises(InputError, match="needs the same times and markers"):
-        track_errors(TRUTH.isel(marker=[0, 1]), TRUTH)
+def tracks(position):
+    return make_tracks(position, np.arange(len(position)) / 30.0, units="px")
+
+
+def test_noise_bias_and_losses_are_told_apart():
+    random = np.random.default_rng(0)
+    truth = random.uniform(0, 100, (500, 80, 2))
+    found = truth + 0.03 * random.standard_normal((80, 2)) + 0.01 * random.standard_normal(truth.shape)
+    found[random.random((500, 80)) < 0.02] = np.nan
+    measured = position_errors(tracks(found), tracks(truth))
+    assert measured.noise == pytest.approx(0.01, rel=0.02)
+    assert measured.bias == pytest.approx(0.03, rel=0.2)
+    assert measured.lost == pytest.approx(0.02, rel=0.1)
+    assert abs(measured.correlation) < 0.02
+    assert measured.rms == np.hypot(measured.noise, measured.bias)
+
+
+def test_white_noise_of_few_frames_is_no_bias_and_no_errors_are_none():
+    white, zeros = np.random.default_rng(0).standard_normal((10, 2000, 2)), tracks(np.zeros((10, 2000, 2)))
+    measured = position_errors(tracks(white), zeros)
+    assert measured.noise == pytest.approx(1.0, rel=0.02)
+    assert measured.bias < 0.1
+    assert position_errors(zeros, zeros) == PositionErrors(0.0)
+    truth = np.zeros((5, 2, 2))
+    truth[:, 1] = np.nan
+    assert position_errors(tracks(truth), tracks(truth)).lost == 0.0, "outside the image"
+
+
+ZEROS, NANS = np.zeros((5, 2, 2)), np.full((5, 2, 2), np.nan)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: matched_tracks(TRUTH, TRUTH.isel(time=[0, 1])), "needs at most 2, as the truth has"),
+        (lambda: track_errors(TRUTH.isel(marker=[0, 1]), TRUTH), "needs the same times and markers in both"),
+        (lambda: position_errors(tracks(ZEROS), tracks(ZEROS[:, :1])), "needs the same times and markers in both"),
+        (lambda: position_errors(tracks(NANS), tracks(ZEROS)), "tracks: has no marker in three frames"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(call, said):
+    with pytest.raises(InputError, match=said):
+        call()

@@ -49,28 +49,23 @@ def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring():
     assert (first[:30] == 255).all(axis=2).any(), "time and count"
 
 
-def test_arrows_may_be_others_and_stretched():
+def test_arrows_may_be_others_and_stretched_and_frames_in_colour():
     arrows = np.zeros((2, 2, 2))
     arrows[0, 0] = [0.0, 10.0]
     (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), arrows=arrows[:1], stretch=3.0)
     assert np.flatnonzero(coloured(frame, 0).any(axis=1)).max() == pytest.approx(90, abs=1)
-
-
-def test_colour_frames_are_kept_and_not_drawn_on():
+    assert list(overlay_frames([], tracks().isel(time=slice(0)))) == []
     before = COLOUR.copy()
     frame = next(overlay_frames([COLOUR, COLOUR], tracks()))
     np.testing.assert_array_equal(COLOUR, before)
     assert frame[119, 159].tolist() == [90, 45, 30]
 
 
-def test_circles_have_the_size_of_markers_and_are_thin_in_doubt():
+def test_circles_have_the_size_of_markers_and_are_thin_in_doubt_and_the_state_of_a_frame_is_written():
     sized = tracks(quality=[[1.0, 0.3], [1.0, 0.0]]).assign(radius=("marker", [10.0, 10.0]))
     first = next(overlay_frames([GREY, GREY], sized))
     assert np.ptp(columns(first, 0)) == pytest.approx(2 * 17.0, abs=2)
     assert coloured(first, 0).sum() > 1.5 * coloured(first, 1).sum()
-
-
-def test_what_is_wrong_with_a_frame_is_written():
     states = tracks().assign(frame_state=("time", [0, 1]))
     plain, told = (list(overlay_frames([GREY, GREY], one))[1] for one in (tracks(), states))
     assert (told[:30] != plain[:30]).any()
@@ -100,23 +95,17 @@ def test_what_grows_is_orange_and_what_shrinks_is_blue(name):
     assert (drawn(name, fields(), 0)[60, 75] == 90).all()
 
 
-def test_colours_are_missing_where_a_marker_is():
+def test_colours_are_missing_where_a_marker_is_and_arrows_begin_at_the_markers():
     found = fields()
     found["divergence"][:, 0] = np.nan
     assert (drawn("divergence", found)[48, 60] == 90).all()
-
-
-def test_arrows_of_a_field_begin_at_the_markers():
     picture, plain = drawn("velocity", fields()), drawn("contact_centroid", fields())
     start, along = MIDDLE + 1.1 * (REST[3] - MIDDLE), np.array([0.8, 0.6])
     # The longest arrow is nine tenths of the distance of neighbours, 60 px at rest.
     for far, there in ((-5.0, False), (2.0, True), (20.0, True)):
         x, y = np.round(start + far * along).astype(int)
         assert (picture[y, x] != plain[y, x]).any() == there
-
-
-def test_centroid_is_a_cross_where_markers_spread():
-    assert (drawn("contact_centroid", fields())[70, 80] != 90).any()
+    assert (plain[70, 80] != 90).any(), "the centroid is a cross"
     assert (drawn("contact_centroid", fields(-0.1))[40:] == 90).all()
 
 
@@ -152,7 +141,3 @@ METRES = make_tracks(np.zeros((1, 1, 2)), [0.0], units="m")
 def test_what_does_not_fit_is_refused(draw, said):
     with pytest.raises(InputError, match=said):
         draw()
-
-
-def test_no_frames_are_none():
-    assert list(overlay_frames([], tracks().isel(time=slice(0)))) == []

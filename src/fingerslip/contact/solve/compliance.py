@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.frames import rotate_compliance
 from fingerslip.contact.solve.preconditioner import Coupled
-from fingerslip.linear.symmetric import symmetric_product
+from fingerslip.linear.symmetric import symmetric_product, weighted_rows
 
 __all__ = ["Compliance", "active_product"]
 
@@ -91,13 +91,4 @@ def active_product(matrix, forces):  # type: ignore[no-untyped-def]
 
     Arrays: matrix (n_c * dim, n_c * dim) [m/N]; forces (n_c, dim) [N].
     """
-    count, dim = forces.shape
-    out = np.zeros(count * dim)
-    for i in range(count):
-        for k in range(dim):
-            if forces[i, k] != 0.0:
-                force, row = forces[i, k], matrix[i * dim + k]
-                # Compiled code would make an array of the product of both first.
-                for j in range(out.size):
-                    out[j] += force * row[j]
-    return out.reshape(count, dim)
+    return weighted_rows(matrix, forces.ravel()).reshape(forces.shape)

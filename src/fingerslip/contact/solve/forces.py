@@ -47,15 +47,19 @@ def solve_contact(
     *,
     working_set: WorkingSet | Partition | None = None,
     origin: Array | None = None,
+    few: int | None = None,
 ) -> tuple[ContactSolution, WorkingSet | Partition | None]:
-    """Find the contact forces of one step.
+    """Find the contact forces of one step; those of few unknowns all together.
 
     Arrays: free (n_c, dim) [m]; friction_coefficient (n_c,) [-]; start (n_c, dim) [N]; tolerance [-]; origin (n_c,
     dim) [N].
     """
-    if free.size > _FEW:
+    if free.size > (_FEW if few is None else few):
         old = working_set if isinstance(working_set, WorkingSet) else None
-        problem = _problem(compliance, free, friction_coefficient)
+        scale = step_lengths(compliance.diagonal)
+        # The force that would undo the worst free penetration alone sets the scale of rounding.
+        least = 1e-12 * float(np.max(scale * np.abs(free)))
+        problem = _Problem(compliance, np.ascontiguousarray(free), friction_coefficient, scale, least)
         warm_start = None if old is None else old.warm_start
         if warm_start is not None and (
             old is None or old.edition != compliance.edition or not warm_start.has_frames_of(compliance)
@@ -115,17 +119,11 @@ class _Problem:
         return _Check(forces, response, trial, forces - project(trial, self.friction), self.least)
 
 
-def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
-    scale = step_lengths(compliance.diagonal)
-    # The force that would undo the worst free penetration alone sets the scale of rounding.
-    least = 1e-12 * float(np.max(scale * np.abs(free)))
-    return _Problem(compliance, np.ascontiguousarray(free), friction, scale, least)
-
-
 def _solve_on_working_set(
     problem: _Problem, check: _Check, tolerance: float, old: WorkingSet | None
 ) -> tuple[ContactSolution, WorkingSet]:
-    working_set = _initial_working_set(problem, check, old)
+    # The old one, with the compliance of the present frames.
+    working_set = _chosen(problem, check, None) if old is None else old.in_step(problem.compliance, problem.scale)
     iterations, solved = 0, True
     for round_number in range(_ROUNDS):
         if not np.isin(np.flatnonzero(check.touching), working_set.nodes).all():
@@ -133,8 +131,10 @@ def _solve_on_working_set(
         elif not solved:
             check, used = _solve_robustly(problem, working_set, check, tolerance)
             iterations += used
-        roughest = _ROUGH if round_number == 0 else _exactness(check, tolerance)
         before = check.relative_residual
+        # From nearly solved forces, as exact as a direction has to be to be the last one.
+        wanted = 0.3 * _FINER * tolerance / max(before, tolerance)
+        roughest = _ROUGH if round_number == 0 else min(_FINE, max(wanted, _FINEST))
         check, working_set, solved, used = _newton(problem, working_set, check, tolerance, roughest)
         iterations += used
         if check.relative_residual <= tolerance:
@@ -146,19 +146,6 @@ def _solve_on_working_set(
     worst = int(np.argmax(np.abs(check.residual).max(axis=1)))
     solution = ContactSolution(check.forces, check.relative_residual, iterations, worst, check.response)
     return solution, working_set
-
-
-def _exactness(check: _Check, tolerance: float) -> float:
-    """Return how exact the Newton direction from nearly solved forces should be to be the last one."""
-    wanted = 0.3 * _FINER * tolerance / max(check.relative_residual, tolerance)
-    return min(_FINE, max(wanted, _FINEST))
-
-
-def _initial_working_set(problem: _Problem, check: _Check, old: WorkingSet | None) -> WorkingSet:
-    """Return the working set with which a step begins: the old one, with the compliance of the present frames."""
-    if old is None:
-        return _chosen(problem, check, None)
-    return old.in_step(problem.compliance, problem.scale)
 
 
 def _newton(

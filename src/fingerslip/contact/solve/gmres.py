@@ -88,27 +88,10 @@ def new_space(size: int, limit: int) -> Space:
 def solve(slopes, scaled, preconditioner, right, exactness, space):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Solve J d = b, preconditioned from the right so that the residual of GMRES is the true one.
 
-    Parameters
-    ----------
-    slopes : (k, dim, dim) array
-        G, the derivative of the projection [-].
-    scaled : ScaledCompliance
-        rho W of the k nodes.
-    preconditioner : Preconditioner
-        What solves roughly with J.
-    right : (k * dim,) array
-        b, of length one.
-    exactness : float
-        Relative residual at which to stop [-].
-    space : Space
-        Memory for as many directions as there may be, overwritten.
+    Return d, rho W d, and whether d is as exact as the relative residual `exactness` [-] asks for. `space` has memory
+    for as many directions as there may be.
 
-    Returns
-    -------
-    found, moved : (k * dim,) array
-        d, and rho W d.
-    reached : bool
-        Whether d is as exact as it should be.
+    Arrays: slopes (k, dim, dim), G [-]; right (k * dim,), b, of length one.
     """
     size, limit = right.size, len(space.ready)
     # The equations of the shares of the directions, kept triangular by rotations (Saad & Schultz 1986).

@@ -151,8 +151,7 @@ def solve_partitions(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         trial = _examine(nearer, nearer_product, free, scale, friction, least)
         while not decreases_enough(trial[2], merit, length) and halvings < SEARCH_LIMIT and not is_first:
             length, halvings = 0.5 * length, halvings + 1
-            nearer = _between(forces, solved, length)
-            nearer_product = _between(product, moved, length)
+            nearer, nearer_product = forces + length * (solved - forces), product + length * (moved - product)
             trial = _examine(nearer, nearer_product, free, scale, friction, least)
         if halvings == SEARCH_LIMIT:
             break
@@ -163,16 +162,6 @@ def solve_partitions(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         wanted, slope, merit, residual, worst = trial
         is_first = False
     return forces, product, residual, iteration, worst
-
-
-@numba.njit(cache=True, nogil=True)
-def _between(start, end, share):  # type: ignore[no-untyped-def]
-    """Return what lies between two arrays (n, 2) at a share of the way."""
-    between = np.empty_like(start)
-    for i in range(len(start)):
-        for k in range(2):
-            between[i, k] = start[i, k] + share * (end[i, k] - start[i, k])
-    return between
 
 
 @numba.njit(cache=True, nogil=True)
@@ -214,7 +203,7 @@ def _solve(compliance, penalty, free, inverse, of_inverse, partition, start, tol
     states, slopes = partition
     moved = _near(penalty, free, states, start)
     solved, defect, last = _resist(penalty, states, slopes, moved, -1.0), np.empty_like(free), np.inf
-    product = _with_change(compliance, start, solved)
+    product = start[1] + active_product(compliance, solved - start[0])
     for _ in range(_CORRECTIONS):
         _miss(penalty, free, product, solved, moved, defect)
         further = active_product(inverse, _resist(penalty, of_inverse[0], of_inverse[1], defect, 1.0))
@@ -246,12 +235,6 @@ def _near(penalty, free, states, start):  # type: ignore[no-untyped-def]
         if states[i] == STICK:
             moved[i, 1] = -penalty[i, 1] * forces[i, 1]
     return moved
-
-
-@numba.njit(cache=True, nogil=True)
-def _with_change(compliance, start, forces):  # type: ignore[no-untyped-def]
-    """Return W times forces (n_c, 2) [N] near others, W times which is in `start`, too."""
-    return start[1] + active_product(compliance, forces - start[0])
 
 
 @numba.njit(cache=True, nogil=True)

@@ -13,12 +13,14 @@ factors follows all that touch.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 __all__ = [
     "CoarseSpace",
@@ -42,6 +44,8 @@ _COUPLED, _CHANGE = 12, 0.3
 # The first of these nodes, itself included, whose change counts: others cost more rows than they save iterations.
 _COUNTING = 8
 _ROWS_AT_ONCE = 256
+# Condition from which on a matrix of the coarse space has no inverse.
+_SINGULAR = 1e12
 # Share of the diagonal below which a pivot counts as none.
 _NO_PIVOT = 1e-5
 
@@ -297,27 +301,16 @@ def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
 
     Each group grows around a node that is coupled little to those before.
 
-    Parameters
-    ----------
-    body : (n_c * dim, n_c * dim) array
-        Compliance of all candidates, node by node, of any unit.
-    nodes : (k,) array of int
-        The nodes.
-    dim : int
-        Components of a node.
+    Arrays: body (n_c * dim, n_c * dim), compliance of all candidates, node by node, of any unit.
     """
     best, group = np.full(nodes.size, -np.inf), np.zeros(nodes.size, dtype=np.int64)
-    for number in range(_group_count(nodes.size)):
+    count = min(max(nodes.size // _MOST, _GROUPS), max(nodes.size // _LEAST, 1), nodes.size)
+    for number in range(count):
         centre = int(nodes[np.argmin(best)])
         coupling = np.sum([body[centre * dim + k, nodes * dim + k] for k in range(dim)], axis=0)
         closer = coupling > best
         group[closer], best[closer] = number, coupling[closer]
     return group
-
-
-def _group_count(nodes: int) -> int:
-    """Return how many groups a number of nodes is divided into."""
-    return min(max(nodes // _MOST, _GROUPS), max(nodes // _LEAST, 1), nodes)
 
 
 def group_columns(group: Indices, dim: int) -> Indices:
@@ -355,45 +348,14 @@ def images_of(slopes, columns, moved):  # type: ignore[no-untyped-def]
     return out
 
 
-@numba.njit(cache=True, nogil=True)
-def coarse_inverse(columns, images):  # type: ignore[no-untyped-def]
+def coarse_inverse(columns: Indices, images: Single) -> Single:
     """Return the inverse of Z^T J Z, (q, q), for images J Z (n, q); forces that nothing resists are left out."""
-    size = images.shape[1]
-    # The matrix with the identity behind it, which becomes the inverse.
-    both = np.zeros((size, 2 * size))
-    for i in range(len(images)):
-        for c in range(size):
-            both[columns[i], c] += images[i, c]
-    largest = 0.0
-    for a in range(size):
-        both[a, size + a] = 1.0
-        for c in range(size):
-            largest = max(largest, abs(both[a, c]))
-    for column in range(size):
-        _clear(both, column, 1e-12 * largest)
-    inverse = np.empty((size, size), images.dtype)
-    for a in range(size):
-        for c in range(size):
-            inverse[a, c] = both[a, size + c]
-    return inverse
-
-
-@numba.njit(cache=True, nogil=True)
-def _clear(both, column, least):  # type: ignore[no-untyped-def]
-    """Make a column that of the identity, in place (Gauss and Jordan); without a pivot its row becomes zero."""
-    size, width = both.shape
-    pivot = column
-    for row in range(column + 1, size):
-        if abs(both[row, column]) > abs(both[pivot, column]):
-            pivot = row
-    scale = 1.0 / both[pivot, column] if abs(both[pivot, column]) > least else 0.0
-    for c in range(width):
-        # Without a pivot nothing is swapped.
-        other = both[pivot, c] if scale != 0.0 else 0.0
-        both[pivot, c] = both[column, c] if scale != 0.0 else both[pivot, c]
-        both[column, c] = scale * other
-    for row in range(size):
-        share = both[row, column]
-        if row != column and share != 0.0:
-            for c in range(column, width):
-                both[row, c] -= share * both[column, c]
+    owners = sparse.csr_matrix((np.ones(len(images)), (columns[: len(images)], np.arange(len(images)))))
+    matrix = np.zeros((images.shape[1], images.shape[1]))
+    matrix[: owners.shape[0]] = owners @ images
+    inverse: Reals = matrix
+    with contextlib.suppress(np.linalg.LinAlgError):
+        inverse = np.linalg.inv(matrix)
+    if not np.abs(inverse).max(initial=0.0) * np.abs(matrix).max(initial=0.0) < _SINGULAR:
+        inverse = np.linalg.pinv(matrix, rcond=1.0 / _SINGULAR)
+    return np.ascontiguousarray(inverse, dtype=images.dtype)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.alarms import Hysteresis, Smoother, Thresholds, false_alarm_threshold, onsets_from
-from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
+from fingerslip.detect.classifiers import Candidate, describe, fit, probabilities, union_of_sets
 from fingerslip.detect.evaluation.scores import (
     EventScores,
     FrameScores,
@@ -26,21 +26,19 @@ from fingerslip.detect.evaluation.scores import (
     reliability_of,
     rest_ends,
 )
-from fingerslip.detect.features import FeatureSettings, feature_names, features_of
+from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_names, features_of, motion_of
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at
-from fingerslip.detect.motion import MotionSettings, motion_of
 from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import Samples, Sampling, columns_of, held_out, sample_split, samples_of
 from fingerslip.detect.training import (
     Detector,
     calibration_count,
-    check_tracks_fit,
-    fit_detector,
     forward_filter,
+    frame_chances,
     frame_scores,
     largest_before,
 )
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.storage.files import check_folder, clean_stale, digest, new_file, writing
 from fingerslip.version import __version__
@@ -147,12 +145,25 @@ def fit_fold(
 ) -> Fold:
     """Fit a classifier to the trials that are not tested, and classify the samples of those that are."""
     learned, calibration = rows_to_learn(samples, test, share, seed)
-    with threadpool_limits(workers):
-        estimator = fit_detector(candidate, samples, learned, seed, workers)
-        rows = samples.rows(test)
-        frames = FoldFrames(rows, probabilities(estimator, samples.features(rows, candidate.sets)))
+    estimator, frames = fit_rows(samples, candidate, learned, samples.rows(test), seed=seed, workers=workers)
     smoother = forward_filter(samples, onsets, window, learned)
     return Fold(candidate, estimator, smoother, tuple(test), calibration, frames)
+
+
+def fit_rows(
+    samples: Samples,
+    candidate: Candidate,
+    learned: NDArray[np.intp],
+    tested: NDArray[np.intp],
+    *,
+    seed: int = 0,
+    workers: int = 1,
+) -> tuple[Any, FoldFrames]:
+    """Return a classifier that is fitted to some rows of the samples, and what it says of others."""
+    values, classes, trial = samples.features(learned, candidate.sets), samples.classes[learned], samples.trial[learned]
+    with threadpool_limits(workers):
+        estimator = fit(candidate, values, classes, trial, seed=seed, workers=workers)
+        return estimator, FoldFrames(tested, probabilities(estimator, samples.features(tested, candidate.sets)))
 
 
 def rows_to_learn(
@@ -180,11 +191,8 @@ def matrices_of(samples: Samples, frames: Sequence[FoldFrames]) -> NDArray[np.in
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
     """Return the confusion matrices of trials when samples are split 90 to 10 whatever their trial, as published."""
     tested = sample_split(len(samples.classes), seed)
-    with threadpool_limits(workers):
-        estimator = fit_detector(candidate, samples, np.flatnonzero(~tested), seed, workers)
-        rows = np.flatnonzero(tested)
-        chances = probabilities(estimator, samples.features(rows, candidate.sets))
-    return matrices_of(samples, [FoldFrames(rows, chances)])
+    learned, rows = np.flatnonzero(~tested), np.flatnonzero(tested)
+    return matrices_of(samples, [fit_rows(samples, candidate, learned, rows, seed=seed, workers=workers)[1]])
 
 
 def events_of_folds(
@@ -350,10 +358,7 @@ def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets]
     results: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
     matrices = []
     for name in trials.names:
-        tracks = trials.tracks(name)
-        check_tracks_fit(detector, tracks)
-        motion = motion_of(tracks, detector.features.motion)
-        chances = probabilities(detector.estimator, features_of(motion, detector.features))
+        motion, chances = frame_chances(detector, trials.tracks(name))
         likely, true = chances.argmax(axis=1).astype(np.int8), classes_at(onsets[name], motion.time)
         one_trial = np.zeros(int(motion.usable.sum()), dtype=np.intp)
         matrices.append(confusion_by_trial(true[motion.usable], likely[motion.usable], one_trial))

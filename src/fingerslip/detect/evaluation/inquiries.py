@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import Candidate, describe, probabilities, union_of_sets
-from fingerslip.detect.evaluation.crossval import FoldFrames, Parts, fit_fold, matrices_of
+from fingerslip.detect.evaluation.crossval import Parts, fit_fold, fit_rows, matrices_of
 from fingerslip.detect.evaluation.scores import Estimate, FrameScores, frame_scores_of, ratio_estimate
-from fingerslip.detect.features import FeatureSettings, features_of, ring_of_features
+from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of, ring_of_features
 from fingerslip.detect.labels import LabelSettings, Onsets, classes_at, labels_from_external_markers
-from fingerslip.detect.motion import MotionSettings, motion_of
 from fingerslip.detect.samples import (
     Samples,
     Sampling,
@@ -28,9 +27,8 @@ from fingerslip.detect.samples import (
     left_out,
     trial_samples,
 )
-from fingerslip.detect.training import Detector, fit_detector
-from fingerslip.detect.trial_set import TrialSet, check_labels
-from fingerslip.detect.trials import condition_text
+from fingerslip.detect.training import Detector
+from fingerslip.detect.trials import TrialSet, check_labels, condition_text
 from fingerslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,9 +51,8 @@ def learning_curve(
     for size in sizes:
         if not 1 <= size <= len(rest):
             raise InputError("sizes", f"got {size}", f"needs 1 to {len(rest)}, the trials that are no test trials")
-        estimator = fit_detector(candidate, samples, samples.rows(order[:size]), seed, workers)
-        chances = probabilities(estimator, samples.features(rows, candidate.sets))
-        scores[size] = frame_scores_of(matrices_of(samples, [FoldFrames(rows, chances)]), seed=seed)
+        _, frames = fit_rows(samples, candidate, samples.rows(order[:size]), rows, seed=seed, workers=workers)
+        scores[size] = frame_scores_of(matrices_of(samples, [frames]), seed=seed)
     return scores
 
 
@@ -72,8 +69,8 @@ def importance_by_ring(
     if not any(ring is not None for ring in rings):
         raise InputError(f"classifier {candidate.name}", "sees no single markers", "needs features of rings")
     rest = [name for name in samples.trials if name not in set(tests)]
-    estimator = fit_detector(candidate, samples, samples.rows(rest), seed, workers)
     rows, draw = samples.rows(tests), np.random.default_rng(seed)
+    estimator, _ = fit_rows(samples, candidate, samples.rows(rest), rows, seed=seed, workers=workers)
     values, classes = samples.features(rows, candidate.sets), samples.classes[rows]
     _, trial = np.unique(samples.trial[rows], return_inverse=True)
 
@@ -97,36 +94,29 @@ def disturb(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) 
     """Return tracks with a disturbance; those of external markers too."""
     if disturbance not in DISTURBANCES:
         raise InputError("disturbance", f"got {disturbance!r}", f"needs one of {', '.join(DISTURBANCES)}")
-    return DISTURBANCES[disturbance](tracks, amount, np.random.default_rng(seed))
-
-
-def _lose(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
-    if not 0.0 <= amount < 1.0:
-        raise InputError("lost", f"got {amount}", "needs a share from 0 up to, not including, 1")
-    gone = draw.random(tracks["quality"].shape) < amount
-    position, quality = tracks["position"], tracks["quality"]
+    allowed, is_possible = DISTURBANCES[disturbance]
+    if not is_possible(amount):
+        raise InputError(disturbance, f"got {amount}", f"needs {allowed}")
+    draw, position, quality = np.random.default_rng(seed), tracks["position"], tracks["quality"]
+    if disturbance == "slower":
+        return tracks.isel(time=slice(0, None, int(amount)))
+    if disturbance == "noise":
+        noise = amount * draw.standard_normal(position.shape)
+        return tracks.assign(position=position.copy(data=position.values + noise))
+    gone = draw.random(quality.shape) < amount
     return tracks.assign(
         position=position.copy(data=np.where(gone[:, :, None], np.nan, position.values)),
         quality=quality.copy(data=np.where(gone, 0.0, quality.values)),
     )
 
 
-def _add_noise(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
-    if not amount >= 0.0:
-        raise InputError("noise", f"got {amount}", "needs a standard deviation >= 0")
-    position = tracks["position"]
-    return tracks.assign(position=position.copy(data=position.values + amount * draw.standard_normal(position.shape)))
-
-
-def _slow(tracks: xr.Dataset, amount: float, _draw: np.random.Generator) -> xr.Dataset:
-    if amount < 1 or amount != int(amount):
-        raise InputError("slower", f"got {amount}", "needs a whole number >= 1")
-    return tracks.isel(time=slice(0, None, int(amount)))
-
-
-#: What may be done to tracks.
-DISTURBANCES: Mapping[str, Callable[[xr.Dataset, float, np.random.Generator], xr.Dataset]] = MappingProxyType(
-    {"lost": _lose, "noise": _add_noise, "slower": _slow}
+#: What may be done to tracks: the amounts that it takes, in words and as a rule.
+DISTURBANCES: Mapping[str, tuple[str, Callable[[float], bool]]] = MappingProxyType(
+    {
+        "lost": ("a share from 0 up to, not including, 1", lambda amount: 0.0 <= amount < 1.0),
+        "noise": ("a standard deviation >= 0", lambda amount: amount >= 0.0),
+        "slower": ("a whole number >= 1", lambda amount: amount >= 1 and amount % 1 == 0),
+    }
 )
 
 

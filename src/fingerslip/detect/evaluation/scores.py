@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fingerslip.detect.alarms import lead_bound, least_trials
 from fingerslip.detect.labels import CLASSES, Onsets, read_onsets
 from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.trial_set import TrialSet, check_labels
+from fingerslip.detect.trials import TrialSet, check_labels
 from fingerslip.errors import InputError, Mistakes
 
 Floats = NDArray[np.float64]

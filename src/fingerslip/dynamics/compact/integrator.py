@@ -15,12 +15,12 @@ from fingerslip.contact.solve.partition import Partition, first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
 from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
-from fingerslip.dynamics.step.energy import Energies
 from fingerslip.dynamics.step.mesh import advance
+from fingerslip.dynamics.step.prediction import first_state
 from fingerslip.dynamics.step.release import Release, remainder
-from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.state import Energies, State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import HHT, Scheme, Static, coefficients
+from fingerslip.dynamics.system.scheme import LinearScheme, coefficients
 from fingerslip.dynamics.system.system import System
 
 __all__ = ["Compact", "is_compact"]
@@ -38,13 +38,13 @@ def is_compact(stepper: Stepper) -> bool:
         isinstance(stepper.condensed, ByModes)
         and stepper.system.space.dim == 2
         and stepper.constant_frames is not None
-        and isinstance(stepper.scheme, HHT | Static)
+        and isinstance(stepper.scheme, LinearScheme)
         and 0 < unknowns <= _FEW
     )
 
 
 class Compact:
-    """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.Integrator`."""
+    """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
 
     def __init__(self, steppers: Sequence[Stepper]) -> None:
         self._motions = list(map(_Steps, steppers))
@@ -85,6 +85,7 @@ class _Steps:
     def __init__(self, stepper: Stepper) -> None:
         assert isinstance(stepper.condensed, ByModes)
         assert stepper.constant_frames is not None
+        assert isinstance(stepper.scheme, LinearScheme)
         self.stepper = stepper
         diagonal, self._interface = stepper.condensed.factor.diagonal, stepper.condensed.factor.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
@@ -107,7 +108,7 @@ class _Steps:
             factors=factors,
             prediction=prediction,
             remainder=remainder(scheme),
-            dissipation=_dissipation(scheme),
+            dissipation=scheme.losses,
             goal=GOAL,
         )
         # The last state, and the arrays of compiled code that are at it.
@@ -126,13 +127,7 @@ class _Steps:
         return np.array(loads).reshape(len(system.loads) + len(system.commanded), size)
 
     def advance(self, state: State, times: Array) -> tuple[State, list[State]]:
-        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time.
-
-        Raises
-        ------
-        ConvergenceError
-            Where the contact of a step was not solved.
-        """
+        """Take steps to times (k,) [s]; return the state at the last, and what is recorded of all, some at a time."""
         blocks: list[State] = []
         taken = 0
         while taken < times.size:
@@ -304,14 +299,6 @@ class _Steps:
 
 def _loads_of(stepper: Stepper) -> Sequence[Any]:
     return (*stepper.system.loads, *stepper.system.commanded)
-
-
-def _dissipation(scheme: Scheme) -> tuple[float, float, float, float, float]:
-    """Return the factors of the energy that a scheme dissipates; see :class:`Body`."""
-    if not isinstance(scheme, HHT):
-        return 0.0, 0.0, 0.0, -0.5, -0.5
-    rates = scheme.step * (scheme.beta - 0.5 * scheme.gamma)
-    return rates, 0.5 - scheme.gamma, -0.5 * scheme.alpha, 0.0, 0.5 * scheme.alpha
 
 
 def _empty_records(count: int, body: Body) -> Records:

@@ -17,10 +17,11 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.interface import compiled_problem, compiled_settle, flat_motion, in_components
+from fingerslip.contact.interface import compiled_settle, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import solve_partitions
 from fingerslip.dynamics.step.release import TURNS, mark_changes
+from fingerslip.linear.symmetric import weighted_rows
 
 __all__ = ["ENERGIES", "Body", "Inverse", "Motion", "Records", "take_steps"]
 
@@ -123,7 +124,7 @@ def take_steps(body, inverse, motion, counterfaces, factors, friction, tolerance
                 motion.forces[2, i, k], motion.forces[3, i, k] = components[i, k], before[0][2, i, k]
                 motion.relative[0, i, k], motion.relative[1, i, k] = relative[i, k], moved[i, k] + shift[i, k]
                 dropped[i, k] += body.factors[4] * components[i, k]
-        pushed = _transposed_times(body.local, dropped.ravel())
+        pushed = weighted_rows(body.local, dropped.ravel())
         for j in range(size):
             unknown[j] += pushed[j] / body.effective[j]
         _finish(body, motion, free, unknown, load, records.energies[step])
@@ -160,7 +161,7 @@ def _free_end(body, motion, counterfaces, load, free, halfway, moved):  # type: 
     of_displacement, _, _, start_weight, end_weight = body.factors
     fading, reached = np.zeros(halfway.size), np.empty(halfway.size)
     if motion.largest[0] > 0.0:
-        fading = _transposed_times(body.local, motion.release[0].ravel())
+        fading = weighted_rows(body.local, motion.release[0].ravel())
     for j in range(halfway.size):
         for row in range(2):
             weights = body.prediction[row]
@@ -192,7 +193,7 @@ def _contact(body, inverse, motion, before, moved, friction):  # type: ignore[no
     last, iterations, largest = np.zeros(len(free), dtype=np.int8), 0, motion.largest[0]
     while True:
         _add(free, released, relative)
-        problem = compiled_problem(relative, forces_before, relative_before, body.springs[1])
+        problem = contact_problem(relative, forces_before, relative_before, body.springs[1])
         forces, product, residual, further, _ = solve_partitions(
             body.compliance,
             body.penalty,
@@ -297,8 +298,8 @@ def _finish(body, motion, free, unknown, load, energies):  # type: ignore[no-unt
     of_displacement, of_velocity, of_inertia, start_weight, end_weight = body.factors
     added = np.zeros_like(unknown)
     if motion.largest[0] > 0.0:
-        added = _transposed_times(body.local, motion.release[0].ravel())
-        cancelled = _transposed_times(body.local, motion.release[1].ravel())
+        added = weighted_rows(body.local, motion.release[0].ravel())
+        cancelled = weighted_rows(body.local, motion.release[1].ravel())
         for j in range(added.size):
             added[j] += cancelled[j]
     of_rates, of_moves, earliest, first, last = body.dissipation
@@ -372,16 +373,4 @@ def _times(matrix, vector):  # type: ignore[no-untyped-def]
         for j in range(vector.size):
             total += row[j] * vector[j]
         result[i] = total
-    return result
-
-
-@numba.njit(cache=True, nogil=True)
-def _transposed_times(matrix, weights):  # type: ignore[no-untyped-def]
-    """Return a matrix (n, m) transposed times weights (n,), without reading rows that have none."""
-    result = np.zeros(matrix.shape[1])
-    for i in range(weights.size):
-        weight, row = weights[i], matrix[i]
-        if weight != 0.0:
-            for j in range(result.size):
-                result[j] += weight * row[j]
     return result

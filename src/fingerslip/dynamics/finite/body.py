@@ -57,13 +57,7 @@ class Body:
         return replace(ended, energy=self.energy(ended))
 
     def at(self, displacement: Array, near: BodyState | None = None) -> BodyState:
-        """Return the body at a displacement (n,) [m], searched from a state near it.
-
-        Raises
-        ------
-        InvertedCellError
-            Where a cell is turned inside out.
-        """
+        """Return the body at a displacement (n,) [m], searched from a state near it; refuse cells turned inside out."""
         guess = None if near is None else near.deformed
         deformed = self.bulk.deformed(self.coordinates.on_mesh(displacement), guess)
         nodal = self.bulk.force(deformed)

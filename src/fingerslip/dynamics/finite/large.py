@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.finite.factors import Factors
-from fingerslip.dynamics.finite.newton import advance_finite
+from fingerslip.dynamics.finite.newton import Factors, advance_finite
 from fingerslip.dynamics.integrator import ByLength
-from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.prediction import first_state
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system.scheme import Scheme, make_scheme
+from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.solver import LinearSolver
@@ -30,7 +30,7 @@ _DEEPEST = 6
 
 
 class Large:
-    """One motion at large strain; see :class:`fingerslip.dynamics.integrator.Integrator`.
+    """One motion at large strain; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`.
 
     A step of the model that is not solved is taken in halves.
     """
@@ -88,16 +88,13 @@ class Large:
             self._factors.at(length).restore(*factors)
 
     def _make(self, length: float) -> Factors:
-        arguments = self._damping, self._solver, self._watch, self._reserved
-        return Factors(self._system, self._scheme(length), *arguments)
-
-    def _scheme(self, length: float) -> Scheme:
-        """Return the scheme of steps of a length [s]; one of a user's own has no other than its own."""
+        """Make the factors of steps of a length [s]; a scheme of a user's own has no other than its own."""
         time = self._time
         if isinstance(time, Adaptive):
-            return make_scheme(time.fixed(length))
-        is_own = not is_dataclass(time) or length == self._step
-        return make_scheme(time if is_own else replace(time, step=length))  # type: ignore[type-var]
+            time = time.fixed(length)
+        elif is_dataclass(time) and length != self._step:
+            time = replace(time, step=length)
+        return Factors(self._system, make_scheme(time), self._damping, self._solver, self._watch, self._reserved)
 
     def _halves(self, state: State, end: float, depth: int) -> State:
         """Take one step to a time [s], or two halves of it where it is not solved."""

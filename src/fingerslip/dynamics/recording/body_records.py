@@ -171,14 +171,9 @@ class SupportRecords:
             self._passed.setdefault(step, []).append(inertia)
 
     def follow(self, steps: slice, near: Array) -> None:
-        """Compute elastic forces and inertia of steps.
+        """Compute elastic forces and inertia of steps, from the motion of the unknowns `near` in them.
 
-        Parameters
-        ----------
-        steps : slice
-            The steps.
-        near : (3, n, k) array
-            Displacement [m], velocity [m/s] and acceleration [m/s^2] of the unknowns `near` in them.
+        Arrays: near (3, n, k), displacement [m], velocity [m/s] and acceleration [m/s^2].
         """
         displacement, velocity, acceleration = (field.T for field in near)
         stiffness, mass = self._near_maps

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN
-from fingerslip.dynamics.step.energy import made_energy
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.bodies import body_centres, phase_table
-from fingerslip.dynamics.system.scheme import HHT
+from fingerslip.dynamics.system.scheme import LinearScheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.fe.recovery import stress_components
@@ -27,14 +26,9 @@ from fingerslip.units import millimetres
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["labelled_history", "record_coordinates", "rotation_axes"]
+__all__ = ["labelled_history", "made_energy", "record_coordinates"]
 
 Array = NDArray[np.float64]
-
-
-def rotation_axes(dim: int) -> list[str]:
-    """Return the names of the axes about which bodies turn."""
-    return ["z"] if dim == 2 else ["x", "y", "z"]
 
 
 def record_coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
@@ -58,7 +52,7 @@ def record_coordinates(model: Model, system: System, times: Array, snapshot_time
         "site_region": np.array([site.region or "" for site in sites], dtype=str),
         "site_position": positions[system.site_nodes],
         "counterface": np.array([contact.boundary for contact in model.contacts], dtype=str),
-        "rotation_axis": rotation_axes(dim),
+        "rotation_axis": ["z"] if dim == 2 else ["x", "y", "z"],
         "rigid_body": np.array(list(model.bodies), dtype=str),
         "rigid_body_centre": body_centres(model)[0],
         "support": np.array(list(model.supports), dtype=str),
@@ -139,7 +133,13 @@ def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
     energy, share = made_energy(history)
     work = float(np.abs(history["external_work"].values).max())
     work += sum(float(history[name].values[0]) for name in ("kinetic_energy", "strain_energy"))
-    advice = f"take {' or '.join(_remedies(stepper))}"
+    # What the model does not have already.
+    remedies = ["a smaller step"]
+    if stepper.system.candidates.nodes.size:
+        remedies.append("softer contact penalties")
+    if not isinstance(stepper.scheme, LinearScheme):
+        remedies.append("the scheme TimeStepping, whose impacts make none")
+    advice = f"take {' or '.join(remedies)}"
     if energy > work:
         problem = f"steps that have made {energy:.3g} J, more than the {work:.3g} J put in,"
         raise ConvergenceError(float(history["time"][-1]), -1, energy / work if work else np.inf, 1.0, advice, problem)
@@ -147,14 +147,18 @@ def _check_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
         _logger.warning("time steps have made %.3g J, %.0f %% of the largest energy: %s", energy, 100 * share, advice)
 
 
-def _remedies(stepper: Stepper) -> list[str]:
-    """Return what may keep the steps from making energy, of what the model does not have already."""
-    remedies = ["a smaller step"]
-    if stepper.system.candidates.nodes.size:
-        remedies.append("softer contact penalties")
-    if not isinstance(stepper.scheme, HHT):
-        remedies.append("the scheme TimeStepping, whose impacts make none")
-    return remedies
+def made_energy(history: xr.Dataset) -> tuple[float, float]:
+    """Return how much energy the steps of a motion have made, in J and as a share of the largest energy.
+
+    That is how far friction and numerical dissipation together, or damping, accumulated, fall below what they have
+    been.
+    """
+    of_steps = history["friction_dissipation"].values + history["numerical_dissipation"].values
+    dissipated = np.stack([of_steps, history["damping_dissipation"].values])
+    gained = float((np.maximum.accumulate(dissipated, axis=1) - dissipated).max(initial=0.0))
+    names = ("kinetic_energy", "strain_energy", "external_work")
+    largest = max(float(np.abs(history[name].values).max(initial=0.0)) for name in names)
+    return gained, gained / largest if largest > 0.0 else 0.0
 
 
 def _provenance(stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch) -> dict[str, object]:

@@ -16,15 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.recording.body_records import BodyRecords, SupportRecords, moments
-from fingerslip.dynamics.recording.labels import record_coordinates, rotation_axes
+from fingerslip.dynamics.recording.labels import record_coordinates
 from fingerslip.dynamics.recording.snapshots import Recoveries, SnapshotRecords, dashpots_reader
-from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
+from fingerslip.dynamics.recording.steps import record_shapes, record_type, snapshot_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.viscoelastic import viscous_steps
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import finite_site_recovery
-from fingerslip.fe.recovery import stress_components
 from fingerslip.fe.space import inverted_cells, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
@@ -105,24 +104,11 @@ class Recorder:
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._has_warned, self._completed = False, (-1, -1)
         self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
-        sizes = {
-            "time": times.size,
-            "site": len(model.record.sites),
-            "contact_node": len(system.candidates.nodes),
-            "component": system.space.dim,
-            "stress_component": len(stress_components(system.space.dim)),
-            "counterface": len(model.contacts),
-            "rotation_axis": len(rotation_axes(system.space.dim)),
-            "rigid_body": len(model.bodies),
-            "support": len(model.supports),
-            "snapshot_time": len(snapshots),
-            "node": len(system.space.positions),
-            "cell": system.space.mesh.nelements,
-        }
+        counts = times.size, len(snapshots), len(space.positions), len(system.candidates.nodes)
         self.values: dict[str, Any] = {
-            name: np.zeros([sizes[dim] for dim in variable.dims], dtype=record_type(name))
-            for name, variable in VARIABLES.items()
-            if snapshots or "snapshot_time" not in variable.dims
+            name: np.zeros(shape, dtype=record_type(name))
+            for name, shape in record_shapes(model, *counts).items()
+            if snapshots or "snapshot_time" not in VARIABLES[name].dims
         }
         self.values |= record_coordinates(model, system, times, times[snapshots])
 
@@ -147,7 +133,11 @@ class Recorder:
         first, count = self._next, np.size(state.time)
         step: int | slice = slice(first, first + count) if np.ndim(state.time) else first
         self._next += count
-        self._record_motion(step, state)
+        row = first % self._at_once
+        for field, observed in zip(_fields_of(state), self._observed, strict=True):
+            rows = observed[row : row + len(field)] if field.ndim == 2 else observed[row]
+            np.take(field, self._taken, axis=-1, out=rows, mode="clip")
+        self._bodies.record(step, state)
         self._record_contact(step, state)
         self._supports.record(step, state)
         if self._next % self._at_once == 0:
@@ -206,9 +196,12 @@ class Recorder:
         self._snapshots.carry(self.values)
         steps = slice(start, end)
         snapshots, shots = self._snapshots.part(start, end)
-        recorder = copy.copy(self)
+        recorder, cuts = copy.copy(self), {"time": steps, "snapshot_time": shots}
         vars(recorder).update(
-            values={name: self._part_of(name, value, steps, shots) for name, value in self.values.items()},
+            values={
+                name: value[cuts[dim]].copy() if (dim := _first_dimension(name)) in cuts else value
+                for name, value in self.values.items()
+            },
             _times=self._times[steps],
             _strains=self._strains[steps],
             _supports=self._supports.part(steps),
@@ -222,16 +215,12 @@ class Recorder:
         recorder.complete()
         return recorder
 
-    def _part_of(self, name: str, value: Any, steps: slice, shots: slice) -> Any:
-        """Return a copy of the records of some steps, or of snapshots."""
-        cut = {"time": steps, "snapshot_time": shots}.get(_first_dimension(name))
-        return value if cut is None else value[cut].copy()
-
     def saved_state(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
         self._snapshots.carry(self.values)
         arrays = {name: getattr(self, name) for name in _KEPT} | self._supports.kept
-        values = {name: value for name, value in self.values.items() if _is_over_time(name)}
+        over_time = {name for name in VARIABLES if _first_dimension(name) in {"time", "snapshot_time"}}
+        values = {name: value for name, value in self.values.items() if name in over_time}
         return {"next": self._next, "values": values, "moved": self._bodies.moved, **arrays}
 
     def restore(self, saved: Any) -> None:
@@ -267,14 +256,6 @@ class Recorder:
         for start in range(0, len(self._times), at_once):
             self._complete_tractions(slice(start, start + at_once))
         self._bodies.complete_forces(self.values)
-
-    def _record_motion(self, step: int | slice, state: State) -> None:
-        first = step.start if isinstance(step, slice) else step
-        row = first % self._at_once
-        for field, observed in zip(_fields_of(state), self._observed, strict=True):
-            rows = observed[row : row + len(field)] if field.ndim == 2 else observed[row]
-            np.take(field, self._taken, axis=-1, out=rows, mode="clip")
-        self._bodies.record(step, state)
 
     def _record_contact(self, step: int | slice, state: State) -> None:
         """Record what the contact did; the arrays of tractions hold forces until they are completed."""
@@ -360,7 +341,3 @@ def _strain_histories(
 def _first_dimension(name: str) -> str:
     variable = VARIABLES.get(name) or COORDINATES[name]
     return variable.dims[0] if variable.dims else ""
-
-
-def _is_over_time(name: str) -> bool:
-    return name in VARIABLES and _first_dimension(name) in {"time", "snapshot_time"}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,7 @@ from fingerslip.storage.files import digest
 
 __all__ = ["BasisStore", "compute_in_basis", "in_basis"]
 
+T = TypeVar("T")
 Array = NDArray[np.float64]
 
 # Normal modes of the first basis and of the largest one, and how many times as many the next one has at most.
@@ -126,9 +127,19 @@ class _Maker:
 
 def compute_in_basis(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Outcome | None:
     """Compute motions in a reduced basis; None where the mesh is better."""
+    return _where_suitable(motions, lambda: _compute(motions, wanted, store))
+
+
+def in_basis(motions: Motions, store: BasisStore | None = None) -> tuple[System, ResidualCheck] | None:
+    """Return the system of one motion in a basis, with the check of its errors; None where the mesh is better."""
+    return _where_suitable(motions, lambda: _stepped(motions, store))
+
+
+def _where_suitable(motions: Motions, make: Callable[[], T]) -> T | None:
+    """Return what is made with a reduced basis; None, with a word in the log, where the mesh is better."""
     try:
         _require_suitable(motions)
-        return _compute(motions, wanted, store)
+        return make()
     except (_UnsuitableError, FingerslipError) as reason:
         _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
         return None
@@ -190,10 +201,11 @@ def _suitable(
     """Compute some motions in a basis, and in larger ones up to one that suffices for them; return it, too."""
     tried = list[tuple[int, float]]()
     while True:
-        outcome, check = _attempt(motions, maker, basis)
-        count, excess = basis.frequencies.size, _excess(check, wanted)
+        systems, check = _reduced(motions, maker, basis)
+        outcome = compute(motions, systems, check.motions)
+        count, excess = basis.frequencies.size, check.excess(wanted)
         if excess <= 1.0:
-            return outcome, basis
+            return replace(outcome, attributes=check.attributes), basis
         tried.append((count, excess))
         fault = f"{count} normal modes leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
         _logger.info("%s", fault)
@@ -202,11 +214,6 @@ def _suitable(
             raise _UnsuitableError(f"{fault}, and the tolerances are {allowed}")
         with motions.watch.part("basis"):
             basis = maker.make(_next_count(count, excess))
-
-
-def _excess(check: ResidualCheck, wanted: ReducedBasis) -> float:
-    """Return the estimated errors over their tolerances, the larger of both."""
-    return max(check.error / wanted.tolerance, check.acceleration_error / wanted.acceleration_tolerance)
 
 
 def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
@@ -225,30 +232,22 @@ def _next_count(count: int, excess: float) -> int:
     return int(min(count * min(times, _MOST_TIMES), max(_MOST, count)))
 
 
-def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Outcome, ResidualCheck]:
-    """Compute in a basis and look at the residual."""
+def _reduced(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[list[System], ResidualCheck]:
+    """Return the systems of motions in a basis, and what looks at their residual."""
     with motions.watch.part("basis"):
         first = reduced_system(motions.systems[0], maker.body, basis)
         systems = [first, *(reduced_system(system, maker.body, basis, first) for system in motions.systems[1:])]
         coordinates: Sequence[Any] = [system.coordinates for system in systems]
-        check = ResidualCheck(motions.models, motions.systems, coordinates, basis)
-    outcome = compute(motions, systems, check.motions)
-    return replace(outcome, attributes=check.attributes), check
+        return systems, ResidualCheck(motions.models, motions.systems, coordinates, basis)
 
 
-def in_basis(motions: Motions, store: BasisStore | None = None) -> tuple[System, ResidualCheck] | None:
-    """Return the system of one motion in a basis, with the check of its errors; None where the mesh is better."""
-    try:
-        _require_suitable(motions)
-        maker = _Maker.of(motions, store)
-        with motions.watch.part("basis"), maker.alone():
-            stored = maker.kept()
-            basis = stored or maker.make(_STEPWISE)
-            if stored is None:
-                maker.keep(basis)
-            system = reduced_system(motions.systems[0], maker.body, basis)
-        coordinates: Any = system.coordinates
-        return system, ResidualCheck(motions.models, motions.systems, [coordinates], basis)
-    except (_UnsuitableError, FingerslipError) as reason:
-        _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
-        return None
+def _stepped(motions: Motions, store: BasisStore | None) -> tuple[System, ResidualCheck]:
+    """Return what :func:`in_basis` does."""
+    maker = _Maker.of(motions, store)
+    with motions.watch.part("basis"), maker.alone():
+        stored = maker.kept()
+        basis = stored or maker.make(_STEPWISE)
+        if stored is None:
+            maker.keep(basis)
+    systems, check = _reduced(motions, maker, basis)
+    return systems[0], check

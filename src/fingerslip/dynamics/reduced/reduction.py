@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +24,13 @@ from scipy import sparse
 
 from fingerslip.dynamics.step.condensation import Halfway
 from fingerslip.dynamics.system.loads import Load
-from fingerslip.dynamics.system.operators import NodalComponents, Outsiders
+from fingerslip.dynamics.system.operators import NodalComponents
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.recovery import site_recovery
 from fingerslip.fe.space import vector_dofs
 from fingerslip.linear.craig_bampton import ConstraintModes, CraigBampton
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.linear.symmetric import add_rows
+from fingerslip.linear.symmetric import weighted_rows
 from fingerslip.model.model import Model
 
 __all__ = [
@@ -62,15 +62,11 @@ class ModalFactor:
         """Return the solution for b (m + p,) or (m + p, k), same shape."""
         return self.spread(self.gather(halfway))
 
-    def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return the solution for b (m + p,) or (m + p, k): the matrix is symmetric."""
-        return self.backward(right_hand_side)
-
     def gather(self, forces: Array) -> Array:
         """Return the coordinates D^-1 [1, E^T] b, (m,) or (m, k)."""
         total, outside = forces[: self.diagonal.size], forces[self.diagonal.size :]
         if forces.ndim == 1:
-            return self.divide(add_rows(total, self.interface, outside))
+            return self.divide(total + weighted_rows(self.interface, outside))
         # Forces of nodes that have left act on the interface: on few of its unknowns, if any.
         rows = np.flatnonzero(outside.any(axis=1))
         return self.divide(total + self.interface[rows].T @ outside[rows] if rows.size else total)
@@ -102,10 +98,7 @@ class ByModes:
 
     def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:  # noqa: ARG002
         """Return x for contact forces r, shape (c,) or (c, k) [N]."""
-        if forces.ndim == 1:
-            added = add_rows(np.zeros_like(halfway.vector), self.local, forces)
-        else:
-            added = self.local.T @ forces
+        added = weighted_rows(self.local, forces) if forces.ndim == 1 else self.local.T @ forces
         return self.factor.spread(halfway.vector + self.factor.divide(added))
 
 
@@ -205,17 +198,13 @@ def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Ind
     recorded = {
         (system.site_nodes.tobytes(), region): (system, region) for system, region in zip(systems, regions, strict=True)
     }
-    at_sites = [_unknowns_of_sites(system, region) for system, region in recorded.values()]
+    at_sites = []
+    for system, region in recorded.values():
+        strained = site_recovery(system.space, system.materials, system.site_nodes, region).strain
+        sites = vector_dofs(system.site_nodes, system.space.dim).ravel()
+        components = system.coordinates.components(np.union1d(sites, strained.indices))
+        at_sites.append(components.rows[~components.held])
     return np.setdiff1d(np.concatenate([*outside, *at_sites]), interface_unknowns(systems)).astype(np.int64)
-
-
-def _unknowns_of_sites(system: System, regions: Sequence[str | None]) -> Indices:
-    """Return the unknowns that displacements and strains at the sites of a system read."""
-    strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
-    sites = vector_dofs(system.site_nodes, system.space.dim).ravel()
-    components = system.coordinates.components(np.union1d(sites, strained.indices))
-    unknowns: Indices = components.rows[~components.held]
-    return unknowns
 
 
 def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Array]:
@@ -235,40 +224,34 @@ def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Arr
 
 
 def reduced_system(system: System, body: ConstraintModes, basis: CraigBampton, twin: System | None = None) -> System:
-    """Return a system in the coordinates of a reduced body."""
+    """Return a system in the coordinates of a reduced body; one that shares its matrices with a twin takes them over.
+
+    Its matrices have nothing on the interface.
+    """
     coordinates, velocity = ReducedCoordinates(system, body, basis), system.initial_velocity
-    (stiffness, mass), (held_stiffness, held_mass) = _taken_over(twin) if twin else _matrices(system, body, basis)
+    size, behind = basis.eigenvalues.size, np.zeros(basis.interface.size)
+    if twin is None:
+        diagonals = basis.eigenvalues, np.ones(size)
+        stiffness, mass = (sparse.diags(np.concatenate([part, behind]), format="csr") for part in diagonals)
+        held = [_reduced_rows(rows, body, basis) for rows in (system.supports.stiffness, system.supports.mass)]
+    else:
+        stiffness, mass, held = twin.stiffness, twin.mass, [np.asarray(twin.supports.stiffness), twin.supports.mass]
+    start = basis.project(body, system.mass @ velocity) if velocity.any() else np.zeros(size)
+    none = sparse.csr_matrix((system.relative.shape[0], size))
     return replace(
         system,
         coordinates=coordinates,
         stiffness=stiffness,
         mass=mass,
         loads=tuple(_reduced_load(load, body, basis) for load in system.loads),
-        initial_velocity=_spread(basis.project(body, system.mass @ velocity), basis)
-        if velocity.any()
-        else _none(basis),
-        relative=_behind(system.relative, basis),
-        outsiders=tuple(_reduced_outsiders(outsider, coordinates) for outsider in system.outsiders),
-        supports=replace(system.supports, stiffness=held_stiffness, mass=held_mass),
+        initial_velocity=np.concatenate([start, basis.at_interface @ start]),
+        relative=sparse.csr_matrix(sparse.hstack([none, system.relative[:, basis.interface]])),
+        outsiders=tuple(
+            replace(outsider, relative=coordinates.restrict(sparse.csr_matrix(outsider.relative)))
+            for outsider in system.outsiders
+        ),
+        supports=replace(system.supports, stiffness=held[0], mass=held[1]),
     )
-
-
-_Matrices: TypeAlias = tuple[tuple[sparse.csr_matrix, sparse.csr_matrix], tuple[Array, Array]]
-
-
-def _taken_over(twin: System) -> _Matrices:
-    """Return stiffness and mass of a reduced system, and their rows at what supports hold."""
-    held = twin.supports
-    return (twin.stiffness, twin.mass), (np.asarray(held.stiffness), np.asarray(held.mass))
-
-
-def _matrices(system: System, body: ConstraintModes, basis: CraigBampton) -> _Matrices:
-    """Return stiffness and mass of a reduced body, with none on its interface, and their rows at what supports hold."""
-    behind = np.zeros(basis.interface.size)
-    diagonals = basis.eigenvalues, np.ones_like(basis.eigenvalues)
-    stiffness, mass = (sparse.diags(np.concatenate([diagonal, behind]), format="csr") for diagonal in diagonals)
-    held = system.supports.stiffness, system.supports.mass
-    return (stiffness, mass), (_reduced_rows(held[0], body, basis), _reduced_rows(held[1], body, basis))
 
 
 def _reduced_rows(rows: sparse.csr_matrix | Array, body: ConstraintModes, basis: CraigBampton) -> Array:
@@ -277,26 +260,8 @@ def _reduced_rows(rows: sparse.csr_matrix | Array, body: ConstraintModes, basis:
     return np.hstack([projected.T, np.zeros((rows.shape[0], basis.interface.size))])
 
 
-def _none(basis: CraigBampton) -> Array:
-    return np.zeros(basis.eigenvalues.size + basis.interface.size)
-
-
-def _spread(coordinates: Array, basis: CraigBampton) -> Array:
-    return np.concatenate([coordinates, basis.at_interface @ coordinates])
-
-
 def _reduced_load(load: Load, body: ConstraintModes, basis: CraigBampton) -> Load:
     if not load.forces.any():
-        return Load(_none(basis), load.ramp)
+        return Load(np.zeros(basis.eigenvalues.size + basis.interface.size), load.ramp)
     forces = basis.project(body, load.forces)
     return Load(np.concatenate([forces, np.zeros(basis.interface.size)]), load.ramp)
-
-
-def _behind(relative: sparse.csr_matrix, basis: CraigBampton) -> sparse.csr_matrix:
-    """Return a map (c, n) that reads the interface alone as one of coordinates and interface, shape (c, m + p)."""
-    none = sparse.csr_matrix((relative.shape[0], basis.eigenvalues.size))
-    return sparse.csr_matrix(sparse.hstack([none, relative[:, basis.interface]]))
-
-
-def _reduced_outsiders(outsiders: Outsiders, coordinates: ReducedCoordinates) -> Outsiders:
-    return replace(outsiders, relative=coordinates.restrict(sparse.csr_matrix(outsiders.relative)))

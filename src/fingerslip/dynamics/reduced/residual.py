@@ -69,12 +69,15 @@ class ResidualCheck:
         """The error of accelerations over these, at the contact or at sites, as roots of mean squares [-]."""
         return _BEYOND * max(motion.acceleration_error for motion in self.motions)
 
+    def excess(self, wanted: ReducedBasis) -> float:
+        """Return the errors over their tolerances, the larger of both [-]."""
+        return max(self.error / wanted.tolerance, self.acceleration_error / wanted.acceleration_tolerance)
+
     def warn(self, wanted: ReducedBasis) -> None:
         """Warn of errors beyond the tolerances."""
-        errors, limits = (self.error, self.acceleration_error), (wanted.tolerance, wanted.acceleration_tolerance)
-        if any(error > limit for error, limit in zip(errors, limits, strict=True)):
-            count = self._basis.frequencies.size
-            _logger.warning("basis: %d normal modes leave errors of %.2g and %.2g", count, *errors)
+        if self.excess(wanted) > 1.0:
+            counts = self._basis.frequencies.size, self.error, self.acceleration_error
+            _logger.warning("basis: %d normal modes leave errors of %.2g and %.2g", *counts)
 
     @property
     def attributes(self) -> dict[str, object]:

@@ -14,8 +14,7 @@ that of any other simulation; larger patches are an approximation of the contact
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,40 +129,32 @@ def static_body(
     Units: reach [m]; hidden [m]; patch [m].
     """
     _check_kind(model)
-    surface = _surface(model, reach, hidden, patch)
-    answers = _answers(surface.stiffness, surface.reads, solver or preferred_solver())
-    return StaticBody(surface.nodes, surface.positions, surface.area, *answers[:2], surface.watched, answers[2])
+    stiffness, reads, body = _surface(model, reach, hidden, patch)
+    answers = _answers(stiffness, reads, solver or preferred_solver())
+    return replace(body, compliance=answers[0], at_sites=answers[1], at_watched=answers[2])
 
 
-class _Surface(NamedTuple):
-    """A body and its surface that may touch.
+def _surface(
+    model: Model, reach: float, hidden: float, patch: float
+) -> tuple[sparse.csr_matrix, list[sparse.csr_matrix], StaticBody]:
+    """Return stiffness, maps from the n unknowns to patches, sites and watched nodes, and the body without its answers.
 
-    `stiffness` (n, n) is in N/m; `reads` are the maps from the n unknowns to patches, sites and watched nodes; the rest
-    is that of `StaticBody`.
+    The rest of the system of a model, as large as the stiffness, ends with this call.
     """
-
-    stiffness: sparse.csr_matrix
-    reads: tuple[sparse.csr_matrix, sparse.csr_matrix, sparse.csr_matrix]
-    nodes: Integers
-    positions: Floats
-    area: Floats
-    watched: Floats
-
-
-def _surface(model: Model, reach: float, hidden: float, patch: float) -> _Surface:
-    """Return what is needed of the system of a model; the rest, as large as the stiffness, ends with this call."""
     system = build_system(model)
-    area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
+    area, positions = nodal_areas(system.space, model.contacts[0].boundary, model.depth), system.space.positions
     remaining, others = _split_boundary(model, system, reach, hidden)
-    middles, means = patches(system.space.positions[remaining], area[remaining], patch)
-    of_kept, at_sites, at_others = (
-        _displacements_of(system, nodes) for nodes in (remaining, system.site_nodes, others)
+    middles, means = patches(positions[remaining], area[remaining], patch)
+    expansion = system.unknowns.expansion(system.space.n_dofs)
+    of_nodes, at_sites, at_others = (
+        sparse.csr_matrix(node_operator(nodes, system.space.dim, system.space.n_dofs) @ expansion)
+        for nodes in (remaining, system.site_nodes, others)
     )
-    of_patches = sparse.csr_matrix(sparse.kron(means, sparse.eye(system.space.dim)) @ of_kept)
-    positions, watched = means @ system.space.positions[remaining], system.space.positions[others]
-    total = np.asarray((means > 0).astype(float) @ area[remaining])
-    reads = (of_patches, at_sites, at_others)
-    return _Surface(system.stiffness, reads, remaining[middles], positions, total, watched)
+    of_patches = sparse.csr_matrix(sparse.kron(means, sparse.eye(system.space.dim)) @ of_nodes)
+    total, none = np.asarray((means > 0).astype(float) @ area[remaining]), np.zeros((0, 0))
+    nodes, places = remaining[middles], means @ positions[remaining]
+    body = StaticBody(nodes, places, total, none, none, positions[others], none)
+    return system.stiffness, [of_patches, at_sites, at_others], body
 
 
 def _check_kind(model: Model) -> None:
@@ -211,9 +202,3 @@ def _answers(
     ends = np.cumsum([read.shape[0] for read in reads])
     compliance, at_sites, at_watched = np.split(columns, ends[:-1])
     return 0.5 * (compliance + compliance.T), at_sites, at_watched
-
-
-def _displacements_of(system: System, nodes: Integers) -> sparse.csr_matrix:
-    """Return the map from the unknowns to the displacement of nodes, shape (k * 3, n); zero for what supports hold."""
-    expansion = system.unknowns.expansion(system.space.n_dofs)
-    return sparse.csr_matrix(node_operator(nodes, system.space.dim, system.space.n_dofs) @ expansion)

@@ -12,24 +12,24 @@ so that the plate adds the same compliance, y = 1 / (c / h + s), to all its cont
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, Counterfaces, check_outsiders
-from fingerslip.contact.interface import InterfaceState, conditions, contact_problem, rest_state, settle
+from fingerslip.contact.interface import InterfaceState, rest_state, settle
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.forces import solve_contact
-from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
+from fingerslip.dynamics.loop import Loop
 from fingerslip.dynamics.statics.body import StaticBody
-from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
+from fingerslip.dynamics.step.contact_step import solve_law
+from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.system.bodies import Motion, counterface_motion, largest_approach
-from fingerslip.errors import ConvergenceError, InputError
+from fingerslip.errors import InputError
 from fingerslip.model.model import Contact
 from fingerslip.model.programme import Phase, Ramp
 from fingerslip.model.rigid_bodies import DIRECTIONS, Direction, RigidBody
@@ -166,31 +166,13 @@ def static_motion(
     Units: step [s]; farthest [m].
     """
     setting = _setting(body, contact, contact.programme or programme, plate, step)
-    times = _times(setting.motion, step)
-    shifts, records = setting.motion.displacement(times), _Records(body, setting, times.size)
-    gaps = setting.counterfaces.gaps(setting.candidates.positions, setting.candidates.counterface)
-    state, working_set = rest_state(setting.candidates, gaps), None
-    fallen, last = np.zeros(len(setting.plate.axes)), times.size - 1
-    for number in range(1, times.size):
-        time = float(times[number])
-        unheld = setting.plate.unheld(time, fallen)
-        free = _free_motion(setting, shifts[number] + setting.plate.shift(unheld))
-        state, working_set, iterations = _step(setting, state, working_set, free, (step if number > 1 else 0.0, time))
-        fallen = setting.plate.held(unheld, records.take(number, state, iterations))
-        shifts[number] += setting.plate.shift(fallen)
-        if np.linalg.norm(fallen) > farthest:
-            last = number
-        if number % _LOOK_EVERY == 0 or number == last:
-            records.look(number, shifts[number], time)
-        if number == last:
-            break
-    return records.motion(times[: last + 1], shifts[: last + 1])
-
-
-def _times(motion: Motion, step: float) -> Floats:
-    """Return whole steps until the end of a motion is reached [s]."""
-    times: Floats = step * np.arange(math.ceil(motion.knots[-1] / step - 1e-9) + 1)
-    return times
+    times = step * np.arange(math.ceil(setting.motion.knots[-1] / step - 1e-9) + 1)
+    records = _Records(body, setting, times.size)
+    loop = Loop(_Steps(setting, step), [records], [times], Stopwatch())
+    while loop.taken < loop.last and np.linalg.norm(loop.states[0].plate) <= farthest:
+        loop.step()
+    loop.finish()
+    return records.motion(times)
 
 
 def _setting(
@@ -206,7 +188,13 @@ def _setting(
     rows = np.flatnonzero(plane.gap(body.positions) <= reach)
     if not rows.size:
         raise InputError("programme", f"reaches {1e3 * reach:.4g} mm", "needs a press that touches a contact node")
-    candidates = _candidates(body, contact, rows)
+    penalties = contact.normal_penalty, contact.tangential_penalty
+    for kind, penalty in zip(("normal", "tangential"), penalties, strict=True):
+        if penalty is None:
+            raise InputError(f"contact.{kind}_penalty", "is missing", "needs a value, as no cell is looked at here")
+    area, nodes, none = body.area[rows], body.nodes[rows], np.zeros(rows.size, dtype=np.int64)
+    springs = [(penalty or 0.0) * area for penalty in penalties]
+    candidates = Candidates(nodes, none, body.positions[rows], area, *springs)
     counterfaces = Counterfaces((plane,), (contact.friction,))
     frames = counterfaces.frames(candidates.positions, candidates.counterface)
     stiffness = [candidates.normal_stiffness, *[candidates.tangential_stiffness] * 2]
@@ -215,100 +203,121 @@ def _setting(
     return _Setting(rows, candidates, counterfaces, motion, frames, compliance, free)
 
 
-def _candidates(body: StaticBody, contact: Contact, rows: Integers) -> Candidates:
-    stiffness = []
-    for kind in ("normal", "tangential"):
-        penalty = getattr(contact, f"{kind}_penalty")
-        if penalty is None:
-            raise InputError(f"contact.{kind}_penalty", "is missing", "needs a value, as no cell is looked at here")
-        stiffness.append(penalty * body.area[rows])
-    none = np.zeros(rows.size, dtype=np.int64)
-    return Candidates(body.nodes[rows], none, body.positions[rows], body.area[rows], *stiffness)
-
-
 def _dofs(rows: Integers) -> Integers:
     dofs: Integers = (3 * rows[:, None] + np.arange(3)).ravel()
     return dofs
 
 
-def _free_motion(setting: _Setting, shift: Floats) -> Floats:
-    """Return gap and tangential displacement of the nodes (n, 3), relative to the plane, without contact forces [m]."""
-    free: Floats = np.einsum("cij,j->ci", setting.frames, -shift)
-    free[:, 0] = setting.counterfaces.gaps(setting.candidates.positions - shift, setting.candidates.counterface)
-    return free
+@dataclass(frozen=True)
+class _State:
+    """The contact nodes and the plate at one time."""
+
+    time: float  # [s]
+    step: float  # length of the last step [s]; 0 at the start
+    interface: InterfaceState  # the contact nodes in their frames
+    forces: Floats  # (n, 3), contact forces in global components [N]
+    plate: Floats  # (k,), displacement of the plate along its free axes [m]
+    shift: Floats  # (3,), displacement of the plate [m]
+    working_set: WorkingSet | Partition | None = None  # what the contact solver keeps for the next step
+    iterations: int = 0  # iterations of the contact problem
 
 
-def _step(
-    setting: _Setting,
-    before: InterfaceState,
-    working_set: WorkingSet | Partition | None,
-    free: Floats,
-    over: tuple[float, float],
-) -> tuple[InterfaceState, WorkingSet | Partition | None, int]:
-    """Return the interface after a step, what the next one starts from, and the iterations it took.
+class _Steps:
+    """One motion, step by step: see :class:`fingerslip.dynamics.integrator.Integrator`."""
 
-    `over` is the length of the step before, 0 where there is none, and the time at the end of this one [s].
-    """
-    candidates, compliance = setting.candidates, setting.compliance
-    limits = conditions(candidates, before, *over)
-    friction = setting.counterfaces.coefficients(limits, candidates.counterface)
-    problem = contact_problem(candidates, before, free)
-    solution, working_set = _contact(compliance, problem, friction, before, working_set)
-    if not solution.residual <= TOLERANCE:
-        node = int(candidates.nodes[solution.worst])
-        raise ConvergenceError(over[1], node, solution.residual, TOLERANCE, "try another time step, or less friction")
-    response = compliance.response(solution.forces) if solution.response is None else solution.response
-    stretch = np.ones((len(free), 2))
-    after = settle(
-        candidates, before, solution.forces, free + response, friction_coefficient=friction, stretch=stretch, work=0.0
-    )
-    return after.state, working_set, solution.iterations
+    def __init__(self, setting: _Setting, step: float) -> None:
+        self._setting, self._step = setting, step
 
+    def start(self) -> dict[int, _State]:
+        """Return the state at time zero."""
+        setting, nodes = self._setting, self._setting.candidates
+        gaps = setting.counterfaces.gaps(nodes.positions, nodes.counterface)
+        none, plate = np.zeros_like(nodes.positions), np.zeros(len(setting.plate.axes))
+        return {0: _State(0.0, 0.0, rest_state(nodes, gaps), none, plate, np.zeros(3))}
 
-def _contact(
-    compliance: Compliance,
-    problem: Floats,
-    friction: Floats,
-    before: InterfaceState,
-    working_set: WorkingSet | Partition | None,
-) -> tuple[ContactSolution, WorkingSet | Partition | None]:
-    """Return the contact forces of a step, and what the next one starts from."""
-    if problem.size > _FEW:
-        return solve_contact(compliance, problem, friction, before.forces, GOAL, working_set=working_set)
-    return solve_friction(compliance.matrix, problem, friction, before.forces, GOAL), None
+    def advance(self, states: Mapping[int, _State], ends: Floats) -> dict[int, tuple[_State, list[_State]]]:
+        """Take the next step."""
+        setting, before, time = self._setting, states[0], float(ends[0])
+        nodes, counterfaces = setting.candidates, setting.counterfaces
+        prescribed, unheld = setting.motion.displacement(ends[:1])[0], setting.plate.unheld(time, before.plate)
+        shift = prescribed + setting.plate.shift(unheld)
+        free: Floats = np.einsum("cij,j->ci", setting.frames, -shift)
+        free[:, 0] = counterfaces.gaps(nodes.positions - shift, nodes.counterface)
+        interface = before.interface
+        contact = solve_law(
+            (nodes, counterfaces),
+            setting.compliance,
+            setting.frames,
+            free,
+            interface,
+            over=(before.step, time),
+            warm=(interface.forces, before.working_set),
+            few=_FEW,
+        )
+        settled = settle(
+            nodes,
+            interface,
+            contact.solution.forces,
+            contact.relative,
+            friction_coefficient=contact.coefficients,
+            stretch=np.ones((len(free), 2)),
+            work=0.0,
+        )
+        plate = setting.plate.held(unheld, contact.forces.sum(axis=0))
+        after = _State(
+            time,
+            self._step,
+            settled.state,
+            contact.forces,
+            plate,
+            prescribed + setting.plate.shift(plate),
+            contact.working_set,
+            contact.solution.iterations,
+        )
+        return {0: (after, [after])}
 
 
 class _Records:
-    """Forces and states of all steps, filled one by one."""
+    """Forces and states of all steps, filled one by one: see :class:`fingerslip.dynamics.loop.Observer`."""
+
+    room = 1
 
     def __init__(self, body: StaticBody, setting: _Setting, count: int) -> None:
-        self._body, self._setting = body, setting
+        self._body, self._setting, self._count = body, setting, 0
         size, dofs = setting.rows.size, _dofs(setting.rows)
         self._forces, self._states = np.zeros((count, size, 3)), np.zeros((count, size), dtype=np.int8)
-        self._iterations = np.zeros(count, dtype=np.int64)
+        self._iterations, self._shifts = np.zeros(count, dtype=np.int64), np.zeros((count, 3))
         self._at_sites, self._at_watched = body.at_sites[:, dofs], body.at_watched[:, dofs]
 
-    def take(self, number: int, state: InterfaceState, iterations: int) -> Floats:
-        """Take the interface after a step; return the force on the body (3,) [N]."""
-        self._forces[number] = np.einsum("cij,ci->cj", self._setting.frames, state.forces)
-        self._states[number], self._iterations[number] = state.state, iterations
-        force: Floats = self._forces[number].sum(axis=0)
-        return force
+    def record(self, state: _State) -> None:
+        """Record the next state; of every few, look at it."""
+        number, self._last = self._count, state
+        self._forces[number], self._states[number] = state.forces, state.interface.state
+        self._iterations[number], self._shifts[number] = state.iterations, state.shift
+        self._count += 1
+        if number and number % _LOOK_EVERY == 0:
+            self.finish()
 
-    def look(self, number: int, shift: Floats, time: float) -> None:
-        """Refuse a step in which a node that must not touch does."""
+    def finish(self) -> None:
+        """Refuse a last state in which a node that must not touch does."""
         watched = self._body.watched
-        moved = (self._at_watched @ self._forces[number].ravel()).reshape(watched.shape)
-        gaps = self._setting.counterfaces.shapes[0].gap(watched + moved - shift)
-        check_outsiders(gaps, np.arange(len(gaps)), watched, time)
+        moved = (self._at_watched @ self._last.forces.ravel()).reshape(watched.shape)
+        gaps = self._setting.counterfaces.shapes[0].gap(watched + moved - self._last.shift)
+        check_outsiders(gaps, np.arange(len(gaps)), watched, self._last.time)
 
-    def motion(self, times: Floats, shifts: Floats) -> StaticMotion:
-        """Return what the steps until the last of the given times came to."""
-        area, count = self._setting.candidates.area, times.size
-        forces, states, iterations = self._forces[:count], self._states[:count], self._iterations[:count]
+    def motion(self, times: Floats) -> StaticMotion:
+        """Return what the steps that were taken came to."""
+        area, count = self._setting.candidates.area, self._count
+        forces, states = self._forces[:count], self._states[:count]
         whole, sticking = (states != OPEN) @ area, (states == STICK) @ area
-        ratio = np.divide(sticking, whole, out=np.full(count, np.nan), where=whole > 0.0)
-        moved = (forces.reshape(count, -1) @ self._at_sites.T).reshape(count, -1, 3)
         return StaticMotion(
-            times, moved, shifts, forces.sum(axis=1), whole, ratio, states, self._setting.rows, iterations
+            time=times[:count],
+            displacement=(forces.reshape(count, -1) @ self._at_sites.T).reshape(count, -1, 3),
+            counterface=self._shifts[:count],
+            force=forces.sum(axis=1),
+            contact_area=whole,
+            stick_ratio=np.divide(sticking, whole, out=np.full(count, np.nan), where=whole > 0.0),
+            state=states,
+            rows=self._setting.rows,
+            iterations=self._iterations[:count],
         )

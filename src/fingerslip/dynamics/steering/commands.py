@@ -47,7 +47,7 @@ def with_command(system: System, model: Model, command: Command, time: float) ->
     """
     faces = _faces(model, command)
     if command.velocity is not None:
-        system = _with_motion(system, model, faces, np.array(_components(system, command.velocity, "velocity")), time)
+        system = _with_motion(system, model, faces, _components(system, command.velocity, "velocity"), time)
     if command.force is not None:
         system = _with_force(system, faces, command)
     return system
@@ -66,10 +66,10 @@ def _faces(model: Model, command: Command) -> tuple[int, ...]:
     return (number,) if owner is None else tuple(faces_of(model, owner))
 
 
-def _components(system: System, values: tuple[float, ...], name: str) -> tuple[float, ...]:
+def _components(system: System, values: tuple[float, ...], name: str) -> Array:
     if len(values) != system.space.dim:
         raise InputError(f"command.{name}", f"got {len(values)} components", f"needs {system.space.dim}")
-    return values
+    return np.array(values)
 
 
 def _with_motion(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
@@ -105,12 +105,9 @@ def _with_force(system: System, faces: tuple[int, ...], command: Command) -> Sys
         raise InputError("command.force", fault, "needs a rigid body that is free, or a drive")
     added = np.zeros(system.mass.shape[0])
     for at, freedom in freedoms:
-        added[at] = force[0] if freedom.body is None and force.size == 1 else _along(system, freedom.shift, command)
+        is_along = freedom.body is None and force.size == 1
+        added[at] = force[0] if is_along else freedom.shift @ _components(system, command.force or (), "force")
     touched = np.array([at for at, _ in freedoms])
     loads = tuple(load for load in system.commanded if not load.forces[touched].any())
     own_load = Load(added, CONSTANT)
     return replace(system, commanded=(*loads, own_load))
-
-
-def _along(system: System, shift: Array, command: Command) -> float:
-    return float(shift @ np.array(_components(system, command.force or (), "force")))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.loop import Loop, Observer
+from fingerslip.dynamics.loop import BodyObserver, Loop
 from fingerslip.dynamics.motions import Motions, make_integrator
 from fingerslip.dynamics.recording.labels import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
@@ -45,7 +45,7 @@ __all__ = ["Observation", "Simulation"]
 Array = NDArray[np.float64]
 
 # Raised where saved simulations hold something else than before.
-_FORMAT = 4
+_FORMAT = 5
 _NUMBER = re.compile(r"(?<![A-Za-z0-9_])\d+\.?\d*(?:e[+-]?\d+)?")
 _ROUNDING = 1e-9  # what processors may differ by, of a number or of the size of a mesh
 _REPAIR = "save the simulation again"
@@ -151,12 +151,12 @@ class Simulation:
             reduced = in_basis(motions, bases) if model.basis and not model.is_finite else None
             self._system: System = reduced[0] if reduced else system
             self._residual = reduced[1] if reduced else None
-            integrator = make_integrator(motions, [self._system], needed, one_by_one)
+            self._integrator = make_integrator(motions, [self._system], needed, one_by_one)
             with self._watch.part("assembly"):
                 self._recorder = Recorder(model, self._system, times)
             checks = [] if self._residual is None else self._residual.motions
-            observer = Observer(self._recorder, self._system, checks)
-            self._loop = Loop(integrator, [observer], [times], self._watch)
+            observer = BodyObserver(self._recorder, self._system, checks)
+            self._loop = Loop(self._integrator, [observer], [times], self._watch)
             self._stack = stack.pop_all()
 
     def __enter__(self) -> Simulation:
@@ -223,12 +223,11 @@ class Simulation:
         """Return the history so far."""
         self._loop.finish()
         records = self._recorder.part(0, self._loop.taken + 1)
-        integrator = self._loop.integrator
-        attributes = {**integrator.attributes, "n_simulated_together": 1}
+        attributes = {**self._integrator.attributes, "n_simulated_together": 1}
         if self._residual is not None:
             self._residual.warn(self._model.basis or ReducedBasis())
             attributes |= self._residual.attributes
-        return labelled_history(records.values, integrator.steppers[0], attributes, self._watch)
+        return labelled_history(records.values, self._integrator.steppers[0], attributes, self._watch)
 
     def save(self, path: str | Path) -> None:
         """Write the simulation to a file, from which it goes on to the last bit, on the same machine and threads.
@@ -245,7 +244,7 @@ class Simulation:
             "commands": self._commands,
             "taken": self._loop.taken,
             "state": self._loop.states[0],
-            "integrator": self._loop.integrator.saved_state(),
+            "integrator": self._integrator.saved_state(),
             "residual": [] if self._residual is None else self._residual.motions[0].saved_state(),
             "recorder": self._recorder.saved_state(),
         }
@@ -308,7 +307,7 @@ class Simulation:
             raise InputError("model", f"is not the one that {path} was saved from", "needs the same model", repair)
         for command, step in saved["commands"]:
             self._follow(command, step)
-        self._loop.integrator.restore(saved["integrator"])
+        self._integrator.restore(saved["integrator"])
         if self._residual is not None:
             self._residual.motions[0].restore(*saved["residual"])
         # The factors are made anew, and with them the compliance that the last step's contact refers to.
@@ -326,13 +325,13 @@ class Simulation:
         time = float(self._loop.times[step])
         self._system = with_command(self._system, self._model, command, time)
         self._commands = (*self._commands, (command, step))
-        self._loop.integrator.steer(self._system)
+        self._integrator.steer(self._system)
         self._recorder.steer(self._system)
 
     def _outside(self) -> Mapping[str, Array]:
         """Return the arrays that states refer to, and that the model gives again."""
         flat = self._system.space.dim == 2 and self._system.counterfaces.are_flat
-        return {"compliance": self._loop.integrator.steppers[0].compliance.matrix} if flat else {}
+        return {"compliance": self._integrator.steppers[0].compliance.matrix} if flat else {}
 
 
 def _description(model: Model) -> dict[str, Any]:

@@ -42,14 +42,9 @@ class Mixing:
         self._ends: list[Array] = []
 
     def next(self, end: Array, residual: Array) -> Array:
-        """Return where the next iterate goes, shape (n,).
+        """Return where the next iterate goes, from where the last iteration leads, and the residual of its iterate.
 
-        Parameters
-        ----------
-        end : (n,) array
-            Where the last iteration leads.
-        residual : (n,) array
-            Residual of its iterate [N].
+        Arrays: end (n,); residual (n,) [N].
         """
         self._residuals = [*self._residuals[1 - _KEPT :], residual]
         self._ends = [*self._ends[1 - _KEPT :], end]
@@ -75,13 +70,7 @@ _ROUNDING = 1e-16
 
 
 def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
-    """Count the passes of a step: one where supports or inertia hold the body.
-
-    Raises
-    ------
-    EquilibriumError
-        Where the most passes were not enough: contact alone does not hold a body.
-    """
+    """Count the passes of a step: one where supports or inertia hold the body; refuse more than the most."""
     if steppers[0].anchoring is None:
         yield 0
     else:

@@ -4,14 +4,10 @@ With the effective matrix A = L U, loads b, the contact operator B (local displa
 weighted contact forces r, the unknown of a step is x = A^-1 (b + B^T r). Its local part without contact forces,
 B A^-1 b, and the compliance B A^-1 B^T make the contact problem, which gives r.
 
-*By columns.* Z = U^-T B^T and Y = L^-1 B^T are computed once. After the forward half, y = L^-1 b, the local part is
-Z^T y; the backward half starts from y + Y r. With Cholesky factors Y and Z are the same and sparse, because a column
-fills only along its path through the elimination tree.
-
-*By the Schur complement.* For many contact rows these columns are larger than the factors. Then only the unknowns on
-which the contact does not depend are factorised; the others are kept, with C, the inverse of their Schur complement,
-which is their part of A^-1. The forward half leaves the right-hand side c of the Schur complement. B C c is the local
-part without contact forces, C (c + B^T r) the solution at the kept unknowns, and the backward half gives all others.
+Only the unknowns on which the contact does not depend are factorised; the others are kept, with C, the inverse of their
+Schur complement, which is their part of A^-1. The forward half leaves the right-hand side c of the Schur complement.
+B C c is the local part without contact forces, C (c + B^T r) the solution at the kept unknowns, and the backward half
+gives all others.
 
 These factors may be of single precision, and C with them. The right-hand side at the kept unknowns, against which
 contact forces nearly cancel, does not go through the factors. C serves contact and solution alike, entry by entry, and
@@ -21,29 +17,24 @@ step changes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.linear.resources import require_memory
-from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor, factorise_around
-from fingerslip.linear.symmetric import add_columns, long_product, symmetric_product, symmetric_products
+from fingerslip.linear.solver import LinearSolver, SchurFactor, factorise_around
+from fingerslip.linear.symmetric import symmetric_product, symmetric_products
 
-__all__ = ["ByColumns", "BySchur", "Condensed", "Halfway", "condense"]
+__all__ = ["BySchur", "Condensed", "Halfway", "condense"]
 
 Array = NDArray[np.float64]
 Reals = NDArray[np.floating[Any]]
 
-_COLUMNS_AT_ONCE = 256
-_SPARSE_BELOW = 0.25
-# Size m n of the columns up to which they are faster than the Schur complement (measured): in 2D, where
-# rows of A are shorter and columns fill less, this many times larger.
-_COLUMNS_UP_TO, _IN_PLANE = 6_000_000, 12
-_ROW_IN_PLANE = 30
+# Contact rows times unknowns up to which the memory is not asked.
+_SMALL = 6_000_000
 # Sizes of the compliance that exist at once: itself, on the contact rows, and the working sets in single precision.
 _COPIES = 3
 
@@ -68,41 +59,10 @@ class Condensed(Protocol):
         """Take the forward half for a right-hand side b, shape (n,) or (n, k) [N]."""
 
     def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
-        """Return x of A x = b + B^T r; x has the shape of b.
+        """Return x of A x = b + B^T r from the forward half for b; x has the shape of b.
 
-        Parameters
-        ----------
-        halfway : Halfway
-            The forward half for b.
-        forces : (m,) or (m, k) array
-            Contact forces r [N].
-        moved : (m,) or (m, k) array, optional
-            B A^-1 B^T r, where it is known already, which may save a product.
+        Arrays: forces r (m,) or (m, k) [N]; moved, likewise, B A^-1 B^T r, where it is known, which may save a product.
         """
-
-
-@dataclass(frozen=True)
-class ByColumns:
-    """Condensed by columns."""
-
-    factor: Factor  # the factorised matrix A, shape (n, n)
-    forward_columns: Array | sparse.csc_matrix  # (n, m), Y = L^-1 B^T, dense or sparse
-    backward_rows: Array | sparse.csr_matrix  # (m, n), Z^T with Z = U^-T B^T, dense or sparse
-    description: ClassVar[str] = "columns, one substitution a step"
-
-    def forward(self, right_hand_side: Array) -> Halfway:
-        """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
-        vector = self.factor.forward(right_hand_side)
-        if vector.ndim == 1 and sparse.issparse(self.backward_rows):
-            return Halfway(vector, long_product(self.backward_rows, vector))
-        return Halfway(vector, self.backward_rows @ vector)
-
-    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:  # noqa: ARG002
-        """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
-        if forces.ndim == 1 and sparse.issparse(self.forward_columns):
-            return self.factor.backward(add_columns(halfway.vector, self.forward_columns, forces))
-        loaded = halfway.vector + self.forward_columns @ forces if forces.any() else halfway.vector
-        return self.factor.backward(loaded)
 
 
 @dataclass(frozen=True)
@@ -150,64 +110,21 @@ def _symmetric_times(matrix: Reals, vector: Array) -> Array:
 
 def condense(
     matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int = 0
-) -> tuple[Condensed, Reals]:
+) -> tuple[BySchur, Reals]:
     """Factorise and condense a matrix.
 
     Arrays: matrix (n, n); local (m, n); reserved_bytes [bytes]; returns compliance (m, m).
     """
-    largest = _COLUMNS_UP_TO * (_IN_PLANE if matrix.nnz < _ROW_IN_PLANE * matrix.shape[0] else 1)
-    if local.shape[0] * matrix.shape[0] <= largest:
-        return _condense_by_columns(matrix, local, solver)
-    return _condense_by_schur(matrix, local, solver, reserved_bytes)
-
-
-def _condense_by_columns(
-    matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver
-) -> tuple[Condensed, Array]:
-    factor = solver.factorise(matrix)
-    columns = sparse.csc_matrix(local.T)
-    forward = _map_columns(factor.forward, columns)
-    backward = _map_columns(factor.transposed_backward, columns)
-    compliance = np.asarray((backward.T @ forward).todense()) if local.shape[0] else np.zeros((0, 0))
-    same = (forward != backward).nnz == 0
-    columns = _denser(forward)
-    rows = columns.T if same else _denser(backward).T
-    return ByColumns(factor, columns, rows), 0.5 * (compliance + compliance.T)
-
-
-def _condense_by_schur(
-    matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
-) -> tuple[Condensed, Reals]:
-    """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
-    # One analysis tells the memory and serves the factors.
-    interface, solver = np.unique(local.indices).astype(np.int64), solver.series()
-    dense = 8 * max(local.shape[0], interface.size) ** 2
-    sizes = {
-        "factors": solver.bytes_around(matrix, interface),
-        "compliance": _COPIES * dense,
-        "history": reserved_bytes,
-    }
-    require_memory(sizes)
+    interface = np.unique(local.indices).astype(np.int64)
+    if local.shape[0] * matrix.shape[0] > _SMALL:
+        dense = 8 * max(local.shape[0], interface.size) ** 2
+        # One analysis tells the memory and serves the factors.
+        solver = solver.series()
+        factors = solver.bytes_around(matrix, interface)
+        require_memory({"factors": factors, "compliance": _COPIES * dense, "history": reserved_bytes})
     factor, inverse = factorise_around(matrix, interface, solver)
     rows = sparse.csr_matrix(local[:, interface])
     identity = sparse.identity(interface.size, format="csr")
     if rows.shape == identity.shape and (rows != identity).nnz == 0:
         return BySchur(factor, interface, inverse, None), inverse
     return BySchur(factor, interface, inverse, rows), np.ascontiguousarray(rows @ (rows @ inverse).T)
-
-
-def _map_columns(function: Callable[[Array], Array], columns: sparse.csc_matrix) -> sparse.csc_matrix:
-    """Apply a half substitution to sparse columns, some at a time so that memory stays small."""
-    blocks = [
-        sparse.csc_matrix(function(np.asfortranarray(columns[:, start : start + _COLUMNS_AT_ONCE].toarray())))
-        for start in range(0, columns.shape[1], _COLUMNS_AT_ONCE)
-    ]
-    return sparse.hstack(blocks, format="csc") if blocks else columns
-
-
-def _denser(matrix: sparse.csc_matrix) -> Array | sparse.csc_matrix:
-    """Store a matrix densely where it is not sparse enough to gain by it."""
-    size = matrix.shape[0] * matrix.shape[1]
-    if size and matrix.nnz > _SPARSE_BELOW * size:
-        return matrix.toarray(order="F")
-    return matrix

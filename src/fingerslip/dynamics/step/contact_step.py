@@ -9,21 +9,22 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.candidates import Candidates, Counterfaces
 from fingerslip.contact.frames import in_frames
-from fingerslip.contact.interface import conditions, contact_problem, flat_motion, in_components
+from fingerslip.contact.interface import InterfaceState, conditions, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.step.prediction import Prediction
-from fingerslip.dynamics.step.release import Release, drop, fade, fading_forces, find_changes
+from fingerslip.dynamics.step.release import Release, drop, fade, fading_forces, mark_changes
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.symmetric import symmetric_product
 
-__all__ = ["GOAL", "POSE_GOAL", "TOLERANCE", "ContactStep", "solve_step", "turn", "unsolved", "weighted_forces"]
+__all__ = ["GOAL", "POSE_GOAL", "TOLERANCE", "ContactStep", "solve_law", "solve_step", "turn", "weighted_forces"]
 
 Array = NDArray[np.float64]
 
@@ -114,9 +115,10 @@ def _solve_about(
     compliance = _compliance(stepper, start, frames)
     solution = _solve(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
     marks = _changes(stepper, start, solution)
-    if not marks.any():
-        return _fade(stepper, start, solution)
     before = start.before
+    if not marks.any():
+        left = None if before.release is None else fade(stepper.scheme, before.release)
+        return solution if before.release is None else replace(solution, release=left)
     forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
     while (marks > dropped).any():
         dropped = np.maximum(dropped, marks)
@@ -154,15 +156,43 @@ def _changes(stepper: Stepper, start: Prediction, contact: ContactStep) -> NDArr
     before, stiffness = start.before.interface, stepper.system.candidates.tangential_stiffness
     if not stepper.scheme.inertia_factor:
         return np.zeros(len(stiffness), dtype=np.int8)
-    forces, relative = (before.forces, contact.solution.forces), (before.relative, contact.relative)
-    return find_changes(forces, relative, stiffness, contact.coefficients)
+    motion = before.forces, contact.solution.forces, before.relative, contact.relative
+    marks: NDArray[np.int8] = mark_changes(*motion, stiffness, contact.coefficients)
+    return marks
 
 
-def _fade(stepper: Stepper, start: Prediction, contact: ContactStep) -> ContactStep:
-    """Return a step in which no force was dropped, with what is left of earlier ones."""
-    if start.before.release is None:
-        return contact
-    return replace(contact, release=fade(stepper.scheme, start.before.release))
+def solve_law(
+    surface: tuple[Candidates, Counterfaces],
+    compliance: Compliance,
+    frames: Array,
+    relative: Array,
+    before: InterfaceState,
+    *,
+    over: tuple[float, float],
+    warm: tuple[Array, WorkingSet | Partition | None],
+    goal: float | None = None,
+    few: int | None = None,
+) -> ContactStep:
+    """Solve the contact problem for a motion `relative` (n_c, dim) [m] without contact forces.
+
+    `over` is the length of the step before, 0 where there is none, and the end of this one [s]. The search starts from
+    `warm`: forces (n_c, dim) [N], and what was kept with them.
+    """
+    candidates, counterfaces = surface
+    coefficients = counterfaces.coefficients(conditions(candidates, before, *over), candidates.counterface)
+    problem: Array = contact_problem(relative, before.forces, before.relative, candidates.tangential_stiffness)
+    wanted, accepted = (_GOAL_SINGLE if compliance.is_single else GOAL), TOLERANCE
+    if goal is not None:
+        wanted, accepted = goal, goal * _MISSED_BY
+    first, old = warm
+    origin = None if first is before.forces else before.forces
+    solution, working_set = solve_contact(
+        compliance, problem, coefficients, first, wanted, working_set=old, origin=origin, few=few
+    )
+    if not solution.residual <= accepted:
+        raise unsolved(candidates, over[1], solution.residual, solution.worst, accepted)
+    response = compliance.response(solution.forces) if solution.response is None else solution.response
+    return ContactStep(frames, coefficients, relative + response, solution, working_set)
 
 
 def _solve(
@@ -175,28 +205,15 @@ def _solve(
     earlier: ContactStep | None,
     goal: float | None,
 ) -> ContactStep:
-    """Solve the contact problem for a motion `relative` (n_c, dim) [m] without contact forces.
-
-    The search starts from an earlier solution of the step, or from the forces at its start.
-    """
-    candidates, before = stepper.system.candidates, start.before.interface
-    limits = conditions(candidates, before, start.before.step, start.time)
-    coefficients = stepper.system.counterfaces.coefficients(limits, candidates.counterface)
-    problem = contact_problem(candidates, before, relative)
-    old = start.before.working_set if earlier is None else earlier.working_set
-    first, origin = (before.forces, None) if earlier is None else (earlier.solution.forces, before.forces)
-    wanted, accepted = _ends(compliance) if goal is None else (goal, goal * _MISSED_BY)
-    solution, working_set = solve_contact(
-        compliance, problem, coefficients, first, wanted, working_set=old, origin=origin
+    """Solve the contact problem from an earlier solution of the step, or from the forces at its start."""
+    system, before = stepper.system, start.before
+    warm = (
+        (before.interface.forces, before.working_set)
+        if earlier is None
+        else (earlier.solution.forces, earlier.working_set)
     )
-    _check_solution(stepper, start, solution, accepted)
-    response = compliance.response(solution.forces) if solution.response is None else solution.response
-    return ContactStep(frames, coefficients, relative + response, solution, working_set)
-
-
-def _ends(compliance: Compliance) -> tuple[float, float]:
-    """Return the residual at which the search ends, and that up to which a solution is accepted."""
-    return _GOAL_SINGLE if compliance.is_single else GOAL, TOLERANCE
+    surface, over = (system.candidates, system.counterfaces), (before.step, start.time)
+    return solve_law(surface, compliance, frames, relative, before.interface, over=over, warm=warm, goal=goal)
 
 
 def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[Array, Array]:
@@ -234,15 +251,10 @@ def _compliance(stepper: Stepper, start: Prediction, frames: Array) -> Complianc
     return replace(compliance, body=body, frames=frames, edition=edition)
 
 
-def _check_solution(stepper: Stepper, start: Prediction, solution: ContactSolution, tolerance: float) -> None:
-    if not solution.residual <= tolerance:
-        raise unsolved(stepper, start.time, solution.residual, solution.worst, tolerance)
-
-
 def unsolved(
-    stepper: Stepper, time: float, residual: float, worst: int, tolerance: float = TOLERANCE
+    candidates: Candidates, time: float, residual: float, worst: int, tolerance: float = TOLERANCE
 ) -> ConvergenceError:
     """Return the error of a step to a time [s] whose contact was not solved."""
-    nodes = stepper.system.candidates.nodes
     advice = "try a smaller time step, softer contact penalties or less friction"
-    return ConvergenceError(time, int(nodes[worst]) if nodes.size else -1, residual, tolerance, advice)
+    node = int(candidates.nodes[worst]) if candidates.nodes.size else -1
+    return ConvergenceError(time, node, residual, tolerance, advice)

@@ -12,9 +12,9 @@ from fingerslip.dynamics.integrator import ByLength
 from fingerslip.dynamics.step.anchor import Lead, is_at_rest, move_anchor, passes
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
-from fingerslip.dynamics.step.prediction import predict
+from fingerslip.dynamics.step.prediction import first_state, predict
 from fingerslip.dynamics.step.sharing import first_alike, same_motion
-from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.resources import Mapper, one_by_one
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class Mesh:
-    """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.integrator.Integrator`."""
+    """Motions that share a factorised matrix; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
 
     def __init__(
         self, make: Callable[[float], Sequence[Stepper]], step: float, watch: Stopwatch, mapper: Mapper = one_by_one
@@ -50,7 +50,11 @@ class Mesh:
         """Take the next step of some motions; those that are still the same are computed once."""
         if length is not None:
             self.steppers = self._by_length.at(length)
-            states = {number: _for_length(state, self.steppers[number]) for number, state in states.items()}
+            # What the contact keeps belongs to the length of the step that found it.
+            states = {
+                number: state if state.step == length else replace(state, working_set=None)
+                for number, state in states.items()
+            }
         time = float(ends[0])
         shifts = {number: self.steppers[number].system.displacements(time) for number in states}
         groups: dict[tuple[int, int, bytes], list[int]] = {}
@@ -79,11 +83,6 @@ class Mesh:
         """Do nothing."""
 
 
-def _for_length(state: State, stepper: Stepper) -> State:
-    """Return a state from which a step may start: what the contact keeps belongs to the step that found it."""
-    return state if state.step == stepper.scheme.step else replace(state, working_set=None)
-
-
 def advance(
     steppers: Sequence[Stepper],
     states: Sequence[State],
@@ -101,12 +100,16 @@ def advance(
     starts, leads = predict(steppers, states, time, counterfaces), [Lead() for _ in steppers]
     for _ in passes(steppers, time):
         with watch.part("substitution"):
-            halfway = condensed.forward(_columns([start.right_hand_side for start in starts]))
+            sides = [start.right_hand_side for start in starts]
+            # A single vector is faster than a matrix with one column.
+            halfway = condensed.forward(sides[0] if len(sides) == 1 else np.stack(sides).T)
         with watch.part("contact"):
-            contacts = list(mapper(solve_step, steppers, starts, _own_rows(steppers, halfway.local)))
-            forces = _joint_forces(steppers, contacts, halfway.local.shape)
+            local = halfway.local.T.reshape(len(steppers), -1)
+            rows = [row[stepper.rows] for row, stepper in zip(local, steppers, strict=True)]
+            contacts = list(mapper(solve_step, steppers, starts, rows))
+            forces = _on_joint_rows(steppers, list(map(weighted_forces, steppers, contacts)), halfway.local)
         with watch.part("substitution"):
-            moved = None if halfway.kept is None else _joint_motion(steppers, contacts, halfway.local.shape)
+            moved = None if halfway.kept is None else _joint_motion(steppers, contacts, halfway.local)
             unknowns = condensed.backward(halfway, forces, moved).reshape(-1, len(starts)).T
             for arguments in zip(steppers, starts, contacts, unknowns, strict=True):
                 turn(*arguments)
@@ -117,46 +120,18 @@ def advance(
         return finish(steppers, starts, contacts, unknowns)
 
 
-def _columns(vectors: Sequence[Array]) -> Array:
-    """Return vectors (n,) as columns; a single one stays a vector, which is faster than a matrix with one column."""
-    return vectors[0] if len(vectors) == 1 else np.stack(vectors).T
+def _on_joint_rows(steppers: Sequence[Stepper], values: Sequence[Array], local: Array) -> Array:
+    """Return values (n_c, dim) of each motion on the joint rows, shaped as the local displacements there."""
+    joint = np.zeros((len(steppers), len(local)))
+    for row, stepper, element in zip(joint, steppers, values, strict=True):
+        row[stepper.rows] = element.ravel()
+    return joint[0] if local.ndim == 1 else joint.T
 
 
-def _own_rows(steppers: Sequence[Stepper], local: Array) -> list[Array]:
-    """Return each motion's own part of the joint local displacements, (m,) or (m, k)."""
-    rows = local[None] if local.ndim == 1 else np.ascontiguousarray(local.T)
-    return [
-        row if stepper.has_all(row.size) else row[stepper.rows] for row, stepper in zip(rows, steppers, strict=True)
-    ]
-
-
-def _joint_forces(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array:
-    """Return what contact adds to the equations of all motions, on the joint rows, shape (m,) or (m, k) [N]."""
-    forces = [_on_joint_rows(*arguments, shape[0]) for arguments in zip(steppers, contacts, strict=True)]
-    return forces[0] if len(shape) == 1 else np.stack(forces).T
-
-
-def _on_joint_rows(stepper: Stepper, contact: ContactStep, size: int) -> Array:
-    """Return what contact adds to the equation of a motion, on the joint rows, shape (m,) [N]."""
-    element = weighted_forces(stepper, contact).ravel()
-    if stepper.has_all(size):
-        return element
-    forces = np.zeros(size)
-    forces[stepper.rows] = element
-    return forces
-
-
-def _joint_motion(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array | None:
-    """Return what these forces do to the local unknowns, shape (m,) or (m, k); None where contact does not tell it."""
-    if steppers[0].system.rotations is not None:
+def _joint_motion(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], local: Array) -> Array | None:
+    """Return what contact forces do to the local unknowns, (m,) or (m, k); None where contact does not tell it."""
+    moved = [contact.moved for contact in contacts]
+    told = [element for element in moved if element is not None and element.size == len(local)]
+    if steppers[0].system.rotations is not None or len(told) < len(steppers):
         return None
-    displacements = [contact.moved for contact in contacts]
-    moved = [
-        displacement.ravel()
-        for displacement in displacements
-        if displacement is not None and displacement.size == shape[0]
-    ]
-    if len(moved) < len(steppers):
-        return None
-    joint: Array = np.stack(moved, axis=1).reshape(shape) / steppers[0].scheme.displacement_factor
-    return joint
+    return _on_joint_rows(steppers, told, local) / steppers[0].scheme.displacement_factor

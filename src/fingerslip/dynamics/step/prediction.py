@@ -1,4 +1,4 @@
-"""A step before its substitution: where it starts, and where it ends without forces at its end."""
+"""Where motions and steps start: the state at time zero, and a step before its substitution."""
 
 from __future__ import annotations
 
@@ -9,18 +9,79 @@ from itertools import repeat
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.interface import rest_state
 from fingerslip.dynamics.step.release import fading_forces
-from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.stepper import Stepper
+from fingerslip.dynamics.step.state import Energies, State
+from fingerslip.dynamics.step.stepper import Stepper, with_known
+from fingerslip.dynamics.step.viscoelastic import variables_at_rest
 from fingerslip.dynamics.system.operators import Pose
-from fingerslip.dynamics.system.scheme import Predictor
-from fingerslip.linear.symmetric import as_rows
+from fingerslip.dynamics.system.scheme import Predictor, Scheme, start_push
 
-__all__ = ["Prediction", "predict", "predict_ends"]
+__all__ = ["Prediction", "first_state", "predict", "predict_ends"]
 
 Array = NDArray[np.float64]
 
 _NONE = np.zeros(0)
+
+
+def first_state(stepper: Stepper) -> State:
+    """Return the state at time zero, with the acceleration that loads and damping give it; supports are at rest."""
+    system, candidates = stepper.system, stepper.system.candidates
+    velocity, load = system.initial_velocity, system.load(0.0)
+    damped, kinetic = stepper.damping_force(velocity), stepper.kinetic_energy(velocity)
+    acceleration, inertia = _acceleration(stepper, (load - damped) * stepper.scheme.inertia_factor)
+    unbalance, moving = damped - load, system.unknowns.moving
+    unbalance[moving] = -inertia[moving]
+    unbalances = unbalance, unbalance
+    if stepper.starts_damped:
+        unbalance[moving] -= stepper.resisting(acceleration)[moving]
+        unbalances = _unbalances(stepper.scheme, unbalance, inertia)
+    none = np.zeros((len(candidates.nodes), system.space.dim))
+    return State(
+        time=0.0,
+        displacement=np.zeros_like(velocity),
+        velocity=velocity,
+        acceleration=acceleration,
+        inertia=inertia,
+        load=load,
+        unbalance=unbalances[0],
+        unbalance_before=unbalances[1],
+        counterfaces=np.zeros((len(system.motions), system.space.dim)),
+        moved=none,
+        contact_forces=none,
+        contact_forces_before=none,
+        interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
+        energies=Energies(kinetic=kinetic, initial=kinetic),
+        moments=np.zeros(0 if system.rotations is None else system.rotations.at.size),
+        history_variables=tuple(map(variables_at_rest, stepper.viscous)),
+        body=None if system.body is None else system.body.at_rest(stepper.scheme.step),
+    )
+
+
+def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
+    """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
+    system, moving = stepper.system, stepper.system.unknowns.moving
+    forces_left = forces.copy()
+    forces_left[moving] = 0.0
+    if not forces_left.any():
+        return forces_left, np.zeros_like(forces_left)
+    if stepper.starts_damped:
+        halfway = stepper.condensed.forward(forces_left)
+        acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
+        return acceleration, system.mass @ acceleration
+    factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
+    acceleration = factor.backward(factor.forward(forces_left))
+    return acceleration, (system.mass @ acceleration if moving.size else forces_left)
+
+
+def _unbalances(scheme: Scheme, unbalance: Array, inertia: Array) -> tuple[Array, Array]:
+    """Return the unbalanced forces (n,) [N] at the start and one step earlier, with which the balance of energy closes.
+
+    What the inertia lacks is what damping takes up within a step.
+    """
+    lacking = unbalance + inertia
+    now = unbalance - start_push(scheme) / scheme.start_weight * lacking
+    return now, now + lacking / scheme.start_weight
 
 
 @dataclass(frozen=True)
@@ -77,8 +138,8 @@ def predict(
     Arrays: time [s]; counterfaces (n_counterfaces, dim), their prescribed displacement at the end [m].
     """
     starts = list(map(predict_ends, steppers, states, repeat(time), counterfaces))
-    displacement = as_rows([start.free.displacement for start in starts])
-    velocity = as_rows([start.free.velocity for start in starts])
+    displacement = np.stack([start.free.displacement for start in starts])
+    velocity = np.stack([start.free.velocity for start in starts])
     resisting = steppers[0].resisting_force(displacement, velocity)
     sides = map(_right_hand_side, steppers, starts, resisting)
     return [replace(start, right_hand_side=side) for start, side in zip(starts, sides, strict=True)]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.system.scheme import Scheme
 
-__all__ = ["LEAVES", "TURNS", "Release", "drop", "fade", "fading_forces", "find_changes", "mark_changes", "remainder"]
+__all__ = ["LEAVES", "TURNS", "Release", "drop", "fade", "fading_forces", "mark_changes", "remainder"]
 
 Array = NDArray[np.float64]
 Marks = NDArray[np.int8]
@@ -49,13 +49,11 @@ class Release:
         return self.fading + self.cancelled
 
 
-def find_changes(
-    forces: tuple[Array, Array], relative: tuple[Array, Array], stiffness: Array, friction_coefficient: Array
-) -> Marks:
-    """Mark the candidates whose force at the start of a step must not count.
+@numba.njit(cache=True, nogil=True)
+def mark_changes(forces_before, forces, relative_before, relative, stiffness, friction):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Mark the candidates (n_c,) whose force at the start of a step must not count.
 
-    Arrays: forces (n_c, dim) [N]; relative (n_c, dim) [m]; stiffness (n_c,) [N/m]; friction_coefficient (n_c,) [-];
-    returns (n_c,).
+    Arrays: forces (n_c, dim) [N]; relative (n_c, dim) [m]; stiffness (n_c,) [N/m]; friction (n_c,), coefficients [-].
 
     Examples
     --------
@@ -63,16 +61,9 @@ def find_changes(
 
     >>> start, end = np.array([[1.0, 0.0], [1.0, 0.5]]), np.array([[0.0, 0.0], [0.5, -0.25]])
     >>> relative = np.zeros((2, 2)), np.array([[0.1, 0.0], [0.0, 3.0]])
-    >>> find_changes((start, end), relative, np.ones(2), np.full(2, 0.5)).tolist()
+    >>> mark_changes(start, end, *relative, np.ones(2), np.full(2, 0.5)).tolist()
     [2, 1]
     """
-    marks: Marks = mark_changes(*forces, *relative, stiffness, friction_coefficient)
-    return marks
-
-
-@numba.njit(cache=True, nogil=True)
-def mark_changes(forces_before, forces, relative_before, relative, stiffness, friction):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Return what :func:`find_changes` does, compiled."""
     count, dim = forces.shape
     marks = np.zeros(count, dtype=np.int8)
     for i in range(count):

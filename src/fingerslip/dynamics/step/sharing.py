@@ -11,7 +11,7 @@ import numpy as np
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.model.model import Contact, Model
-from fingerslip.model.timing import Adaptive, Timing
+from fingerslip.model.timing import Adaptive
 
 if TYPE_CHECKING:
     from fingerslip.dynamics.system.system import System
@@ -139,15 +139,11 @@ def _gains(model: Model) -> bool:
     return not (model.is_finite or isinstance(model.time, Adaptive))
 
 
-def _is_plane(model: Model) -> bool:
-    return bool(model.mesh.dim() == 2)
-
-
 def _even_parts(
     models: Sequence[Model], group: list[int], at_once: int, most: Callable[[Model], int]
 ) -> list[list[int]]:
     """Split a group of models into a multiple of the parts that run at once, so that all of these end together."""
-    at_once = at_once if _is_plane(models[0]) else 1
+    at_once = at_once if models[0].mesh.dim() == 2 else 1
     few = len(group) <= _FULL * at_once
     rounds = 1 if few else math.ceil(len(group) / (max(_FULL, most(models[0])) * at_once))
     size = math.ceil(len(group) / (rounds * at_once))
@@ -161,7 +157,8 @@ def _difference(first: Model, other: Model) -> str:
             return name
     if not _same_mesh(first.mesh, other.mesh):
         return "mesh"
-    if not _same_steps(first.time, other.time):
+    are_adaptive = isinstance(first.time, Adaptive), isinstance(other.time, Adaptive)
+    if are_adaptive[0] != are_adaptive[1] or make_scheme(first.time) != make_scheme(other.time):
         return "time"
     if len(first.contacts) != len(other.contacts):
         return "contacts"
@@ -169,10 +166,6 @@ def _difference(first: Model, other: Model) -> str:
         return "bodies"
     pairs = enumerate(zip(first.contacts, other.contacts, strict=True))
     return next((f"contacts.{number}" for number, (a, b) in pairs if _of_matrix(a) != _of_matrix(b)), "")
-
-
-def _same_steps(first: Timing, other: Timing) -> bool:
-    return isinstance(first, Adaptive) == isinstance(other, Adaptive) and make_scheme(first) == make_scheme(other)
 
 
 def _of_matrix(contact: Contact) -> tuple[Any, ...]:
@@ -196,14 +189,9 @@ def _rigid_parts(model: Model) -> list[tuple[Any, ...]]:
 def _same_mesh(first: Any, other: Any) -> bool:
     if first is other:
         return True
-    tables: tuple[Callable[[Any], Any], ...] = (lambda mesh: mesh.boundaries, lambda mesh: mesh.subdomains)
-    return (
-        type(first) is type(other)
-        and np.array_equal(first.doflocs, other.doflocs)
-        and np.array_equal(first.t, other.t)
-        and all(_same_table(table(first) or {}, table(other) or {}) for table in tables)
+    if type(first) is not type(other) or not np.array_equal(first.doflocs, other.doflocs):
+        return False
+    pairs = ((getattr(first, name) or {}, getattr(other, name) or {}) for name in ("boundaries", "subdomains"))
+    return np.array_equal(first.t, other.t) and all(
+        a.keys() == b.keys() and all(np.array_equal(a[name], b[name]) for name in a) for a, b in pairs
     )
-
-
-def _same_table(first: dict[str, Any], other: dict[str, Any]) -> bool:
-    return first.keys() == other.keys() and all(np.array_equal(first[name], other[name]) for name in first)

@@ -1,4 +1,13 @@
-"""The state of a motion, and the state at which it starts."""
+"""The state of a motion, with the energy balance of the discrete motion term by term in closed form.
+
+Over a step, with d the change and bar the mean of start and end values, the scheme's equations give exactly ::
+
+    external work = d(kinetic) + d(strain) + d(contact penalties)
+                    + friction + damping + viscous + numerical dissipation
+
+so whatever is left over is rounding, or an error. The numerical dissipation is that of the time integration
+(:meth:`fingerslip.dynamics.system.scheme.Scheme.dissipation`) and that of the contact law's implicit step.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +16,66 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.interface import InterfaceState, rest_state
+from fingerslip.contact.interface import InterfaceState
 from fingerslip.contact.solve.partition import Partition
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.finite.body import BodyState
-from fingerslip.dynamics.step.energy import Energies
 from fingerslip.dynamics.step.release import Release
-from fingerslip.dynamics.step.stepper import Stepper, with_known
-from fingerslip.dynamics.step.viscoelastic import HistoryVariables, variables_at_rest
-from fingerslip.dynamics.system.scheme import Scheme, start_push
+from fingerslip.dynamics.step.viscoelastic import HistoryVariables
 
-__all__ = ["State", "first_state"]
+__all__ = ["Energies", "State"]
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Energies at one time [J]; dissipations and work are accumulated from the start."""
+
+    kinetic: float = 0.0  # kinetic energy
+    strain: float = 0.0  # strain energy
+    contact: float = 0.0  # energy of the contact penalties
+    friction: float = 0.0  # energy dissipated by friction
+    damping: float = 0.0  # energy dissipated by material damping
+    numerical: float = 0.0  # energy dissipated by the time integration and the contact law's step
+    external_work: float = 0.0  # work of loads and counterfaces
+    initial: float = 0.0  # energy at the start
+    viscous: float = 0.0  # energy dissipated by the Prony terms of materials
+
+    @property
+    def imbalance(self) -> float:
+        """External work and initial energy less all stored and dissipated energy [J]: rounding, or an error."""
+        return (
+            self.external_work
+            + self.initial
+            - (self.kinetic + self.strain + self.contact)
+            - (self.friction + self.damping + self.viscous + self.numerical)
+        )
+
+    def after(
+        self,
+        *,
+        kinetic: float,
+        strain: float,
+        contact: float,
+        friction: float,
+        damping: float,
+        numerical: float,
+        work: float,
+        viscous: float = 0.0,
+    ) -> Energies:
+        """Return the energies after a step, from its new stored energies and its own dissipations and work [J]."""
+        return Energies(
+            kinetic=kinetic,
+            strain=strain,
+            contact=contact,
+            friction=self.friction + friction,
+            damping=self.damping + damping,
+            numerical=self.numerical + numerical,
+            external_work=self.external_work + work,
+            initial=self.initial,
+            viscous=self.viscous + viscous,
+        )
 
 
 @dataclass(frozen=True)
@@ -55,63 +111,3 @@ class State:
         if self.body is None:
             raise ValueError("a state at small strain")
         return self.body
-
-
-def first_state(stepper: Stepper) -> State:
-    """Return the state at time zero, with the acceleration that loads and damping give it; supports are at rest."""
-    system, candidates = stepper.system, stepper.system.candidates
-    velocity, load = system.initial_velocity, system.load(0.0)
-    damped, kinetic = stepper.damping_force(velocity), stepper.kinetic_energy(velocity)
-    acceleration, inertia = _acceleration(stepper, (load - damped) * stepper.scheme.inertia_factor)
-    unbalance, moving = damped - load, system.unknowns.moving
-    unbalance[moving] = -inertia[moving]
-    unbalances = unbalance, unbalance
-    if stepper.starts_damped:
-        unbalance[moving] -= stepper.resisting(acceleration)[moving]
-        unbalances = _unbalances(stepper.scheme, unbalance, inertia)
-    none = np.zeros((len(candidates.nodes), system.space.dim))
-    return State(
-        time=0.0,
-        displacement=np.zeros_like(velocity),
-        velocity=velocity,
-        acceleration=acceleration,
-        inertia=inertia,
-        load=load,
-        unbalance=unbalances[0],
-        unbalance_before=unbalances[1],
-        counterfaces=np.zeros((len(system.motions), system.space.dim)),
-        moved=none,
-        contact_forces=none,
-        contact_forces_before=none,
-        interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
-        energies=Energies(kinetic=kinetic, initial=kinetic),
-        moments=np.zeros(0 if system.rotations is None else system.rotations.at.size),
-        history_variables=tuple(map(variables_at_rest, stepper.viscous)),
-        body=None if system.body is None else system.body.at_rest(stepper.scheme.step),
-    )
-
-
-def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
-    """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
-    system, moving = stepper.system, stepper.system.unknowns.moving
-    forces_left = forces.copy()
-    forces_left[moving] = 0.0
-    if not forces_left.any():
-        return forces_left, np.zeros_like(forces_left)
-    if stepper.starts_damped:
-        halfway = stepper.condensed.forward(forces_left)
-        acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
-        return acceleration, system.mass @ acceleration
-    factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
-    acceleration = factor.backward(factor.forward(forces_left))
-    return acceleration, (system.mass @ acceleration if moving.size else forces_left)
-
-
-def _unbalances(scheme: Scheme, unbalance: Array, inertia: Array) -> tuple[Array, Array]:
-    """Return the unbalanced forces (n,) [N] at the start and one step earlier, with which the balance of energy closes.
-
-    What the inertia lacks is what damping takes up within a step.
-    """
-    lacking = unbalance + inertia
-    now = unbalance - start_push(scheme) / scheme.start_weight * lacking
-    return now, now + lacking / scheme.start_weight

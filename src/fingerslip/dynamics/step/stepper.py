@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,70 +15,26 @@ from scipy import sparse
 
 from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
-from fingerslip.dynamics.step.viscoelastic import (
-    HistoryVariables,
-    Viscous,
-    relaxed_force,
-    stiffness_of_step,
-    viscous_steps,
-)
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force, stiffness_of_step, viscous_steps
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.linear.symmetric import SymmetricMatrix, row_products, symmetric_parts
+from fingerslip.linear.symmetric import row_products
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model.timing import Timing
 
-__all__ = ["Forces", "Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
+__all__ = ["Stepper", "Stopwatch", "build_stepper", "build_steppers", "is_large", "with_known"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Stiffness of the springs to an anchor over that of all contact.
 _SOFT = 1e-4
-
-
-class Forces(Protocol):
-    """What of a state the forces of moving supports follow from; see :class:`fingerslip.dynamics.step.state.State`."""
-
-    @property
-    def displacement(self) -> Array:
-        """Displacement, shape (n,) [m]."""
-
-    @property
-    def velocity(self) -> Array:
-        """Velocity, shape (n,) [m/s]."""
-
-    @property
-    def load(self) -> Array:
-        """Loads, shape (n,) [N]."""
-
-    @property
-    def unbalance(self) -> Array:
-        """Unbalanced force, shape (n,) [N]."""
-
-    @property
-    def unbalance_before(self) -> Array:
-        """The one a step earlier, shape (n,) [N]."""
-
-    @property
-    def step(self) -> float:
-        """Length of the last step [s]; 0 at the start."""
-
-    @property
-    def contact_forces(self) -> Array:
-        """Contact forces in global components, shape (n_c, dim) [N]."""
-
-    @property
-    def history_variables(self) -> tuple[HistoryVariables, ...]:
-        """What viscoelastic layers remember."""
-
-    @property
-    def body(self) -> BodyState | None:
-        """The body at large strain; None at small strain."""
+# Contact rows times unknowns from which factors of single precision are worth it, by the dimension of space.
+_ROUGH_FROM = {2: 72_000_000, 3: 6_000_000}
 
 
 @dataclass
@@ -127,14 +83,6 @@ class Stepper:
     anchoring: Array | None = None  # (n,), springs [N/m] or [N m] between what only contact holds and an anchor
     viscous: tuple[Viscous, ...] = ()  # the viscoelastic layers
 
-    def has_all(self, size: int) -> bool:
-        """Tell whether its rows are all of the joint ones, of which there are `size`, in their order."""
-        return self._are_in_order and self.rows.size == size
-
-    @cached_property
-    def _are_in_order(self) -> bool:
-        return bool(np.array_equal(self.rows, np.arange(self.rows.size)))
-
     @cached_property
     def stiffness(self) -> sparse.csr_matrix:
         """Stiffness of the force at the end of a step (n, n) [N/m], that of viscoelastic layers included."""
@@ -145,28 +93,22 @@ class Stepper:
         """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
 
-    @cached_property
-    def compiled(self) -> tuple[SymmetricMatrix, SymmetricMatrix, SymmetricMatrix]:
-        """Mass, elastic stiffness and stiffness of the step, for compiled products."""
-        mass, elastic = symmetric_parts(self.system.mass), symmetric_parts(self.system.stiffness)
-        return mass, elastic, symmetric_parts(self.stiffness) if self.viscous else elastic
-
     def resisting_force(self, displacement: Array, velocity: Array) -> Array:
         """Return what resists k motions at the end of a step, K u + C v with the stiffness of the step, (k, n) [N].
 
         Arrays: displacement (k, n) [m]; velocity (k, n) [m/s].
         """
-        (mass, elastic, stiffness), share, dampers = self.compiled, self.damping.stiffness, self.system.dampers
-        if self.viscous or not share:
-            force = row_products(stiffness, displacement)
-            if share:
-                force += share * row_products(elastic, velocity)
+        damping, system = self.damping, self.system
+        if self.viscous or not damping.stiffness:
+            force = row_products(self.stiffness, displacement)
+            if damping.stiffness:
+                force += damping.stiffness * row_products(system.stiffness, velocity)
         else:
             # Where nothing relaxes both stiffnesses are the same, and one product does.
-            force = row_products(stiffness, displacement + share * velocity)
-        if self.damping.mass:
-            force += self.damping.mass * row_products(mass, velocity)
-        return force if dampers is None else force + dampers * velocity
+            force = row_products(self.stiffness, displacement + damping.stiffness * velocity)
+        if damping.mass:
+            force += damping.mass * row_products(system.mass, velocity)
+        return force if system.dampers is None else force + system.dampers * velocity
 
     @cached_property
     def gaps(self) -> Array:
@@ -211,7 +153,7 @@ class Stepper:
             total += self.system.dampers * velocity
         return total
 
-    def support_force(self, state: Forces) -> Array:
+    def support_force(self, state: State) -> Array:
         """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
         system, moving = self.system, self.system.unknowns.moving
         if state.body is None:
@@ -235,6 +177,12 @@ class Stepper:
         return 0.5 * self.scheme.inertia_factor * float(velocity @ (self.system.mass @ velocity))
 
 
+def is_large(systems: Sequence[System]) -> bool:
+    """Tell whether systems that share a matrix are large enough for factors of single precision to be worth it."""
+    rows = max(system.relative.shape[0] for system in systems)
+    return bool(rows * systems[0].relative.shape[1] >= _ROUGH_FROM[systems[0].space.dim])
+
+
 def build_steppers(
     systems: Sequence[System],
     time: Timing,
@@ -250,7 +198,7 @@ def build_steppers(
     scheme, solver = make_scheme(time), solver or preferred_solver()
     # The equation of the next step contains the forces of the displacement reached, and so corrects what rough factors
     # miss. Without inertia a single step may be all of a motion, and has to be exact.
-    corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact
+    corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact and is_large(systems)
     steppers = _build(systems, scheme, damping, solver.rough() if corrected else solver, reserved_bytes)
     return [replace(stepper, solver=solver) for stepper in steppers]
 
@@ -276,7 +224,13 @@ def _build(
     condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
-    turning = _turning(systems[0], condensed, len(compliance))
+    # What unit moments on rotations of bodies do without contact.
+    rotations = systems[0].rotations
+    at = np.zeros(0, dtype=np.int64) if rotations is None else rotations.at
+    turning = np.zeros((systems[0].mass.shape[0], at.size), order="F")
+    turning[at, np.arange(at.size)] = 1.0
+    if at.size:
+        turning = condensed.backward(condensed.forward(turning), np.zeros((len(compliance), at.size)))
     first = first_alike(systems, same_compliance)
     compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     return [
@@ -294,14 +248,6 @@ def _build(
         )
         for number, system in enumerate(systems)
     ]
-
-
-def _turning(system: System, condensed: Condensed, rows: int) -> Array:
-    """Return what unit moments on rotations of bodies do without contact, whose local displacements are `rows`."""
-    at = np.zeros(0, dtype=np.int64) if system.rotations is None else system.rotations.at
-    moments = np.zeros((system.mass.shape[0], at.size), order="F")
-    moments[at, np.arange(at.size)] = 1.0
-    return condensed.backward(condensed.forward(moments), np.zeros((rows, at.size))) if at.size else moments
 
 
 def _effective_matrix(

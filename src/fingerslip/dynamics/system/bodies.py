@@ -122,8 +122,8 @@ class RigidFreedom:
     shift: Array  # (dim,), displacement of the body's centre per unknown [-]
     turn: Array  # (dim, dim), map from the arm of a point to its displacement per radian [-]
     centre: Array  # (dim,), centre of the body at the start [m]
-    mass: float  # inertia [kg] or [kg m^2], and stiffness of the spring [N/m] or [N m]
-    stiffness: float = 0.0  # inertia [kg] or [kg m^2], and stiffness of the spring [N/m] or [N m]
+    mass: float  # inertia [kg] or [kg m^2]
+    stiffness: float = 0.0  # stiffness of the spring [N/m] or [N m]
     damping: float = 0.0  # coefficient of the damper [N s/m] or [N m s]
     velocity: float = 0.0  # at the start [m/s] or [rad/s]
     loads: tuple[tuple[float, Ramp], ...] = ()  # forces [N] or moments [N m] with their factors
@@ -188,7 +188,10 @@ def _freedom(model: Model, name: str, direction: Direction) -> RigidFreedom:
     body = model.bodies[name]
     dim, axis = model.mesh.dim(), DIRECTIONS.index(direction)
     turns = axis >= 3
-    shift, turn = (np.zeros(dim), _turn(axis - 3, dim)) if turns else (np.eye(dim)[axis], np.zeros((dim, dim)))
+    shift, turn = np.eye(dim)[axis] if not turns else np.zeros(dim), np.zeros((dim, dim))
+    if turns:
+        # The matrix of the cross product with a unit vector; in 2D that about z.
+        turn = np.cross(np.eye(3)[axis - 3], np.eye(3)).T[:dim, :dim]
     loads = [(getattr(load, direction), load.ramp) for load in body.loads]
     if model.gravity is not None and not turns:
         loads.append((body.mass * model.gravity[axis], body.filling))
@@ -205,12 +208,6 @@ def _freedom(model: Model, name: str, direction: Direction) -> RigidFreedom:
         velocity=body.velocity(direction),
         loads=tuple((value, ramp) for value, ramp in loads if value),
     )
-
-
-def _turn(axis: int, dim: int) -> Array:
-    """Return the matrix of the cross product with a unit vector; in the plane that about z."""
-    unit = np.eye(3)[axis]
-    return np.cross(unit, np.eye(3)).T[:dim, :dim]
 
 
 def faces_of(model: Model, name: str) -> tuple[int, ...]:

@@ -92,15 +92,7 @@ def check_model(model: Model) -> None:
 
 
 def inspect_model(model: Model, space: Space | None = None) -> CheckedModel:
-    """Check a model and return what was found out; see :func:`check_model`.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    space : Space, optional
-        Displacement space of its mesh, where it is known already.
-    """
+    """Check a model, with the space of its mesh where that is known; return what was found out."""
     space = space or build_space(model.mesh)
     materials = cell_materials(space, model.materials, model.formulation)
     finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
@@ -206,7 +198,11 @@ def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
     for name, components in model.supports.items():
         beyond = [component for component in components if component not in "xyz"[: space.dim]]
         if beyond:
-            raise InputError(f"supports.{name}", f"got component '{beyond[0]}'", f"needs {_axes(space.dim)}")
+            raise InputError(
+                f"supports.{name}",
+                f"got component '{beyond[0]}'",
+                f"needs {'x or y' if space.dim == 2 else 'x, y or z'}",
+            )
         is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
         nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
         axes = ["xyz".index(component) for component in components]
@@ -255,10 +251,6 @@ def _unheld(model: Model, space: Space, free: NDArray[np.int64], candidates: tup
                 repair = "support it, or take TimeStepping"
             raise InputError("supports", fault, "have to hold a body without inertia", repair)
     return (*(("body",) if pieces else ()), *unheld_bodies(model.bodies))
-
-
-def _axes(dim: int) -> str:
-    return " or ".join("xyz"[:dim]) if dim == 2 else "x, y or z"
 
 
 def _candidates(model: Model, space: Space, number: int, counterface: Counterface, motion: Motion) -> Candidates:

@@ -19,12 +19,12 @@ from scipy import sparse
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.forms import ViscoelasticLayers, mass_matrix, traction_load
-from fingerslip.fe.space import Space, vector_dofs
+from fingerslip.fe.space import Space
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model, SupportMotion, Traction
 from fingerslip.model.programme import CONSTANT, Ramp
 
-__all__ = ["Load", "MovingComponent", "Supports", "held_rows", "model_loads", "moving_components", "supports_of"]
+__all__ = ["Load", "MovingComponent", "Supports", "held_rows", "model_loads", "moving_components"]
 
 Array = NDArray[np.float64]
 
@@ -72,10 +72,7 @@ class Supports:
 
     def load(self, time: float) -> Array:
         """Return the loads on what is held at a time [s], shape (m * dim,) [N]."""
-        total = np.zeros(self.contact.shape[0])
-        for load in self.loads:
-            total += load.ramp.at(time) * load.forces
-        return total
+        return sum((load.ramp.at(time) * load.forces for load in self.loads), np.zeros(self.contact.shape[0]))
 
 
 @dataclass(frozen=True)
@@ -128,27 +125,4 @@ def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
     shape = (len(held) * space.dim, space.n_dofs)
     return sparse.csr_matrix(
         (np.ones(columns.size), (holder[columns] * space.dim + columns % space.dim, columns)), shape
-    )
-
-
-def supports_of(
-    rows: sparse.csr_matrix,
-    matrices: tuple[sparse.csr_matrix, sparse.csr_matrix],
-    loads: Sequence[Load],
-    candidates: Indices,
-    dim: int,
-    *,
-    viscoelastic: tuple[ViscoelasticLayers, ...] = (),
-) -> Supports:
-    """Return what acts on what is held.
-
-    Arrays: matrices [N/m]; candidates (n_c,).
-    """
-    return Supports(
-        rows=rows,
-        stiffness=matrices[0],
-        mass=matrices[1],
-        contact=sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()]),
-        loads=tuple(Load(rows @ load.forces, load.ramp) for load in loads),
-        viscoelastic=viscoelastic,
     )

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -27,7 +26,6 @@ __all__ = [
     "Pose",
     "Rotations",
     "Unknowns",
-    "relative_motion",
     "relative_operator",
     "rotations_of",
 ]
@@ -86,12 +84,6 @@ class NodalComponents:
     rows: Indices  # (k,), their indices among the unknowns
     held: NDArray[np.bool_]  # (k,), which of them supports hold
 
-    @classmethod
-    def of(cls, unknowns: Unknowns, n_dofs: int, components: Indices) -> NodalComponents:
-        """Find `components` (k,), degrees of freedom among the `n_dofs` of the mesh."""
-        rows = unknowns.rows(n_dofs)[components]
-        return cls(np.maximum(rows, 0), rows < 0)
-
     def among(self, nodes_left: Indices) -> NodalComponents:
         """Find them among some of the unknowns, `taken` (m,), ascending."""
         return replace(self, rows=np.searchsorted(nodes_left, self.rows))
@@ -114,20 +106,12 @@ class Outsiders:
 
 @dataclass(frozen=True)
 class Pose:
-    """Nodes that may touch counterfaces of bodies that have turned.
+    """Nodes that may touch counterfaces of bodies that have turned."""
 
-    Parameters
-    ----------
-    points : (k, dim) array
-        Where they are for whom turns with their counterface, relative to where that started [m].
-    turned : (k, dim, dim) array
-        Rotation of the counterface of each [-].
-    columns : (k * dim, r) array
-        Displacement relative to the counterfaces per rotation of their bodies, in global components [m].
-    """
-
+    # (k, dim), where they are for whom turns with their counterface, relative to where that started [m]
     points: Array
-    turned: Array
+    turned: Array  # (k, dim, dim), rotation of the counterface of each [-]
+    # (k * dim, r), displacement relative to the counterfaces per rotation of their bodies, in global components [m]
     columns: Array
 
 
@@ -201,23 +185,6 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
     return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))
 
 
-@numba.njit(cache=True, nogil=True)
-def relative_motion(starts, columns, values, field, counterfaces, counterface):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Return the displacement of nodes relative to their counterfaces, shape (k, dim) [m].
-
-    Arrays: field (n,) [m]; counterfaces (n_counterfaces, dim) [m]; counterface (k,).
-    """
-    motion = np.empty((counterface.size, counterfaces.shape[1]))
-    for i in range(motion.shape[0]):
-        for k in range(motion.shape[1]):
-            row = i * motion.shape[1] + k
-            total = 0.0
-            for entry in range(starts[row], starts[row + 1]):
-                total += values[entry] * field[columns[entry]]
-            motion[i, k] = total - counterfaces[counterface[i], k]
-    return motion
-
-
 Reals = NDArray[np.floating[Any]]
 
 
@@ -270,7 +237,8 @@ class MeshCoordinates:
 
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom (k,) among the unknowns."""
-        return NodalComponents.of(self.unknowns, self.n_dofs, dofs)
+        rows = self.unknowns.rows(self.n_dofs)[dofs]
+        return NodalComponents(np.maximum(rows, 0), rows < 0)
 
     def apply_map(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, sparse.csr_matrix]:
         """Return the components that a map (k, n_dofs) does not ignore, and the map of these."""

@@ -22,7 +22,17 @@ from numpy.typing import NDArray
 from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.schema import require
 
-__all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "coefficients", "hht", "make_scheme", "start_push"]
+__all__ = [
+    "LinearScheme",
+    "Predictor",
+    "Scheme",
+    "StepChange",
+    "coefficients",
+    "hht",
+    "make_scheme",
+    "start_push",
+    "static",
+]
 
 Array = NDArray[np.float64]
 
@@ -107,140 +117,89 @@ class Scheme(Protocol):
 
 
 @dataclass(frozen=True)
-class HHT:
-    """HHT-alpha; the unknown is the acceleration (Hilber, Hughes & Taylor 1977).
+class LinearScheme:
+    """A :class:`Scheme` by its numbers, whose prediction and dissipation are the same for every unknown."""
+
+    step: float  # h [s]
+    start_weight: float  # w_0 [-]
+    end_weight: float  # w_1 [-]
+    end_share: float  # m [-]
+    displacement_factor: float  # c_u
+    velocity_factor: float  # c_v
+    inertia_factor: float  # c_a
+    # what displacement and velocity at the end take of displacement, velocity and acceleration at the start
+    prediction: tuple[tuple[float, float, float], tuple[float, float, float]]
+    # what dissipates: of da.M dv and da.M du, and of du with the unbalanced forces of three times
+    losses: tuple[float, float, float, float, float]
+
+    def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:
+        """Return the end of a step with no unknown, from (n,) arrays [m], [m/s], [m/s^2]."""
+        ends = (a * displacement + b * velocity + c * acceleration for a, b, c in self.prediction)
+        return Predictor(*ends)
+
+    def dissipation(self, change: StepChange) -> float:
+        """Return the energy that the scheme takes out in a step [J]."""
+        of_rates, of_moves, *of_unbalance = self.losses
+        lost = of_rates * (change.inertia @ change.velocity) + of_moves * (change.inertia @ change.displacement)
+        unbalance = sum(share * force for share, force in zip(of_unbalance, change.unbalance, strict=True))
+        return float(lost + change.displacement @ unbalance)
+
+
+def hht(step: float, alpha: float) -> LinearScheme:
+    """Return the HHT-alpha scheme for a step [s] and a numerical damping from -1/2 to 0; the unknown is a_1.
 
     ::
 
-        M a_1 + (1 + alpha) F_1 - alpha F_0 = 0
+        M a_1 + (1 + alpha) F_1 - alpha F_0 = 0,    beta = (1 - alpha)^2/4,    gamma = 1/2 - alpha
         u_1 = u_0 + h v_0 + h^2 [(1/2 - beta) a_0 + beta a_1]
         v_1 = v_0 + h [(1 - gamma) a_0 + gamma a_1]
+
+    (Hilber, Hughes & Taylor 1977). From the mean of the equations of motion at both ends and the two Newmark relations,
+    with changes d and the unbalanced force F at the end of the step and at the start of the step before, it dissipates
+    ::
+
+        h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F_end - F_before)
+
+    Examples
+    --------
+    >>> hht(5e-3, 0.0).velocity_factor, hht(5e-3, 0.0).end_share
+    (0.0025, 0.5)
     """
-
-    step: float  # time step h [s]
-    alpha: float  # parameters of the scheme [-]
-    beta: float  # parameters of the scheme [-]
-    gamma: float  # parameters of the scheme [-]
-
-    @property
-    def start_weight(self) -> float:
-        """Weight alpha of the unbalanced force at the start [-]."""
-        return self.alpha
-
-    @property
-    def end_weight(self) -> float:
-        """Weight 1 + alpha of the forces at the end [-]."""
-        return 1.0 + self.alpha
-
-    @property
-    def end_share(self) -> float:
-        """Share gamma of the acceleration at the end in the change of velocity [-]."""
-        return self.gamma
-
-    @property
-    def displacement_factor(self) -> float:
-        """Change of the displacement per acceleration, beta h^2 [s^2]."""
-        return self.beta * self.step**2
-
-    @property
-    def velocity_factor(self) -> float:
-        """Change of the velocity per acceleration, gamma h [s]."""
-        return self.gamma * self.step
-
-    @property
-    def inertia_factor(self) -> float:
-        """Acceleration per unknown, 1 [-]."""
-        return 1.0
-
-    @property
-    def spectral_radius_at_infinity(self) -> float:
-        """Spectral radius for an infinite step: (1 + alpha)/(1 - alpha), below alpha = -1/3 -alpha/(1 + alpha)."""
-        return max((1.0 + self.alpha) / (1.0 - self.alpha), -self.alpha / (1.0 + self.alpha))
-
-    def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:
-        """Return the end of a step without acceleration there, from (n,) arrays [m], [m/s], [m/s^2]."""
-        return Predictor(
-            displacement + self.step * velocity + self.step**2 * (0.5 - self.beta) * acceleration,
-            velocity + self.step * (1.0 - self.gamma) * acceleration,
-        )
-
-    def dissipation(self, change: StepChange) -> float:
-        """Return the energy that the scheme takes out in a step [J].
-
-        From the mean of the equations of motion at both ends and the two Newmark relations, with changes d and the
-        unbalanced force F at the end of the step and at the start of the step before::
-
-            h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F_end - F_before)
-        """
-        earliest, _, end = change.unbalance
-        newmark = self.step * (self.beta - 0.5 * self.gamma) * (change.inertia @ change.velocity)
-        newmark -= (self.gamma - 0.5) * (change.inertia @ change.displacement)
-        return float(newmark + 0.5 * self.alpha * (change.displacement @ (end - earliest)))
+    beta, gamma = (1.0 - alpha) ** 2 / 4.0, 0.5 - alpha
+    return LinearScheme(
+        step=step,
+        start_weight=alpha,
+        end_weight=1.0 + alpha,
+        end_share=gamma,
+        displacement_factor=beta * step**2,
+        velocity_factor=gamma * step,
+        inertia_factor=1.0,
+        prediction=((1.0, step, step**2 * (0.5 - beta)), (0.0, 1.0, step * (1.0 - gamma))),
+        losses=(step * (beta - 0.5 * gamma), 0.5 - gamma, -0.5 * alpha, 0.0, 0.5 * alpha),
+    )
 
 
-@dataclass(frozen=True)
-class Static:
-    """Quasi-static steps; the unknown is the change of displacement, and nothing has inertia.
+def static(step: float) -> LinearScheme:
+    """Return quasi-static steps of a length [s]; the unknown is the change of displacement, and nothing has inertia.
 
     ::
 
         C v_1 + K u_1 - f_1 = 0,    v_1 = (u_1 - u_0) / h
+
+    They dissipate the work of the unbalanced force at the ends, -du.(F_0 + F_1)/2: a step in equilibrium none; the
+    first one may start from an unbalanced state.
     """
-
-    step: float  # time step h [s]
-
-    @property
-    def start_weight(self) -> float:
-        """Weight of the unbalanced force at the start, 0 [-]."""
-        return 0.0
-
-    @property
-    def end_weight(self) -> float:
-        """Weight of the forces at the end, 1 [-]."""
-        return 1.0
-
-    @property
-    def end_share(self) -> float:
-        """Share of the end in a mean over a step, 1 [-]; nothing has inertia."""
-        return 1.0
-
-    @property
-    def displacement_factor(self) -> float:
-        """Change of the displacement per unknown, 1 [-]."""
-        return 1.0
-
-    @property
-    def velocity_factor(self) -> float:
-        """Change of the velocity per unknown, 1/h [1/s]."""
-        return 1.0 / self.step
-
-    @property
-    def inertia_factor(self) -> float:
-        """Acceleration per unknown, 0: nothing has inertia."""
-        return 0.0
-
-    def predict(self, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:  # noqa: ARG002
-        """Return the displacement (n,) [m] at the start, at rest."""
-        return Predictor(displacement, np.zeros_like(velocity))
-
-    def dissipation(self, change: StepChange) -> float:
-        """Return the work of the unbalanced force at the ends of a step, -du.(F_0 + F_1)/2 [J].
-
-        A step in equilibrium has none; the first one may start from an unbalanced state.
-        """
-        _, start, end = change.unbalance
-        return -0.5 * float(change.displacement @ (start + end))
-
-
-def hht(step: float, alpha: float) -> HHT:
-    """Return the HHT-alpha scheme for a step [s] and a numerical damping from -1/2 to 0.
-
-    Examples
-    --------
-    >>> hht(5e-3, 0.0).beta, hht(5e-3, 0.0).gamma
-    (0.25, 0.5)
-    """
-    return HHT(step=step, alpha=alpha, beta=(1.0 - alpha) ** 2 / 4.0, gamma=0.5 - alpha)
+    return LinearScheme(
+        step=step,
+        start_weight=0.0,
+        end_weight=1.0,
+        end_share=1.0,
+        displacement_factor=1.0,
+        velocity_factor=1.0 / step,
+        inertia_factor=0.0,
+        prediction=((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+        losses=(0.0, 0.0, 0.0, -0.5, -0.5),
+    )
 
 
 def start_push(scheme: Scheme) -> float:
@@ -253,11 +212,7 @@ def start_push(scheme: Scheme) -> float:
 
 
 def coefficients(scheme: Scheme) -> tuple[tuple[float, float, float, float, float], Array]:
-    """Return a scheme as numbers: c_u, c_v, c_a, w_0, w_1, and its prediction as a matrix.
-
-    The prediction (2, 3) takes displacement, velocity and acceleration at the start to displacement and velocity at the
-    end: it is the same for every unknown.
-    """
+    """Return a scheme as numbers: c_u, c_v, c_a, w_0, w_1, and its prediction as a matrix (2, 3)."""
     free = scheme.predict(*np.eye(3))
     changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
     return (*changes, scheme.start_weight, scheme.end_weight), np.stack([free.displacement, free.velocity])
@@ -281,7 +236,7 @@ def make_scheme(time: Timing) -> Scheme:
         case TimeStepping():
             return hht(time.step, time.alpha)
         case QuasiStatic():
-            return Static(time.step)
+            return static(time.step)
         case Adaptive():
             return make_scheme(time.fixed(time.step))
     return require(time, Scheme, "TimeStepping, QuasiStatic or a scheme", "time")  # type: ignore[type-abstract]

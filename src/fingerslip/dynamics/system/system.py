@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from fingerslip.dynamics.finite.body import Body
 from fingerslip.dynamics.system.bodies import Motion, rigid_freedoms
 from fingerslip.dynamics.system.checks import CheckedModel, inspect_model
 from fingerslip.dynamics.system.doubts import doubts
-from fingerslip.dynamics.system.loads import Load, MovingComponent, Supports, held_rows, moving_components, supports_of
+from fingerslip.dynamics.system.loads import Load, MovingComponent, Supports, held_rows, moving_components
 from fingerslip.dynamics.system.operators import (
     Coordinates,
     MeshCoordinates,
@@ -24,15 +25,13 @@ from fingerslip.dynamics.system.operators import (
     Pose,
     Rotations,
     Unknowns,
-    relative_motion,
     relative_operator,
     rotations_of,
 )
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import ViscoelasticLayers, mass_matrix, stiffness_matrix, viscoelastic_layers
-from fingerslip.fe.space import Space, carrying_nodes
-from fingerslip.linear.symmetric import CompiledMatrix, compiled_parts
+from fingerslip.fe.space import Space, carrying_nodes, vector_dofs
 from fingerslip.materials.material import Material
 from fingerslip.model.model import Model
 
@@ -124,20 +123,10 @@ class System:
 
         Counterfaces of bodies that turn count as if they did not: :meth:`pose` has what rotations do.
 
-        Parameters
-        ----------
-        displacement : (n,) array
-            Displacement of the unknowns [m].
-        counterfaces : (n_counterfaces, dim) array
-            Prescribed displacement of the counterfaces [m].
+        Arrays: displacement (n,) [m]; counterfaces (n_counterfaces, dim), their prescribed displacement [m].
         """
-        moved: Array = relative_motion(*self.compiled_relative, displacement, counterfaces, self.candidates.counterface)
-        return moved
-
-    @cached_property
-    def compiled_relative(self) -> CompiledMatrix:
-        """The map `relative` for compiled code."""
-        return compiled_parts(self.relative)
+        moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
+        return moved - counterfaces[self.candidates.counterface]
 
     @cached_property
     def rotations(self) -> Rotations | None:
@@ -165,67 +154,77 @@ class System:
 
 
 def build_system(model: Model, twin: System | None = None) -> System:
-    """Check and assemble a model."""
+    """Check and assemble a model; one that shares its matrices with a twin takes them over."""
     checked_model = inspect_model(model, twin.space if twin else None)
     for doubt in doubts(model, checked_model):
         _logger.warning("%s", doubt)
-    rows = held_rows(checked_model.held, checked_model.space)
+    space = checked_model.space
+    rows = held_rows(checked_model.held, space)
     moving = tuple(moving_components(model.support_motions, rows, list(checked_model.held)))
     unknowns = Unknowns(checked_model.free, rigid_freedoms(model), tuple(motion.dofs for motion in moving))
-    (stiffness, mass), held = _taken_over(twin) if twin else _matrices(model, checked_model, unknowns, rows)
-    viscoelastic, held_viscoelastic = (
-        _taken_layers(twin) if twin else _viscoelastic(model, checked_model, unknowns, rows)
-    )
-    candidates = join_candidates(list(checked_model.candidates), checked_model.space.dim)
+    matrices = _assembled(twin) if twin else _assemble(model, checked_model, unknowns, rows)
+    stiffness, mass, viscoelastic = matrices.of_unknowns
+    candidates = join_candidates(list(checked_model.candidates), space.dim)
+    coordinates = MeshCoordinates(unknowns, space.n_dofs)
+    dampers = np.zeros(unknowns.count)
+    dampers[unknowns.of_rigid] = [freedom.viscous(model.damping) for freedom in unknowns.rigid]
     return System(
-        space=checked_model.space,
+        space=space,
         materials=checked_model.materials,
         unknowns=unknowns,
-        coordinates=MeshCoordinates(unknowns, checked_model.space.n_dofs),
+        coordinates=coordinates,
         held_by_contact=checked_model.held_by_contact,
         stiffness=stiffness,
         mass=mass,
         loads=_loads(checked_model, unknowns),
-        initial_velocity=_initial_velocity(model, checked_model.space, unknowns),
+        initial_velocity=_initial_velocity(model, space, unknowns),
         candidates=candidates,
         counterfaces=Counterfaces(checked_model.counterfaces, tuple(contact.friction for contact in model.contacts)),
-        relative=relative_operator(checked_model.space, unknowns, candidates.nodes, candidates.counterface),
+        relative=relative_operator(space, unknowns, candidates.nodes, candidates.counterface),
         outsiders=tuple(_outsiders(model, checked_model, unknowns, number) for number in range(len(model.contacts))),
         motions=checked_model.motions,
         site_nodes=checked_model.site_nodes,
-        supports=supports_of(
-            rows, held, checked_model.loads, candidates.nodes, checked_model.space.dim, viscoelastic=held_viscoelastic
+        supports=Supports(
+            rows,
+            stiffness=matrices.of_held[0],
+            mass=matrices.of_held[1],
+            contact=sparse.csr_matrix(rows[:, vector_dofs(candidates.nodes, space.dim).ravel()]),
+            loads=tuple(Load(rows @ load.forces, load.ramp) for load in checked_model.loads),
+            viscoelastic=matrices.of_held[2],
         ),
         moving_supports=moving,
         viscoelastic=viscoelastic,
-        body=_large_body(model, checked_model, unknowns),
-        dampers=_dampers(model, unknowns),
+        body=_large_body(model, checked_model, coordinates),
+        dampers=dampers if dampers.any() else None,
     )
 
 
-def _large_body(model: Model, checked_model: CheckedModel, unknowns: Unknowns) -> Body | None:
+def _large_body(model: Model, checked_model: CheckedModel, coordinates: MeshCoordinates) -> Body | None:
     """Return the deformable body of a model at large strain; None at small strain."""
     if checked_model.finite_materials is None:
         return None
     bulk = large_strain(checked_model.space, checked_model.finite_materials, model.depth, model.integration)
-    springs = np.zeros(unknowns.count)
-    springs[unknowns.of_rigid] = [freedom.stiffness for freedom in unknowns.rigid]
-    return Body(bulk, MeshCoordinates(unknowns, checked_model.space.n_dofs), springs)
+    springs = np.zeros(coordinates.unknowns.count)
+    springs[coordinates.unknowns.of_rigid] = [freedom.stiffness for freedom in coordinates.unknowns.rigid]
+    return Body(bulk, coordinates, springs)
 
 
-_Pair: TypeAlias = tuple[sparse.csr_matrix, sparse.csr_matrix]
+class _Matrices(NamedTuple):
+    """Stiffness, mass and viscoelastic layers of the unknowns, and their rows at what supports hold."""
+
+    of_unknowns: tuple[sparse.csr_matrix, sparse.csr_matrix, tuple[ViscoelasticLayers, ...]]
+    of_held: tuple[sparse.csr_matrix, sparse.csr_matrix, tuple[ViscoelasticLayers, ...]]
 
 
-def _taken_over(twin: System) -> tuple[_Pair, _Pair]:
-    """Return stiffness and mass of a system on the mesh, and their rows at what supports hold."""
+def _assembled(twin: System) -> _Matrices:
+    """Return the matrices of a system on the mesh."""
     held = twin.supports
-    return (twin.stiffness, twin.mass), (sparse.csr_matrix(held.stiffness), sparse.csr_matrix(held.mass))
+    of_held = sparse.csr_matrix(held.stiffness), sparse.csr_matrix(held.mass), held.viscoelastic
+    return _Matrices((twin.stiffness, twin.mass, twin.viscoelastic), of_held)
 
 
-def _matrices(
-    model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
-) -> tuple[_Pair, _Pair]:
-    """Assemble stiffness and mass of the unknowns, and their rows at what supports hold."""
+def _assemble(model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix) -> _Matrices:
+    """Assemble the matrices; there are no viscoelastic layers at large strain, where the body itself remembers."""
     space, free = checked_model.space, checked_model.free
     springs, masses = ([getattr(freedom, name) for freedom in unknowns.rigid] for name in ("stiffness", "mass"))
     of_mesh = (
@@ -233,53 +232,27 @@ def _matrices(
         mass_matrix(space, checked_model.materials, model.depth),
     )
     expansion = unknowns.expansion(space.n_dofs)
-    held = tuple(sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh)
+    held = [sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh]
+    layers: Sequence[ViscoelasticLayers] = ()
+    if checked_model.finite_materials is None:
+        layers = viscoelastic_layers(space, checked_model.materials, model.depth, model.integration)
+    viscoelastic = tuple(layer.apply_map(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers)
+    of_held = held[0], held[1], tuple(layer.apply_map(lambda matrix: rows @ matrix @ expansion) for layer in layers)
     if unknowns.carried:
         stiffness, mass = (sparse.csr_matrix(expansion.T @ matrix @ expansion) for matrix in of_mesh)
         at = unknowns.of_rigid
         stiffness += sparse.csr_matrix((springs, (at, at)), shape=mass.shape)
         mass += sparse.csr_matrix((masses, (at, at)), shape=mass.shape)
-        return (stiffness, mass), (held[0], held[1])
-    stiffness, mass = (matrix[free][:, free] for matrix in of_mesh)
-    drawn = (
-        sparse.block_diag([stiffness, *(_diagonal(value) for value in springs)], format="csr"),
-        sparse.block_diag([mass, *map(_diagonal, masses)], format="csr"),
+        return _Matrices((stiffness, mass, viscoelastic), of_held)
+    stiffness, mass = (
+        sparse.block_diag([matrix[free][:, free], *map(_diagonal, values)], format="csr")
+        for matrix, values in zip(of_mesh, (springs, masses), strict=True)
     )
-    return drawn, (held[0], held[1])
+    return _Matrices((stiffness, mass, viscoelastic), of_held)
 
 
 def _diagonal(value: float) -> sparse.csr_matrix:
     return sparse.csr_matrix([[value]]) if value else sparse.csr_matrix((1, 1))
-
-
-def _dampers(model: Model, unknowns: Unknowns) -> Array | None:
-    coefficients = np.zeros(unknowns.count)
-    coefficients[unknowns.of_rigid] = [freedom.viscous(model.damping) for freedom in unknowns.rigid]
-    return coefficients if coefficients.any() else None
-
-
-_Layers: TypeAlias = tuple[ViscoelasticLayers, ...]
-
-
-def _taken_layers(twin: System) -> tuple[_Layers, _Layers]:
-    return twin.viscoelastic, twin.supports.viscoelastic
-
-
-def _viscoelastic(
-    model: Model, checked_model: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
-) -> tuple[_Layers, _Layers]:
-    """Assemble the matrices of viscoelastic layers, for the unknowns, and their rows at what supports hold.
-
-    There are none at large strain, where the body itself remembers.
-    """
-    if checked_model.finite_materials is not None:
-        return (), ()
-    layers = viscoelastic_layers(checked_model.space, checked_model.materials, model.depth, model.integration)
-    expansion = unknowns.expansion(checked_model.space.n_dofs)
-    return (
-        tuple(layer.apply_map(lambda matrix: expansion.T @ matrix @ expansion) for layer in layers),
-        tuple(layer.apply_map(lambda matrix: rows @ matrix @ expansion) for layer in layers),
-    )
 
 
 def _loads(checked_model: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:

@@ -129,10 +129,6 @@ class PardisoFactor:
         solution[self._analysis.interface] = halfway[self._analysis.interface]
         return solution
 
-    def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return L^-1 b for a right-hand side (n,) or (n, k): the factors are each other's transposes."""
-        return self.forward(right_hand_side)
-
 
 class _Analysis:
     """The pattern of a matrix, analysed for factors of all unknowns or all but some: for one factor at a time."""

@@ -17,12 +17,15 @@ from scipy import sparse
 from scipy.sparse import csgraph, linalg
 
 from fingerslip.errors import FingerslipError
+from fingerslip.linear.solver import InnerFactor
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Unknowns from which nested dissection gives smaller factors than SuperLU's own minimum degree (measured in 3D).
 _LARGE = 20_000
+# Unknowns around which factors are made whose Schur complement is solved for column by column.
+_FEW = 400
 # Unknowns that are not cut further.
 _LEAF = 60
 # Values with their indices and the room that SuperLU takes in advance; SciPy's copies of the factors.
@@ -52,10 +55,10 @@ class SuperLU:
         """Factorise a matrix (n, n)."""
         return SuperLUFactor(matrix)
 
-    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[SuperLUSchurFactor, Array]:
+    def factorise_around(self, matrix: sparse.csr_matrix, interface: Indices) -> tuple[InnerFactor, Array]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
-        schur = _schur(matrix, interface)
-        return SuperLUSchurFactor(matrix, interface), schur
+        factor = InnerFactor(self, matrix, interface)
+        return factor, factor.schur() if interface.size <= _FEW else _schur(matrix, interface)
 
     def bytes_around(self, matrix: sparse.csr_matrix, interface: Indices) -> int:
         """Return about what memory factors around unknowns `kept` (m,) take [bytes], by counting their entries."""
@@ -83,35 +86,6 @@ class SuperLUFactor:
         """Return A^-1 b for a right-hand side b (n,) or (n, k), same shape."""
         solution = np.empty_like(halfway)
         solution[self._order] = self._factors.solve(halfway[self._order])
-        return solution
-
-    def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return A^-1 b for b (n,) or (n, k), same shape: A is symmetric."""
-        return self.backward(right_hand_side)
-
-
-class SuperLUSchurFactor:
-    """Factors of all unknowns of a matrix but `kept` (m,), ascending; each half is a solution of its own."""
-
-    substitutions = 2
-    is_single = False
-
-    def __init__(self, matrix: sparse.csr_matrix, interface: Indices) -> None:
-        self._kept, self._others = interface, np.setdiff1d(np.arange(matrix.shape[0]), interface)
-        self._coupling = sparse.csr_matrix(matrix[interface][:, self._others])
-        self._factor = SuperLUFactor(sparse.csr_matrix(matrix[self._others][:, self._others]))
-
-    def forward(self, right_hand_side: Array) -> Array:
-        """Return b with the right-hand side of the Schur complement at the kept unknowns; (n,) or (n, k)."""
-        halfway = np.array(right_hand_side)
-        halfway[self._kept] -= self._coupling @ self._factor.backward(halfway[self._others])
-        return halfway
-
-    def backward(self, halfway: Array) -> Array:
-        """Return the solution from a forward half that holds the solution at the kept unknowns; (n,) or (n, k)."""
-        solution = np.array(halfway)
-        right = halfway[self._others] - self._coupling.T @ halfway[self._kept]
-        solution[self._others] = self._factor.backward(right)
         return solution
 
 

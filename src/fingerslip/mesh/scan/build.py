@@ -247,27 +247,24 @@ def scan_tables(scan: ScanMesh) -> tuple[Table, Table, Table]:
         (region, cells, volume * 1e9, *(edge * 1e3 for edge in edges), least, mean)
         for region, cells, volume, *edges, least, mean in map(dataclasses.astuple, scan.layers)
     )
-    apart = tuple((deviation.boundary, deviation.mean * 1e3, deviation.largest * 1e3) for deviation in scan.deviations)
-    least, mean, largest = (value * 1e3 for value in scan.thickness)
-    thickness = f"Thickness of the skin: {least:.3g} to {largest:.3g} mm, mean {mean:.3g} mm."
-    repairs = tuple(
-        (
-            *(Path(file).name, repair.dropped_pieces, repair.turned_triangles),
-            *(len(repair.closed_holes), len(repair.open_holes), max(repair.open_holes, default=0.0) * 1e3),
-        )
-        for file, repair in scan.repairs.items()
-    )
     layers = (
         *map(Column, ("region", "cells")),
         Column("volume", "mm^3", 1),
         *(Column(f"{which} edge", "mm", 3) for which in ("shortest", "mean", "longest")),
         *(Column(f"{which} radius ratio", digits=2) for which in ("least", "mean")),
     )
+    apart = tuple((deviation.boundary, deviation.mean * 1e3, deviation.largest * 1e3) for deviation in scan.deviations)
     distance = (Column("boundary"), *(Column(name, "mm", 3) for name in ("mean", "largest")))
+    least, mean, largest = (value * 1e3 for value in scan.thickness)
+    repairs = []
+    for file, repair in scan.repairs.items():
+        holes = len(repair.closed_holes), len(repair.open_holes), max(repair.open_holes, default=0.0) * 1e3
+        repairs.append((Path(file).name, repair.dropped_pieces, repair.turned_triangles, *holes))
     names = ("file", "pieces dropped", "triangles turned", "holes closed", "holes left open")
     every_repair = (*map(Column, names), Column("largest left open", "mm", 1))
+    thickness = f"Thickness of the skin: {least:.3g} to {largest:.3g} mm, mean {mean:.3g} mm."
     return (
         Table("", layers, quality, mesh_size_note(scan.mesh)),
         Table("Distance of the mesh from the scan", distance, apart, thickness),
-        Table("Repairs", every_repair, repairs, "Holes left open lie behind the cut."),
+        Table("Repairs", every_repair, tuple(repairs), "Holes left open lie behind the cut."),
     )

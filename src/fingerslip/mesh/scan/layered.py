@@ -179,9 +179,8 @@ def _tetrahedralise(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
             )
     except (RuntimeError, ValueError) as error:
         repair = "decimate the surfaces or write a larger tolerance"
-        raise MeshError(
-            bodies.skin.name, f"fTetWild says '{error}'", "needs surfaces that it can mesh", repair
-        ) from error
+        fault = f"fTetWild says '{error}'"
+        raise MeshError(bodies.skin.name, fault, "needs surfaces that it can mesh", repair) from error
     cells = positive_tetrahedra(points_meshed, np.asarray(cells, dtype=np.int64))
     return skfem.MeshTet1(points_meshed.T.copy(), cells.T.copy())
 

@@ -70,11 +70,10 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     cleaned = Surface(*join_points(joined.points, selected), surface.name)
     inward = _find_inward(cleaned)
     oriented = dataclasses.replace(cleaned, triangles=_turn(cleaned.triangles, inward))
-    sizes = [(loop, _diameter(oriented.points[loop])) for loop in boundary_loops(oriented)]
-    closing = [loop for loop, size in sizes if size <= largest_hole]
-    closed, still_open = (
-        tuple(size for _, size in sizes if (size <= largest_hole) is closes) for closes in (True, False)
-    )
+    holes = [(loop, _diameter(oriented.points[loop])) for loop in boundary_loops(oriented)]
+    closing = [loop for loop, size in holes if size <= largest_hole]
+    closed = tuple(size for _, size in holes if size <= largest_hole)
+    still_open = tuple(size for _, size in holes if size > largest_hole)
     return _with_lids(oriented, closing), Repairs(dropped, int(inward.sum()), closed, still_open)
 
 

@@ -110,20 +110,16 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
         kinds = ", ".join(sorted({str(block.type) for block in data.cells})) or "no cells"
         raise MeshError(str(file), f"has {kinds}", "needs triangles")
     triangles, points = np.vstack(blocks).astype(np.int64), np.asarray(data.points, dtype=float)
-    _check_size(file, points[np.unique(triangles)], unit)
-    surface = Surface(*join_points(points * scale, triangles), file.name)
-    check_area(surface)
-    return surface
-
-
-def _check_size(file: Path, points: Floats, unit: str) -> None:
-    """Refuse a surface of a size that no finger has, and name the unit in which it would have one."""
-    extent = float(np.ptp(points, axis=0).max())
+    # A size that no finger has is that of another unit.
+    extent = float(np.ptp(points[np.unique(triangles)], axis=0).max())
     fitting = [other for other, factor in METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
     if unit not in fitting:
         repair = f"is its unit '{fitting[-1]}'?" if fitting else ""
-        fault = f"is {extent * METRES[unit]:.3g} m long when its unit is '{unit}'"
+        fault = f"is {extent * scale:.3g} m long when its unit is '{unit}'"
         raise MeshError(str(file), fault, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)
+    surface = Surface(*join_points(points * scale, triangles), file.name)
+    check_area(surface)
+    return surface
 
 
 def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -> None:
@@ -328,24 +324,21 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     """
     if not thickness > 0:
         raise InputError("thickness", f"got {thickness}", "needs a length > 0")
-    grid = _grid(surface, thickness / 3)
+    import pyvista
+
+    spacing = thickness / 3
+    low, extent = surface.points.min(axis=0) - spacing, np.ptp(surface.points, axis=0) + 2 * spacing
+    count = np.ceil(extent / spacing).astype(int) + 1
+    if count.prod() > _GRID_LIMIT:
+        fault = f"got {3e3 * spacing:.3g} mm on a body {millimetres(extent.max(), 3)} long"
+        raise MeshError(surface.name, fault, "needs a thicker skin", "or cut the finger shorter")
+    grid = pyvista.ImageData(dimensions=tuple(count), spacing=(spacing,) * 3, origin=tuple(low))
     grid["level"] = _depth(surface, grid, thickness) - thickness
     if grid["level"].max() <= 0:
         problem = f"is nowhere {millimetres(thickness)} deep"
         raise MeshError(surface.name, problem, "needs tissue below the skin", "write a smaller skin_thickness")
     inner = _outwards(_surface(grid.contour([0.0], "level"), f"{surface.name} offset"))
     return decimate_surface(inner, min(thickness, _FINE * float(np.ptp(inner.points, axis=0).max())))
-
-
-def _grid(surface: Surface, spacing: float) -> pyvista.ImageData:
-    import pyvista
-
-    low, extent = surface.points.min(axis=0) - spacing, np.ptp(surface.points, axis=0) + 2 * spacing
-    count = np.ceil(extent / spacing).astype(int) + 1
-    if count.prod() > _GRID_LIMIT:
-        fault = f"got {3e3 * spacing:.3g} mm on a body {millimetres(extent.max(), 3)} long"
-        raise MeshError(surface.name, fault, "needs a thicker skin", "or cut the finger shorter")
-    return pyvista.ImageData(dimensions=tuple(count), spacing=(spacing,) * 3, origin=tuple(low))
 
 
 def _depth(surface: Surface, grid: pyvista.ImageData, thickness: float) -> Floats:

@@ -163,7 +163,11 @@ def section_figure(
             }
             axes.plot(*1e3 * values.T, RECEPTOR_MARKS.get(kind, "x"), markersize=size, **look)
     whole.autoscale_view()
-    _zoom(whole, close, lowest, level)
+    # The skin round the lowest point, and a frame around that part in the whole.
+    left, bottom, width = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (level - 0.06 * _ZOOM_WIDTH), 1e3 * _ZOOM_WIDTH
+    close.set(xlim=(left, left + width), ylim=(bottom, bottom + 1.1 * width))
+    close.set_title("close view of the framed part")
+    whole.add_patch(Rectangle((left, bottom), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
     keys = _layer_keys(colours, _EDGE, linewidth=0.4)
     for kind in positions:
         mark, colour = RECEPTOR_MARKS.get(kind, "x"), _receptor_colour(kind)
@@ -174,16 +178,6 @@ def section_figure(
 
 def _receptor_colour(kind: str) -> str:
     return RECEPTOR_COLOURS.get(kind, BLACK)
-
-
-def _zoom(whole: Axes, close: Axes, lowest: Floats, level: float) -> None:
-    """Show the skin round the lowest point in `close`, and frame that part in `whole`."""
-    left, bottom = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (level - 0.06 * _ZOOM_WIDTH)
-    width = 1e3 * _ZOOM_WIDTH
-    close.set_xlim(left, left + width)
-    close.set_ylim(bottom, bottom + 1.1 * width)
-    close.set_title("close view of the framed part")
-    whole.add_patch(Rectangle((left, bottom), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
 
 
 #: Colours of the regions of a sensor.
@@ -202,11 +196,17 @@ def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
     panels[0].set_ylabel("y [mm]")
     panels[0].set_title("cut open along the axis")
     whole = dataclasses.replace(sensor, part="whole")
+    places, angle = marker_places(whole.markers), np.linspace(0.0, 2.0 * np.pi, 121)
+    colours = ring_colours(int(places.ring.max(initial=0)) + 1)
+    edge = _MILLIMETRES * float(skin_lines(whole.dome, whole.skin, whole.markers.spacing).outer[-1, 0])
     depths = {"internal markers, from inside": whole.marker_depth, "external markers, from below": 0.0}
     for axes, (name, depth) in zip(panels[1:], depths.items(), strict=True):
-        _draw_markers(axes, whole, depth)
+        points = _MILLIMETRES * points_at(whole, places, depth)
+        axes.scatter(points[:, 0], points[:, 2], s=10, c=[colours[ring] for ring in places.ring])
+        axes.plot(edge * np.cos(angle), edge * np.sin(angle), color=GREY, linewidth=0.8)
+        _draw_to_scale(axes)
         axes.set_ylabel("z [mm]")
-        axes.set_title(f"{len(marker_places(whole.markers).ring)} {name}")
+        axes.set_title(f"{len(places.ring)} {name}")
     # From inside, x to the right and z downwards, as the internal camera sees them.
     panels[1].invert_yaxis()
     add_legend(figure, _layer_keys(SENSOR_COLOURS, _SENSOR_EDGE))
@@ -227,17 +227,6 @@ def _draw_sensor_section(axes: Axes, sensor: TacTip) -> None:
     for name, polygons in shapes.items():
         _fill(axes, polygons, SENSOR_COLOURS[name], _SENSOR_EDGE, 0.5)
     axes.autoscale_view()
-    _draw_to_scale(axes)
-
-
-def _draw_markers(axes: Axes, sensor: TacTip, depth: float) -> None:
-    places = marker_places(sensor.markers)
-    points = _MILLIMETRES * points_at(sensor, places, depth)
-    colours = ring_colours(int(places.ring.max(initial=0)) + 1)
-    axes.scatter(points[:, 0], points[:, 2], s=10, c=[colours[ring] for ring in places.ring])
-    edge = _MILLIMETRES * float(skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing).outer[-1, 0])
-    angle = np.linspace(0.0, 2.0 * np.pi, 121)
-    axes.plot(edge * np.cos(angle), edge * np.sin(angle), color=GREY, linewidth=0.8)
     _draw_to_scale(axes)
 
 

@@ -1,9 +1,10 @@
-"""Figures over the runs of a study: event times and latency against a swept value, events over refinements."""
+"""Figures over the runs of a study: events against a swept value, over refinements, and what samples do."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -12,13 +13,17 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from fingerslip.published import PublishedSet
-from fingerslip.report.colours import BLACK, EVENT_COLOURS, READING_COLOURS
+from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, GREY, ORANGE, READING_COLOURS, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, with_style
-from fingerslip.report.labels import number_and_unit, path_label, swept_text
+from fingerslip.report.labels import number_and_unit, path_label, short_labels, swept_text
+from fingerslip.report.tables.samples import group_text
 from fingerslip.results import RunResult
-from fingerslip.slip.windows import EVENTS, LATENCY, MAIN_EVENTS, READINGS
+from fingerslip.sampling.indices import Sensitivity
+from fingerslip.sampling.sensitivity import Fit
+from fingerslip.slip.windows import EVENTS, LATENCY, MAIN_EVENTS, READINGS, event_label
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, Series
 
 _READING_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement": "^", "acceleration": "X"})
@@ -47,30 +52,27 @@ def event_times_figure(
     axis, since = _Axis(runs, path), starts or dict.fromkeys((run.name for run in runs), 0.0)
     labels = (words, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
     figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
-    published = False
+    published, happened = dict[str, Artist](), set[str]()
+    of_events = {event: EVENT_COLOURS[event] for event in MAIN_EVENTS}
     for axes, members in panels:
         ordered = sorted(members, key=axis.position)
+        begin = np.array([since[run.name] for run in ordered])
         for event, (reading, mark) in itertools.product(MAIN_EVENTS, _READING_MARKS.items()):
-            times = [_number(run.events.reading(reading).time(event)) - since[run.name] for run in ordered]
+            times = np.array([run.events.reading(reading).time(event) for run in ordered], dtype=float)
             line, colour = "-" if reading == "slip" and axis.numeric else "", EVENT_COLOURS[event]
             look: dict[str, Any] = {"color": colour, "markerfacecolor": _face(reading, colour), "markersize": 5.5}
-            axes.plot([axis.position(run) for run in ordered], times, linestyle=line, marker=mark, **look)
-        points = _published_points(members, reference, MAIN_EVENTS)
-        for run, event, time in points:
-            style = {**_PUBLISHED, "color": EVENT_COLOURS.get(event, BLACK), "markersize": 8, "zorder": 6}
-            axes.plot([axis.position(run)], [time - since[run.name]], **style)
-        published |= bool(points)
+            axes.plot([axis.position(run) for run in ordered], times - begin, linestyle=line, marker=mark, **look)
+        published |= _draw_published(axes, axis, members, reference, of_events, since=since)
         axis.apply(axes)
-    happened = {
-        (reading, event) for run in runs for reading in READINGS for event in MAIN_EVENTS
-        if run.events.reading(reading).time(event) is not None
-    }  # fmt: skip
-    keys = _event_keys(event for event in MAIN_EVENTS if event in {event for _, event in happened})
-    for reading in _recorded_readings(runs):
-        if reading in {reading for reading, _ in happened}:
+    for event, reading in itertools.product(MAIN_EVENTS, READINGS):
+        if any(run.events.reading(reading).time(event) is not None for run in runs):
+            happened |= {event, reading}
+    keys = _event_keys(event for event in MAIN_EVENTS if event in happened)
+    for reading, mark in _READING_MARKS.items():
+        if reading in happened:
             look = {"color": BLACK, "markerfacecolor": _face(reading, BLACK), "markersize": 5.5}
-            keys[READINGS[reading]] = Line2D([], [], linestyle="", marker=_READING_MARKS[reading], **look)
-    add_legend(figure, keys | _published_key(published))
+            keys[READINGS[reading]] = Line2D([], [], linestyle="", marker=mark, **look)
+    add_legend(figure, keys | published)
     return figure
 
 
@@ -84,26 +86,23 @@ def latency_figure(
     words, axis = path_label(path), _Axis(runs, path)
     title = f"Latency from incipient to overall slip against {words}"
     figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
-    published = False
+    published: dict[str, Artist] = {}
     for axes, members in panels:
         ordered = sorted(members, key=axis.position)
         for reading, mark in _READING_MARKS.items():
             positions = [axis.position(run) + (0.0 if axis.numeric else _SHIFTS[reading]) for run in ordered]
-            latencies = [1e3 * _number(run.events.reading(reading).latency) for run in ordered]
+            latencies = 1e3 * np.array([run.events.reading(reading).latency for run in ordered], dtype=float)
             look: dict[str, Any] = {"color": READING_COLOURS[reading], "markersize": 6.5}
             axes.plot(positions, latencies, linestyle="-" if axis.numeric else "", marker=mark, **look)
-        points = _published_points(members, reference, (LATENCY,))
-        for run, _, latency in points:
-            axes.plot([axis.position(run)], [1e3 * latency], **_PUBLISHED, color=BLACK, markersize=8, zorder=6)
-        published |= bool(points)
+        published |= _draw_published(axes, axis, members, reference, {LATENCY: BLACK}, scale=1e3)
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)
     keys: dict[str, Artist] = {
         READINGS[name]: Line2D([], [], linestyle="", marker=mark, color=READING_COLOURS[name], markersize=6)
         for name, mark in _READING_MARKS.items()
-        if any(run.events.reading(name).latency is not None for run in runs) and name in _recorded_readings(runs)
+        if any(run.events.reading(name).latency is not None for run in runs)
     }
-    add_legend(figure, keys | _published_key(published))
+    add_legend(figure, keys | published)
     return figure
 
 
@@ -158,37 +157,32 @@ class _Axis:
             axes.set_xlim(-0.5, len(self._positions) - 0.5)
 
 
-def _published_points(
-    runs: Sequence[RunResult], reference: PublishedSet | None, quantities: Sequence[str]
-) -> list[tuple[RunResult, str, float]]:
-    """Return published values [s] of some quantities with the runs that meet their conditions."""
-    return [
-        (run, value.quantity, value.value)
-        for run in runs
-        for value in (reference.values if reference else ())
-        if value.quantity in quantities and value.value is not None and value.holds_for(run.all_values)
-    ]
-
-
-def _published_key(drawn: bool) -> dict[str, Artist]:
-    return {"published": Line2D([], [], **_PUBLISHED, color=BLACK, markersize=7)} if drawn else {}
+def _draw_published(
+    axes: Axes,
+    axis: _Axis,
+    runs: Sequence[RunResult],
+    reference: PublishedSet | None,
+    colours: Mapping[str, str],
+    *,
+    since: Mapping[str, float] = MappingProxyType({}),
+    scale: float = 1.0,
+) -> dict[str, Artist]:
+    """Draw published values [s] of the coloured quantities at runs that meet their conditions; return their key."""
+    keys: dict[str, Artist] = {}
+    for run, value in itertools.product(runs, reference.values if reference else ()):
+        if value.quantity in colours and value.value is not None and value.holds_for(run.all_values):
+            time, colour = scale * (value.value - since.get(run.name, 0.0)), colours[value.quantity]
+            axes.plot([axis.position(run)], [time], **_PUBLISHED, color=colour, markersize=8, zorder=6)
+            keys["published"] = Line2D([], [], **_PUBLISHED, color=BLACK, markersize=7)
+    return keys
 
 
 def _event_keys(events: Iterable[str]) -> dict[str, Artist]:
     return {EVENTS[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0) for event in events}
 
 
-def _recorded_readings(runs: Sequence[RunResult]) -> list[str]:
-    return [name for name in _READING_MARKS if any(run.events.reading(name).recorded for run in runs)]
-
-
 def _face(reading: str, colour: str) -> str:
     return "none" if reading == "displacement" else colour
-
-
-def _number(value: float | None) -> float:
-    """Return what matplotlib leaves out for an event that did not happen."""
-    return np.nan if value is None else value
 
 
 @with_style
@@ -236,3 +230,147 @@ def _draw_series(axes: Axes, series: Series, refinement: Refinement, value: floa
     along = np.linspace(0.0, 1.0, 100)
     axes.plot(along * sizes[coarsest], limit + (changes[coarsest] - limit) * along**refinement.order, color=colour)
     axes.plot([0.0], [limit], marker="D", markerfacecolor="none", color=colour, linestyle="")
+
+
+_WIDTH, _ROW, _AROUND = 5.2, 0.34, 0.7  # inch
+
+
+@with_style
+def indices_figure(sensitivities: Sequence[Sensitivity]) -> Figure:
+    """Draw what moves an output, a panel for each group of runs, the value that matters most on top."""
+    first = sensitivities[0]
+    paths, rows = [index.path for index in reversed(first.indices)], np.arange(len(first.indices))
+    is_sobol, columns = first.method == "sobol", min(len(sensitivities), 2)
+    label = "Sobol index [-]" if is_sobol else f"elementary effect{f' [{first.unit}]' if first.unit else ''}"
+    size = (_WIDTH / columns + 1.2, _ROW * len(paths) + _AROUND)
+    figure, panels = figure_grid(len(sensitivities), columns, size, f"What moves {first.label}", (label, ""))
+    for axes, sensitivity in zip(panels, sensitivities, strict=True):
+        by_path = {index.path: index for index in sensitivity.indices}
+        indices = [by_path[path] for path in paths]
+        _draw_bars(axes, rows + 0.2, [index.size for index in indices], [index.size_error for index in indices], BLUE)
+        _draw_bars(axes, rows - 0.2, [index.other for index in indices], [index.other_error for index in indices], SKY)
+        axes.axvline(0.0, color=BLACK, linewidth=0.7)
+        axes.set_title(group_text(sensitivity.group))
+    labels = short_labels(paths)
+    _name_rows(panels, [labels[path] for path in paths], 0.6, 0.4)
+    names = ("total", "first order") if is_sobol else ("mean size", "standard deviation")
+    add_legend(figure, {name: Patch(color=colour) for name, colour in zip(names, (BLUE, SKY), strict=True)})
+    return figure
+
+
+def _draw_bars(axes: Axes, rows: Any, sizes: Sequence[float], errors: Sequence[Any], colour: str) -> None:
+    axes.barh(rows, sizes, height=0.36, color=colour, zorder=2)
+    # An elementary effect's standard deviation has no interval.
+    if any(errors):
+        axes.errorbar(sizes, rows, xerr=errors, fmt="none", ecolor=BLACK, elinewidth=0.9, capsize=2.0, zorder=3)
+
+
+def _name_rows(panels: Sequence[Axes], names: Sequence[str], below: float, above: float) -> None:
+    """Write names beside the rows of bars, on the left of the first panel."""
+    for axes in panels:
+        axes.grid(visible=False, axis="y")
+        axes.tick_params(axis="y", length=0.0)
+    panels[0].set_yticks(range(len(names)), names)
+    panels[0].set_ylim(-below, len(names) - above)
+
+
+_BAND, _WHOLE = "#dcdcdc", "#f0f0f0"
+_WIDTHS = {1: 3.9, 2: 3.0, 3: 2.6}  # inch
+_ROW_TORNADO, _AROUND_TORNADO = 0.21, 0.55  # inch
+_LABELS = 1.9  # inch
+
+
+@with_style
+def tornado_figure(fits: Sequence[Fit], published: Mapping[int, tuple[float, float]] | None = None) -> Figure:
+    """Draw the change of one slip time over the range of each value, a panel for each fit; published times [s]."""
+    effects = [{effect.path: effect for effect in fit.effects} for fit in fits]
+    paths = sorted(effects[0], key=lambda path: max(abs(of_fit[path].change) for of_fit in effects))
+    title = f"What moves {event_label(fits[0].time)} ({READINGS[fits[0].reading]})"
+    label = "latency [s]" if fits[0].time == "latency" else "time from the start of the run [s]"
+    width = _WIDTHS.get(len(fits), _WIDTHS[3])
+    size = (width + _LABELS / len(fits), _ROW_TORNADO * len(paths) + _AROUND_TORNADO)
+    figure, panels = figure_grid(len(fits), min(len(fits), 3), size, title, (label, ""))
+    for number, (axes, fit) in enumerate(zip(panels, fits, strict=True)):
+        _draw_tornado(axes, fit, [effects[number][path] for path in paths], (published or {}).get(number))
+        axes.set_title(group_text(fit.group))
+    labels, ranges = short_labels(paths), [effects[0][path] for path in paths]
+    texts = [f"{labels[effect.path]}, {effect.low:g} to {effect.high:g} {effect.unit}".strip() for effect in ranges]
+    _name_rows(panels, [text.replace(" -", " \N{MINUS SIGN}") for text in texts], 0.7, 0.3)
+    keys: dict[str, Artist] = {
+        "at the smallest value": Patch(color=BLUE),
+        "at the largest value": Patch(color=ORANGE),
+        "5 to 95 % of the samples": Patch(color=_BAND),
+        "all samples": Patch(color=_WHOLE),
+    }
+    if published:
+        keys["published"] = Line2D([], [], color=BLACK, linestyle=(0, (4, 2)), linewidth=1.3)
+    add_legend(figure, keys)
+    return figure
+
+
+def _draw_tornado(axes: Axes, fit: Fit, effects: Sequence[Any], published: tuple[float, float] | None) -> None:
+    """Draw the bars of one fit, the interval of its samples and the published time."""
+    interval = fit.interval
+    axes.axvspan(interval.smallest, interval.largest, color=_WHOLE, linewidth=0.0, zorder=0)
+    axes.axvspan(interval.percentile(5), interval.percentile(95), color=_BAND, linewidth=0.0, zorder=0.5)
+    rows, half = np.arange(len(effects)), np.array([0.5 * effect.change for effect in effects])
+    axes.barh(rows, -half, left=fit.middle, height=0.66, color=BLUE, zorder=2)
+    axes.barh(rows, half, left=fit.middle, height=0.66, color=ORANGE, zorder=2)
+    errors = [0.5 * effect.change_error for effect in effects]
+    look: dict[str, Any] = {"fmt": "none", "ecolor": BLACK, "elinewidth": 0.8, "capsize": 0.0, "zorder": 3}
+    axes.errorbar(fit.middle + half, rows, xerr=errors, **look)
+    axes.axvline(fit.middle, color=BLACK, linewidth=0.7, zorder=2.5)
+    for end in dict.fromkeys(published or ()):
+        axes.axvline(end, color=BLACK, linestyle=(0, (4, 2)), linewidth=1.3, zorder=4)
+
+
+_MARKS = (("o", BLUE), ("s", VERMILLION))
+_ROW_PAIRED = 0.28  # inch
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A run of each of two studies, with the same swept values."""
+
+    title: str  # what both are called
+    first: RunResult  # the run of the one
+    second: RunResult  # the run of the other
+
+    @property
+    def runs(self) -> tuple[RunResult, RunResult]:
+        """Both runs."""
+        return self.first, self.second
+
+
+def time_into_slide(run: RunResult, starts: Mapping[str, float]) -> float:
+    """Return overall slip from the start of the slide [s]; NaN where it is not known."""
+    overall = run.events.overall
+    return np.nan if overall is None or run.name not in starts else overall - starts[run.name]
+
+
+@with_style
+def paired_figure(
+    pairs: Sequence[Pair], names: tuple[str, str], starts: tuple[Mapping[str, float], Mapping[str, float]]
+) -> Figure:
+    """Draw overall slip from the start of the slide [s], and latency [ms], of pairs of runs, a row for each pair."""
+    size = (3.2, max(_ROW_PAIRED * len(pairs) + 0.5, 1.5))
+    figure, (left, right) = figure_grid(2, 2, size, "Two studies side by side", ("", ""), share="none")
+    _draw_pairs(left, [[time_into_slide(*both) for both in zip(pair.runs, starts, strict=True)] for pair in pairs])
+    latencies = [[run.events.slip.latency for run in pair.runs] for pair in pairs]
+    _draw_pairs(right, [[np.nan if time is None else 1e3 * time for time in both] for both in latencies])
+    left.set_xlabel("overall slip from the start of the slide [s]")
+    right.set_xlabel("latency [ms]")
+    left.set_yticks(range(len(pairs)), [pair.title for pair in pairs])
+    right.set_yticks(range(len(pairs)), [""] * len(pairs))
+    keys = [Line2D([], [], linestyle="", marker=mark, color=colour) for mark, colour in _MARKS]
+    add_legend(figure, dict(zip(names, keys, strict=True)))
+    return figure
+
+
+def _draw_pairs(axes: Axes, values: Sequence[Sequence[float]]) -> None:
+    for row, both in enumerate(values):
+        axes.plot(both, [row, row], color=GREY, linewidth=1.0)
+        for value, (mark, colour) in zip(both, _MARKS, strict=True):
+            axes.plot([value], [row], marker=mark, color=colour, markersize=6)
+    axes.set_ylim(len(values) - 0.5, -0.5)
+    axes.margins(x=0.12)

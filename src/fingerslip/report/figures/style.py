@@ -1,4 +1,4 @@
-"""One look for all figures: sizes, panels and legends; the colours are those of :mod:`fingerslip.report.colours`."""
+"""One look for all figures: sizes, panels, legends, files; the axis of time and what is marked on it."""
 
 from __future__ import annotations
 
@@ -7,27 +7,43 @@ import functools
 import io
 import math
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 from numpy.typing import NDArray
 
-from fingerslip.report.colours import BLACK, FIELD_MAP, GREY, STATE_COLOURS, STATE_NAMES, region_colours
+from fingerslip.history import phase_times
+from fingerslip.report.colours import (
+    BLACK,
+    EVENT_COLOURS,
+    EVENT_DASHES,
+    FIELD_MAP,
+    GREY,
+    STATE_COLOURS,
+    STATE_NAMES,
+    region_colours,
+)
+from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 from fingerslip.storage.files import write_bytes
 
 _LEAST_WIDTH = 5.2  # inch
@@ -37,32 +53,6 @@ _LEAST_HEIGHT = 1.0  # inch: of a panel that is scaled to the width of a column
 _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
 # Width and height of a panel by the number of columns [inch].
 _RUN_PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
-
-_STYLE: Any = MappingProxyType(
-    {
-        "font.family": "DejaVu Sans",
-        "font.size": 9.0,
-        "axes.titlesize": 9.5,
-        "axes.labelsize": 9.0,
-        "axes.titlelocation": "left",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.linewidth": 0.7,
-        "axes.grid": True,
-        "axes.axisbelow": True,
-        "grid.color": "#e3e3e3",
-        "grid.linewidth": 0.6,
-        "xtick.labelsize": 8.5,
-        "ytick.labelsize": 8.5,
-        "xtick.major.width": 0.7,
-        "ytick.major.width": 0.7,
-        "legend.fontsize": 8.5,
-        "legend.frameon": False,
-        "legend.handlelength": 1.8,
-        "lines.linewidth": 1.4,
-        "figure.titlesize": 11.0,
-    }
-)
 
 
 @dataclass(frozen=True)
@@ -90,6 +80,13 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+@functools.cache
+def _style() -> Any:
+    sheet = resources.files("fingerslip.report").joinpath("templates", "figures.mplstyle")
+    with resources.as_file(sheet) as path:
+        return mpl.rc_params_from_file(path, use_default_template=False)
+
+
 def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     """Run a drawing function under the style of this package, whatever the user's own settings are."""
 
@@ -97,10 +94,10 @@ def with_style(draw: Callable[P, R]) -> Callable[P, R]:
     def drawn(*args: P.args, **values: P.kwargs) -> R:
         with mpl.rc_context():
             mpl.rcdefaults()
-            look = _look.get()
-            letters = {name: look.letters * size for name, size in _STYLE.items() if name.endswith("size")}
-            lines = {name: look.lines * width for name, width in _STYLE.items() if name.endswith("width")}
-            mpl.rcParams.update({**_STYLE, **letters, **lines, "lines.markersize": look.lines * 6.0})
+            look, style = _look.get(), _style()
+            letters = {name: look.letters * size for name, size in style.items() if name.endswith("size")}
+            lines = {name: look.lines * width for name, width in style.items() if name.endswith("width")}
+            mpl.rcParams.update({**style, **letters, **lines, "lines.markersize": look.lines * 6.0})
             figure = draw(*args, **values)
             if isinstance(figure, Figure):
                 _write_texts_as_they_are(figure)
@@ -148,7 +145,12 @@ def figure_grid(
     """Make a figure of `count` panels, each of a size [inch]; the lowest of every column has the horizontal label."""
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
-    size = _figure_size(wide, rows, panel)
+    look = _look.get()
+    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
+    if (width := look.single if wide == 1 else look.width) is not None:
+        # Scaled to the width of the look.
+        scale = (width - 0.6) / (wide * panel[0])
+        size = (width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     shared_x, shared_y = {"all": (True, True), "x": (True, False), "none": (False, False)}[share]
@@ -159,25 +161,13 @@ def figure_grid(
     for lowest in panels[max(count - wide, 0) : count]:
         lowest.tick_params(labelbottom=True)
         lowest.set_xlabel(labels[0])
-    letters = _look.get().letters
-    label_size = mpl.rcParams["axes.labelsize"]
     # The label is as long as the panels, not the figure: the rest holds titles, ticks and the legend.
-    room = size[1] - _BESIDE_PANELS * letters
-    figure.supylabel(_wrap(labels[1], room / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
-    if _look.get().titled:
-        figure.suptitle(_wrap(title, size[0] / (letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
+    room = size[1] - _BESIDE_PANELS * look.letters
+    label = _wrap(labels[1], room / (look.letters * _LABEL_LETTER_WIDTH))
+    figure.supylabel(label, fontsize=mpl.rcParams["axes.labelsize"])
+    if look.titled:
+        figure.suptitle(_wrap(title, size[0] / (look.letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
-
-
-def _figure_size(wide: int, rows: int, panel: tuple[float, float]) -> tuple[float, float]:
-    """Return the size of a figure [inch]: as its panels need it, or scaled to the width of the look."""
-    look = _look.get()
-    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
-    width = look.single if wide == 1 else look.width
-    if width is None:
-        return size
-    scale = (width - 0.6) / (wide * panel[0])
-    return width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
@@ -284,3 +274,155 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     """Save a figure, whole or not at all, to a path whose ending says the format: ``.png``, ``.svg`` or ``.pdf``."""
     path = Path(path)
     write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))
+
+
+#: Of a run whose events are not known.
+NO_EVENTS = Events()
+_SLIDE = "slide starts"
+_DOTS = (0, (1, 1.5))
+_LABEL_GAP = 0.4  # inch
+_SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
+# Records of steps that follow a hold grow apart by orders of magnitude, even ones by rounding.
+_GROWTH = 20.0
+
+
+@dataclass(frozen=True)
+class ShownTime:
+    """The time of a history's records as a figure shows it."""
+
+    values: NDArray[np.float64]  # (n_times,), [s]
+    logarithmic: bool = False  # whether the axis is
+    since_hold: bool = False  # whether the time is counted from the start of a hold
+
+    @property
+    def label(self) -> str:
+        """Label of the axis."""
+        return "time since the hold began [s]" if self.since_hold else "time [s]"
+
+    def fit(self, axes: Axes) -> None:
+        """Give a panel its axis of time, from the first record that is shown to the last."""
+        if self.logarithmic:
+            axes.set_xscale("log")
+        axes.set_xlim(np.nanmin(self.values), np.nanmax(self.values))
+
+
+def shown_time(history: xr.Dataset) -> ShownTime:
+    """Return the time that figures of a history show.
+
+    It is logarithmic where the time between records grows twentyfold and more and nothing slides then: from the start
+    of the last hold, or of the run where there is none.
+    """
+    times, holds = history["time"].values, phase_times(history, "hold")
+    is_held = bool(holds) and all(end <= holds[-1][0] for _, end in phase_times(history, "slide"))
+    since = times - (holds[-1][0] if is_held else 0.0)
+    later = since > 1e-9 * times[-1]
+    lengths = np.diff(since[later])
+    if lengths.size < 2 or lengths.max() < _GROWTH * lengths.min():
+        return ShownTime(times)
+    return ShownTime(np.where(later, since, np.nan), logarithmic=True, since_hold=is_held)
+
+
+def shown_times(histories: Iterable[xr.Dataset]) -> tuple[ShownTime, ...]:
+    """Return the times of histories that share an axis: logarithmic where those of all are, from holds or from none."""
+    histories = tuple(histories)
+    time_axes = tuple(map(shown_time, histories))
+    if all(time_axis.logarithmic for time_axis in time_axes) and len({axis.since_hold for axis in time_axes}) == 1:
+        return time_axes
+    return tuple(ShownTime(history["time"].values) for history in histories)
+
+
+def is_held(history: xr.Dataset) -> bool:
+    """Tell whether a counterface presses and nothing slides."""
+    return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
+
+
+def event_times(events: SlipEvents, names: Iterable[str] = MAIN_EVENTS) -> dict[str, float]:
+    """Return the times of the named events that happened [s]."""
+    times = {name: events.time(name) for name in names}
+    return {name: time for name, time in times.items() if time is not None}
+
+
+def mark_events(axes: Axes, events: SlipEvents) -> None:
+    """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right."""
+    for name, time in event_times(events).items():
+        axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]), zorder=4)
+
+
+def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents) -> None:
+    """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
+    window = slide_window(history)
+    if window is not None:
+        axes.axvline(window.start, color=GREY, linewidth=1.0, linestyle=_DOTS, zorder=3)
+    mark_events(axes, events)
+
+
+def name_run(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents) -> None:
+    """Write the names of what :func:`mark_run` marked above panels."""
+    window = slide_window(history)
+    for axes in panels:
+        name_events(axes, window.start if window else None, events)
+
+
+def name_events(axes: Axes, start: float | None, events: SlipEvents) -> None:
+    """Write the names of the marked events and of the start of the slide [s] above a panel.
+
+    Each stands beside its line and clear of its neighbours; those beyond the limits of the panel have no name.
+    """
+    times = ({} if start is None else {_SLIDE: start}) | event_times(events)
+    left, right = axes.get_xlim()
+    figure, grid = axes.get_figure(root=True), axes.get_subplotspec()
+    columns = grid.get_gridspec().ncols if grid else 1
+    gap = _LABEL_GAP * columns / figure.get_figwidth() if figure else 0.0
+    size = 0.94 * FontProperties(size=mpl.rcParams["legend.fontsize"]).get_size_in_points()
+    reached = -np.inf
+    for name, time in sorted(times.items(), key=lambda item: item[1]):
+        if not left <= time <= right:
+            continue
+        position = max((time - left) / (right - left), reached)
+        reached = position + gap
+        look = {"fontsize": size, "color": EVENT_COLOURS.get(name, GREY), "rotation_mode": "anchor", "rotation": 32}
+        axes.text(position, 1.02, EVENTS.get(name, name), transform=axes.transAxes, **look)  # type: ignore[arg-type]
+
+
+def limit_to_slides(
+    axes: Axes,
+    histories: Mapping[str, xr.Dataset],
+    events: Mapping[str, Events],
+    before: float = 0.06,
+    marked: Iterable[SlipEvents] = (),
+) -> None:
+    """Show the slides of some runs until a while after overall slip; all panels that share the axis follow."""
+    windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
+    end = shown_until(windows, [events.get(label, NO_EVENTS).slip for label in histories])
+    if end is not None:
+        start = min(window.start for window in windows)
+        times = [time for events_read in marked for time in event_times(events_read).values()]
+        end = max([end, *(time + before * (time - start) for time in times)])
+        axes.set_xlim(max(0.0, start - before * (end - start)), end)
+
+
+def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents]) -> float | None:
+    """Return the end of the time to show [s]: a while after the last overall slip, or the end of the slides."""
+    if not windows:
+        return None
+    end, start = max(window.end for window in windows), min(window.start for window in windows)
+    overall = [times.overall for times in events if times.overall is not None]
+    if len(overall) < len(events):
+        return end
+    return min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
+
+
+def run_keys(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> dict[str, Artist]:
+    """Return keys for the lines that :func:`mark_run` draws from accumulated slip; none where nothing slides."""
+    if all(slide_window(history) is None for history in histories.values()):
+        return {}
+    return event_keys(event.slip for event in events.values())
+
+
+def event_keys(events: Iterable[SlipEvents] | None = None) -> dict[str, Artist]:
+    """Return keys of the marked lines for a legend: of events that happened in any of some runs, or of all events."""
+    names = MAIN_EVENTS if events is None else {name for events_of_run in events for name in event_times(events_of_run)}
+    keys: dict[str, Artist] = {_SLIDE: Line2D([], [], color=GREY, linewidth=1.2, linestyle=_DOTS)}
+    for name in (name for name in MAIN_EVENTS if name in names):
+        keys[EVENTS[name]] = Line2D([], [], color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]))
+    return keys

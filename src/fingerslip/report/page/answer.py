@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import number_and_unit, path_label, run_title
+from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import differing_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import EventSettings
 from fingerslip.slip.measures import resolution_warnings
-from fingerslip.slip.windows import LATENCY
+from fingerslip.slip.windows import LATENCY, READINGS
 
 
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
@@ -71,20 +72,16 @@ def _answer_of_many(
 ) -> tuple[str, ...]:
     since = {run.name: float(run.events.overall or 0.0) - starts[run.name] for run in slipped}
     ordered = sorted(slipped, key=lambda run: since[run.name])
-    kind, digits, travels = (
-        "samples" if study.ranges else "runs",
-        time_digits(slipped),
-        _travels(slipped, "overall_travel_m"),
-    )
+    kind = "samples" if study.ranges else "runs"
+    digits, travels = time_digits(slipped), _travels(slipped, "overall_travel_m")
     first, last = (
         f"{since[run.name]:.{digits}f} s{'' if study.ranges else f' ({run_title(run, run.name)})'}"
         for run in (ordered[0], ordered[-1])
     )
     labels = [path_label(path) for path in differing_paths(study.runs)]
     listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
-    which = (
-        f" of {len(study.ranges)} uncertain values" if study.ranges else f" that differ in {listed}" if labels else ""
-    )
+    which = f" that differ in {listed}" if labels else ""
+    which = f" of {len(study.ranges)} uncertain values" if study.ranges else which
     travel = f"after {min(travels):.2f} to {max(travels):.2f} mm of travel, " if travels else ""
     spread = f"between {first} and {last} after the slide begins{_trend(slipped, since)}"
     said = f"Over {len(slipped)} {kind}{which}, the whole contact slips {travel}{spread}."
@@ -115,9 +112,8 @@ def _latencies(runs: Sequence[RunResult]) -> str:
         return ""
     time = _span([round(latency, time_digits(runs) - 3) for latency in latencies], 0, "ms")
     if travels := _travels(runs, "latency_travel_m"):
-        return (
-            f"From incipient slip on, the plate travels {_span(travels, 2, 'mm')}, {time} at the speed of this slide."
-        )
+        way = _span(travels, 2, "mm")
+        return f"From incipient slip on, the plate travels {way}, {time} at the speed of this slide."
     return f"From incipient slip on, {time} are left to react."
 
 
@@ -200,29 +196,17 @@ def _off(changes: Sequence[float]) -> str:
 
 def definitions(settings: EventSettings) -> dict[str, str]:
     """Return a sentence for each reading, by its name, that defines its slip events, and one on latency."""
-    shares = (settings.incipient_fraction, settings.noticed_fraction, settings.three_quarter_fraction)
-    incipient, noticed, three_quarter, overall = (
-        f"{100 * share:g} %" for share in (*shares, settings.overall_fraction)
-    )
     peaks = settings.peaks
-    return {
-        "slip": (
-            f"From accumulated slip: incipient, noticed, three-quarter and overall slip are the first times from which "
-            f"at least {incipient}, {noticed}, {three_quarter} and {overall} of the area that has been in contact "
-            f"since the slide began has slipped by more than {1e6 * settings.slip_tolerance:g} µm since then, for "
-            f"{1e3 * settings.sustained:g} ms or up to the end of the slide."
-        ),
-        "displacement": (
-            f"From displacement: the times at which the first node, {noticed}, {three_quarter} and all of the nodes in "
-            f"contact at the start of the slide lag the plate by more than "
-            f"{1e6 * settings.displacement_tolerance:g} µm."
-        ),
-        "acceleration": (
-            f"From acceleration peaks: overall slip is the most prominent peak of the largest acceleration along the "
-            f"plate at {' and '.join(peaks.kinds)} around the edges of the contact, after the transient of the "
-            f"press-to-slide change and provided that the skin then follows less than {100 * peaks.followed:g} % of "
-            f"the plate's travel. Incipient slip is the first peak before it that exceeds the noise by "
-            f"{peaks.over_noise:g} spreads, three-quarter slip the most prominent peak between these two."
-        ),
-        "latency": "Latency is the time from incipient to overall slip.",
+    values = {
+        "incipient": f"{100 * settings.incipient_fraction:g} %",
+        "noticed": f"{100 * settings.noticed_fraction:g} %",
+        "three_quarter": f"{100 * settings.three_quarter_fraction:g} %",
+        "overall": f"{100 * settings.overall_fraction:g} %",
+        "slip": f"{1e6 * settings.slip_tolerance:g} µm",
+        "sustained": f"{1e3 * settings.sustained:g} ms",
+        "displacement": f"{1e6 * settings.displacement_tolerance:g} µm",
+        "kinds": " and ".join(peaks.kinds),
+        "followed": f"{100 * peaks.followed:g} %",
+        "over_noise": f"{peaks.over_noise:g}",
     }
+    return {reading: prose("definitions", reading, values) for reading in (*READINGS, LATENCY)}

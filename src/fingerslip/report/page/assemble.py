@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import base64
-import html
 import mimetypes
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
@@ -17,15 +16,14 @@ from markdown_it.token import Token
 
 from fingerslip.errors import ResultError
 from fingerslip.published import PublishedSet
-from fingerslip.report.figures.catalogue import has_receptors
-from fingerslip.report.figures.contact import energy_figure
-from fingerslip.report.figures.kinds import RunSubject
+from fingerslip.report.content import MOST_RUNS, ReportContent, RunPictures, RunSubject
+from fingerslip.report.figures.signals import energy_figure
 from fingerslip.report.figures.study import convergence_figure
 from fingerslip.report.page.answer import answer, definitions
-from fingerslip.report.page.content import MOST_RUNS, ReportContent, RunPictures
 from fingerslip.report.page.motion import run_motions
-from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
+from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.page.pictures import (
+    has_receptors,
     hero_pictures,
     model_pictures,
     overview_pictures,
@@ -34,6 +32,7 @@ from fingerslip.report.page.pictures import (
 )
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
 from fingerslip.report.page.sensor import cameras_section
+from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import compare_table, convergence_table, statements_table
 from fingerslip.report.tables.parameters import ShownValue, conditions_table, models_table, value_tables
 from fingerslip.report.tables.runs import energies_table, events_table, measures_table, peaks_table, readings_table
@@ -45,134 +44,88 @@ from fingerslip.version import __version__
 
 
 def study_report(content: ReportContent) -> Report:
-    """Assemble the report of a study."""
-    described = (_conditions_section(content), ReportSection("Notes", body=content.notes))
+    """Assemble the report of a study: of samples, or of runs with a section each for the first of them."""
     if content.study.ranges:
-        samples = (*sample_sections(content), samples_in_motion(content))
-        return _assemble(content, (*samples, *described, _values_section(content)))
-    sections = (
-        _events_section(content),
-        _definitions_section(content),
-        _comparison_section(content),
-        _motion_section(content),
-        _side_by_side_section(content),
-        cameras_section(content),
-        *described,
-        _energy_section(content),
-        _convergence_section(content),
-        ReportSection("The model", pictures=_model_pictures(content)),
-        _values_section(content),
-        *(run_section(content, run) for run in content.detailed_runs),
-    )
-    return _assemble(content, sections, hero_pictures(content))
-
-
-def _assemble(content: ReportContent, sections: Sequence[ReportSection], hero: tuple[Picture, ...] = ()) -> Report:
-    citations = bibtex_entries(content.values, content.references)
-    said = "What these results rest on, as BibTeX."
-    every = (*sections, ReportSection("Citations", (said,), code=citations, folded=True))
+        sections = [*sample_sections(content), samples_in_motion(content), *_described(content), _values(content)]
+    else:
+        sections = [*_results(content), *_described(content), *_model(content), _values(content)]
+        sections += [run_section(content, run) for run in content.detailed_runs]
+    code = bibtex_entries(content.values, content.references)
+    citations = ReportSection("Citations", ("What these results rest on, as BibTeX.",), code=code, folded=True)
     return Report(
         content.title,
-        tuple(section for section in every if not section.is_empty),
+        tuple(section for section in (*sections, citations) if not section.is_empty),
         content.provenance,
         question=content.study.description,
         answer=answer(content.study, content.starts, content.references),
-        hero=hero,
+        hero=() if content.study.ranges else tuple(hero_pictures(content)),
     )
 
 
-def _events_section(content: ReportContent) -> ReportSection:
-    runs, recorded = content.study.runs, _recorded_readings(content)
+def _results(content: ReportContent) -> Iterator[ReportSection]:
+    """Yield the sections on what runs did: their events beside published ones, in motion, and side by side."""
+    runs, titles = content.study.runs, content.titles
+    recorded = [name for name in READINGS if any(run.events.reading(name).recorded for run in runs)]
     text = (f"No times from {READINGS[name]}: no run records the signals." for name in READINGS if name not in recorded)
-    warning = edge_warning({content.titles[run.name]: run.edge for run in runs})
-    tables = tuple(events_table(runs, name) for name in recorded)
-    return ReportSection("Slip events", tuple(text), tables, warnings=(warning,) if warning else ())
-
-
-def _recorded_readings(content: ReportContent) -> list[str]:
-    return [name for name in READINGS if any(run.events.reading(name).recorded for run in content.study.runs)]
-
-
-def _definitions_section(content: ReportContent) -> ReportSection:
+    warnings = filter(None, [edge_warning({titles[run.name]: run.edge for run in runs})])
+    yield ReportSection(
+        "Slip events", tuple(text), tuple(events_table(runs, name) for name in recorded), warnings=tuple(warnings)
+    )
     sentences = definitions(content.settings)
-    body = "".join(f"<p>{escape(sentences[name])}</p>" for name in (*_recorded_readings(content), "latency"))
-    return ReportSection("How slip events are defined", body=body, folded=True)
-
-
-def _comparison_section(content: ReportContent) -> ReportSection:
-    tables = (
-        *(compare_table(content.study.runs, reference) for reference in content.references),
-        *(statements_table(reference) for reference in content.references),
-    )
+    body = "".join(f"<p>{escape(sentences[name])}</p>" for name in (*recorded, "latency"))
+    yield ReportSection("How slip events are defined", body=body, folded=True)
+    beside = [compare_table(runs, reference) for reference in content.references]
+    beside += map(statements_table, content.references)
     notes = tuple(dict.fromkeys(reference.note for reference in content.references))
-    return ReportSection("Comparison with published values", notes, tuple(table for table in tables if table.rows))
-
-
-def _motion_section(content: ReportContent) -> ReportSection:
-    """Show runs in motion, as many as keep the page small."""
-    motions = run_motions((content.histories[run.name], run.events, content.titles[run.name]) for run in content.drawn)
-    text = [f"Move the slider or the plots; a body that was recorded is drawn deformed, to scale. {NOTICED_NOTE}"]
-    if len(motions) < len(content.study.runs):
-        text.append(
-            f"The first {len(motions)} of {len(content.study.runs)} runs can be seen here, to keep the page small."
-        )
-    return ReportSection("In motion", tuple(text), motions=motions)
-
-
-def _side_by_side_section(content: ReportContent) -> ReportSection:
-    runs = content.study.runs[:MOST_RUNS]
-    tables = (measures_table(runs, [content.titles[run.name] for run in runs]),) if len(runs) > 1 else ()
+    yield ReportSection("Comparison with published values", notes, tuple(table for table in beside if table.rows))
+    motions = run_motions((content.histories[run.name], run.events, titles[run.name]) for run in content.drawn)
+    paragraphs = [f"{prose('sections', 'motion')} {NOTICED_NOTE}"]
+    if len(motions) < len(runs):
+        paragraphs.append(prose("sections", "fewer", {"count": len(motions), "runs": len(runs)}))
+    yield ReportSection("In motion", tuple(paragraphs), motions=motions)
+    first = runs[:MOST_RUNS]
+    measures = (measures_table(first, [titles[run.name] for run in first]),) if len(first) > 1 else ()
     pictures = (*swept_pictures(content, slice(1, None)), *overview_pictures(content))
-    return ReportSection("The runs side by side", (), tables, pictures)
+    yield ReportSection("The runs side by side", (), measures, pictures)
+    yield cameras_section(content)
 
 
-def _conditions_section(content: ReportContent) -> ReportSection:
+def _described(content: ReportContent) -> Iterator[ReportSection]:
+    """Yield the sections on what was run, by the program and by the user."""
     table = conditions_table(content.values, content.titled_histories())
-    return ReportSection("What was run", (), (table,) if content.values else ())
+    yield ReportSection("What was run", (), (table,) if content.values else ())
+    yield ReportSection("Notes", body=content.notes)
 
 
-def _energy_section(content: ReportContent) -> ReportSection:
-    histories = content.titled_histories()
-    if not histories:
-        return ReportSection("Energy balance")
-    title, history = next(iter(histories.items()))
-    more = "" if len(histories) == 1 else title
-    said = f"Where the work of the plate goes{f': {more}' if more else ''}."
-    picture = Picture("energy-balance", said, energy_figure(history, more))
-    return ReportSection("Energy balance", (), (energies_table(histories),), (picture,))
-
-
-def _convergence_section(content: ReportContent) -> ReportSection:
-    refined = list(content.convergences.items())[:MOST_RUNS]
-    tables = tuple(convergence_table(quantities, content.titles[name]) for name, quantities in refined)
-    said = "How the slip events change as the element size, the time step and the contact compliance go to zero."
-    pictures = tuple(
-        Picture(f"{name}-convergence", said, convergence_figure(quantities, content.titles[name]))
-        for name, quantities in refined
+def _model(content: ReportContent) -> Iterator[ReportSection]:
+    """Yield the sections on how far results can be trusted: energies, refinements, the model at the start."""
+    if histories := content.titled_histories():
+        title, history = next(iter(histories.items()))
+        more = "" if len(histories) == 1 else title
+        caption = prose("captions", "energy", {"run": f": {more}" if more else ""})
+        picture = Picture("energy-balance", caption, energy_figure(history, more))
+        yield ReportSection("Energy balance", (), (energies_table(histories),), (picture,))
+    refined = [(name, content.titles[name], item) for name, item in [*content.convergences.items()][:MOST_RUNS]]
+    tables = tuple(convergence_table(quantities, title) for _, title, quantities in refined)
+    convergences = tuple(
+        Picture(f"{name}-convergence", prose("captions", "convergence"), convergence_figure(quantities, title))
+        for name, title, quantities in refined
     )
-    return ReportSection("Numerical uncertainty", (), tables, pictures, folded=True)
-
-
-def _model_pictures(content: ReportContent) -> tuple[Picture | DrawnPicture, ...]:
-    pictures: list[Picture | DrawnPicture] = []
+    yield ReportSection("Numerical uncertainty", (), tables, convergences, folded=True)
+    models: list[Picture] = []
     for run in content.study.runs:
         drawn = content.pictures.get(run.name, RunPictures()).model
         if drawn is not None:
-            pictures += drawn
+            models += drawn
         elif run.name in content.meshes and run.name in content.histories:
-            pictures += model_pictures(_subject(content, run), content.meshes[run.name])
-    return tuple(pictures)
+            models += model_pictures(_subject(content, run), content.meshes[run.name])
+    yield ReportSection("The model", pictures=tuple(models))
 
 
-def _values_section(content: ReportContent) -> ReportSection:
-    said = (
-        "All values that the runs were made with, as their run.yaml says, with the source of each. 'study file' stands "
-        "for what the study sets, 'default' for what it leaves to the program, 'not used' for values of the specimen "
-        "that no equation of these runs contains."
-    )
+def _values(content: ReportContent) -> ReportSection:
     tables, computed = value_tables(content.values), models_table(content.titled_histories())
-    every = (*tables, computed) if computed.rows else tables
-    return ReportSection("Values and their sources", (said,) if tables else (), every)
+    text = (prose("sections", "values"),) if tables else ()
+    return ReportSection("Values and their sources", text, (*tables, computed) if computed.rows else tables)
 
 
 def run_section(content: ReportContent, run: RunResult) -> ReportSection:
@@ -235,7 +188,12 @@ def notes_html(folder: Path) -> str:
         raise ResultError(f"{path}: cannot be read as text ({error})") from None
     body = _render(text, folder, embedded) if text else ""
     others = (path for path in sorted((folder / PICTURES).glob("*")) if path.suffix.lower() in _TYPES)
-    figures = (_figure(path) for path in others if path.resolve() not in embedded)
+    figures = [
+        f'<figure><img alt="{name}" src="{_data(path)}"><figcaption>{name}</figcaption></figure>'
+        for path in others
+        if path.resolve() not in embedded
+        for name in [escape(re.sub(r"[-_]+", " ", path.stem))]
+    ]
     return "\n".join(filter(None, (body, *figures)))
 
 
@@ -272,8 +230,3 @@ def _embed_picture(image: Token, folder: Path) -> Path:
 def _data(path: Path) -> str:
     kind = mimetypes.guess_type(path.name)[0] or "image/png"
     return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
-
-
-def _figure(path: Path) -> str:
-    words = html.escape(re.sub(r"[-_]+", " ", path.stem), quote=True)
-    return f'<figure><img alt="{words}" src="{_data(path)}"><figcaption>{words}</figcaption></figure>'

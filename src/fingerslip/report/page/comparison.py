@@ -7,10 +7,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from fingerslip.report.figures.samples import Pair, paired_figure, time_into_slide
+from fingerslip.report.figures.study import Pair, paired_figure, time_into_slide
 from fingerslip.report.labels import run_title, swept_text
 from fingerslip.report.page.assemble import bibtex_entries
 from fingerslip.report.page.page import Picture, Report, ReportSection
+from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import difference_cell, differences_table
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.report.tables.runs import events_table, time_cell
@@ -65,11 +66,8 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
         ReportSection("Citations", code=bibtex_entries([*first.values, *second.values], ()), folded=True),
     )
     count = len(differing.rows)
-    said = f"{count} values differ between the studies; what follows is the effect of all of them."
-    if count == 1:
-        said = "One value differs between the studies; what follows is the effect of it."
-    if not count:
-        said = "No value differs between the studies."
+    name = "no-difference" if not count else "one-difference" if count == 1 else "differences"
+    said = prose("sections", name, {"count": count})
     return Report(
         f"{first.title} beside {second.title}",
         tuple(section for section in sections if not section.is_empty),

@@ -18,22 +18,10 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.history import is_solid, nearest_record, sites_of_kinds
-from fingerslip.report.colours import (
-    BLACK,
-    BLUE,
-    EVENT_COLOURS,
-    EVENT_DASHES,
-    FIELD_MAP,
-    GREY,
-    ORANGE,
-    RECEPTOR_COLOURS,
-    STATE_COLOURS,
-    STATE_NAMES,
-    VERMILLION,
-    region_colours,
-)
+from fingerslip.report import colours as palette
+from fingerslip.report.figures.signals import PRESSED
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.scene import field_limits, region_names, soft_regions
+from fingerslip.report.scene.scene import CORNERS, field_limits, region_names, soft_regions
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.windows import EVENTS
@@ -50,12 +38,8 @@ Arrays = dict[str, NDArray[Any]]
 _MOST_BYTES = 10_000_000
 # Times of the slip map and the slider; frames of the body in 2D and in 3D.
 _MOMENTS, _FRAMES, _SOLID_FRAMES = 300, 31, 16
-# Below this share of the largest normal force the ratio of the forces is rounding.
-_PRESSED = 0.02
 # Share of the frames that show what comes before the slide.
 _BEFORE = 0.25
-# Nodes of a cell that are its corners.
-_CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
 # Types that a browser has arrays of, by their names in NumPy.
 _TYPES = ("u1", "i2", "u2", "u4", "f4")
 
@@ -63,11 +47,11 @@ _TYPES = ("u1", "i2", "u2", "u4", "f4")
 def language() -> dict[str, Any]:
     """Return the colours that the script of the page draws with."""
     return {
-        "states": [STATE_COLOURS[state] for state in sorted(STATE_COLOURS)],
-        "stateNames": [STATE_NAMES[state] for state in sorted(STATE_COLOURS)],
-        "map": [to_hex(colormaps[FIELD_MAP](share)) for share in np.linspace(0.0, 1.0, 33)],
-        "grey": GREY,
-        "black": BLACK,
+        "states": [palette.STATE_COLOURS[state] for state in sorted(palette.STATE_COLOURS)],
+        "stateNames": [palette.STATE_NAMES[state] for state in sorted(palette.STATE_COLOURS)],
+        "map": [to_hex(colormaps[palette.FIELD_MAP](share)) for share in np.linspace(0.0, 1.0, 33)],
+        "grey": palette.GREY,
+        "black": palette.BLACK,
     }
 
 
@@ -95,7 +79,11 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
     frames = _frames(history, times)
     arrays: Arrays = {"times": every[records].astype(np.float32)}
     if not is_solid(history):
-        arrays |= _map_arrays(history, records)
+        states, tangent = history["contact_state"].values[records], slide_tangent(history)
+        touched = np.flatnonzero((states != OPEN).any(axis=0))
+        along = 1e3 * history["contact_position"].values[touched] @ tangent
+        order = np.argsort(along)
+        arrays |= {"along": along[order].astype(np.float32), "states": states[:, touched[order]].astype(np.uint8)}
     body: dict[str, Any] | None = None
     if frames:
         body, more = (_solid_body if is_solid(history) else _plane_body)(history, frames)
@@ -105,7 +93,12 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
         "solid": is_solid(history),
         "slide": None if window is None else window.start,
         "events": [
-            {"name": EVENTS[name], "time": time, "colour": EVENT_COLOURS[name], "dash": list(EVENT_DASHES[name])}
+            {
+                "name": EVENTS[name],
+                "time": time,
+                "colour": palette.EVENT_COLOURS[name],
+                "dash": list(palette.EVENT_DASHES[name]),
+            }
             for name, time in times.items()
         ],
         "panels": _panels(history, records, arrays),
@@ -127,30 +120,21 @@ def _frames(history: xr.Dataset, events: Mapping[str, float]) -> list[int]:
     return sorted({int(np.abs(times - moment).argmin()) for moment in (*wanted, *events.values())})
 
 
-def _map_arrays(history: xr.Dataset, records: NDArray[np.intp]) -> Arrays:
-    """Return the contact's states along the plate at the shown times."""
-    states, tangent = history["contact_state"].values[records], slide_tangent(history)
-    touched = np.flatnonzero((states != OPEN).any(axis=0))
-    along = 1e3 * history["contact_position"].values[touched] @ tangent
-    order = np.argsort(along)
-    return {"along": along[order].astype(np.float32), "states": states[:, touched[order]].astype(np.uint8)}
-
-
 def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> list[dict[str, Any]]:
     """Return the panels of signals; their values are added to the arrays."""
     forces = contact_forces(history)
     signals: dict[str, dict[str, tuple[Floats, str]]] = {
-        "force [N]": {"normal": (forces.normal, BLUE), "tangential": (forces.friction, VERMILLION)},
+        "force [N]": {"normal": (forces.normal, palette.BLUE), "tangential": (forces.friction, palette.VERMILLION)},
         "ratio, fraction": {
-            "tangential / normal force": (forces.ratio(_PRESSED), BLUE),
-            "slipping area fraction": (slipping_fraction(history).values, ORANGE),
+            "tangential / normal force": (forces.ratio(PRESSED), palette.BLUE),
+            "slipping area fraction": (slipping_fraction(history).values, palette.ORANGE),
         },
     }
     if not is_solid(history) and sites_of_kinds(history, RECEPTOR_KINDS).size:
         density = receptor_signals(history)["strain_energy_density"]
         means = {kind: density.sel(kind=kind).mean("area").values for kind in RECEPTOR_KINDS}
         signals["strain energy density at receptors [J/m³]"] = {
-            kind: (mean, RECEPTOR_COLOURS[kind]) for kind, mean in means.items() if np.isfinite(mean).any()
+            kind: (mean, palette.RECEPTOR_COLOURS[kind]) for kind, mean in means.items() if np.isfinite(mean).any()
         }
     panels = []
     for number, (label, lines) in enumerate((label, lines) for label, lines in signals.items() if lines):
@@ -165,7 +149,7 @@ def _panels(history: xr.Dataset, records: NDArray[np.intp], arrays: Arrays) -> l
 def _common_body(history: xr.Dataset, frames: Sequence[int], top: float) -> dict[str, Any]:
     """Return what sections and solids share; the colours of their stress end at `top` [kPa]."""
     names = region_names(history)
-    colours, tangent = region_colours(names), slide_tangent(history)
+    colours, tangent = palette.region_colours(names), slide_tangent(history)
     travel = history["counterface_displacement"].values[:, 0] @ tangent
     return {
         "frames": [float(history["snapshot_time"].values[number]) for number in frames],
@@ -198,7 +182,7 @@ def _moving_arrays(body: dict[str, Any], points: Floats, displacements: Floats, 
 
 def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any], Arrays]:
     """Return the section: its corners, how they move, the stress in its cells, contact nodes and receptors."""
-    cells = history["cell_nodes"].values[:, : _CORNERS[history.attrs["element"]]]
+    cells = history["cell_nodes"].values[:, : CORNERS[history.attrs["element"]]]
     used, corners = np.unique(cells, return_inverse=True)
     points = history["node_position"].values[used]
     displacements = history["snapshot_displacement"].values[frames][:, used]
@@ -220,7 +204,7 @@ def _plane_body(history: xr.Dataset, frames: list[int]) -> tuple[dict[str, Any],
         positions = history["site_position"].values[sites_of_kinds(history, [kind])]
         if len(positions):
             nodes = np.linalg.norm(points[None] - positions[:, None], axis=2).argmin(axis=1).tolist()
-            body["receptors"].append({"kind": kind, "colour": RECEPTOR_COLOURS[kind], "nodes": nodes})
+            body["receptors"].append({"kind": kind, "colour": palette.RECEPTOR_COLOURS[kind], "nodes": nodes})
     return body, arrays
 
 
@@ -364,15 +348,11 @@ def _nodal_states(history: xr.Dataset, frames: list[int]) -> NDArray[np.uint8]:
     states = np.full((len(frames), history.sizes["node"]), NO_CONTACT, dtype=np.uint8)
     states[:, history["contact_node"].values] = history["contact_state"].values[records]
     if history.attrs["element"] == "T10":
-        _add_corners(states, history["cell_nodes"].values)
+        # Quadratic tetrahedra touch with the middles of edges: corners get the state of most candidates around them.
+        cells, order = history["cell_nodes"].values, (SLIP, STICK, OPEN)  # the first of equally many
+        ends = [cells[:, [end, 4 + middle]] for middle, both in enumerate(_MIDDLES) for end in both]
+        corners, middles = np.unique(np.concatenate(ends), axis=0).T
+        counts = np.array([[np.bincount(corners, of[middles] == state, len(of)) for of in states] for state in order])
+        beside = (states == NO_CONTACT) & counts.any(axis=0)
+        states[beside] = np.array(order, dtype=np.uint8)[counts.argmax(axis=0)[beside]]
     return states
-
-
-def _add_corners(of_nodes: NDArray[np.uint8], cells: Integers) -> None:
-    """Give corners the state of most candidates around them: quadratic tetrahedra touch with the middles of edges."""
-    ends = [cells[:, [end, 4 + middle]] for middle, both in enumerate(_MIDDLES) for end in both]
-    corners, middles = np.unique(np.concatenate(ends), axis=0).T
-    order = (SLIP, STICK, OPEN)  # the first of equally many
-    counts = np.array([[np.bincount(corners, row[middles] == state, len(row)) for row in of_nodes] for state in order])
-    beside = (of_nodes == NO_CONTACT) & counts.any(axis=0)
-    of_nodes[beside] = np.array(order, dtype=np.uint8)[counts.argmax(axis=0)[beside]]

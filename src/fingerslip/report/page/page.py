@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import base64
 import functools
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -17,6 +15,7 @@ from matplotlib.figure import Figure
 
 from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.page.motion import language
+from fingerslip.report.prose import asset
 from fingerslip.storage.files import write_text
 from fingerslip.tables.table import Table, is_numeric, texts
 
@@ -27,21 +26,13 @@ class Picture:
 
     name: str  # short name, also that of its file
     caption: str  # what it shows, in a sentence
-    figure: Figure  # the figure
+    figure: Figure | None  # the figure; None where it is rendered already
+    rendered: bytes = b""  # the figure as PNG, where it is
 
     @cached_property
     def png(self) -> bytes:
         """The figure as PNG, rendered once."""
-        return figure_bytes(self.figure)
-
-
-@dataclass(frozen=True)
-class DrawnPicture:
-    """A picture of a report that is rendered already; see :class:`Picture`."""
-
-    name: str
-    caption: str
-    png: bytes
+        return self.rendered if self.figure is None else figure_bytes(self.figure)
 
 
 @dataclass(frozen=True)
@@ -51,7 +42,7 @@ class ReportSection:
     title: str  # its heading
     text: tuple[str, ...] = ()  # paragraphs
     tables: tuple[Table, ...] = ()  # tables, below the text
-    pictures: tuple[Picture | DrawnPicture, ...] = ()  # figures, below the tables
+    pictures: tuple[Picture, ...] = ()  # figures, below the tables
     folded: bool = False  # whether the page shows the section only when it is opened
     warnings: tuple[str, ...] = ()  # paragraphs that stand out, above the text
     # runs in motion, as :func:`~fingerslip.report.page.motion.run_motion` gives them
@@ -74,10 +65,10 @@ class Report:
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     question: str = ""  # what was asked, in a sentence
     answer: tuple[str, ...] = ()  # what was found, in a few sentences
-    hero: tuple[Picture | DrawnPicture, ...] = ()  # the picture of the answer
+    hero: tuple[Picture, ...] = ()  # the picture of the answer
 
     @property
-    def pictures(self) -> tuple[Picture | DrawnPicture, ...]:
+    def pictures(self) -> tuple[Picture, ...]:
         """All its pictures."""
         return (*self.hero, *(picture for section in self.sections for picture in section.pictures))
 
@@ -85,7 +76,7 @@ class Report:
 def render_page(report: Report) -> str:
     """Write a report as one HTML page that needs no other file."""
     moving = any(section.motions for section in report.sections)
-    text: str = _page_template().render(report=report, asset=_asset, language=language() if moving else None)
+    text: str = _page_template().render(report=report, language=language() if moving else None)
     return text
 
 
@@ -95,32 +86,13 @@ def _page_template() -> Any:
     import jinja2
 
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"texts": texts, "kinds": _column_kinds, "source": _image_source, "json": _json}
-    return environment.from_string(_asset("page.html"))
-
-
-@functools.cache
-def _asset(name: str) -> str:
-    return resources.files("fingerslip.report").joinpath("templates", name).read_text(encoding="utf-8")
+    environment.filters["texts"] = texts
+    environment.filters["base64"] = lambda data: base64.b64encode(data).decode("ascii")
+    environment.globals |= {"is_numeric": is_numeric, "asset": asset}
+    environment.policies["json.dumps_kwargs"] = {"ensure_ascii": False, "separators": (",", ":")}
+    return environment.from_string(asset("page.html"))
 
 
 def write_page(report: Report, path: str | Path) -> None:
     """Write a report to a file, whole or not at all."""
     write_text(Path(path), render_page(report))
-
-
-def _column_kinds(table: Table) -> list[str]:
-    """Return the classes of the cells of each column."""
-    return [
-        f"{'number' if is_numeric(table, index) else 'text'}{' answers' if column.answers else ''}"
-        for index, column in enumerate(table.columns)
-    ]
-
-
-def _image_source(picture: Picture | DrawnPicture) -> str:
-    return f"data:image/png;base64,{base64.b64encode(picture.png).decode('ascii')}"
-
-
-def _json(values: Mapping[str, Any]) -> str:
-    """Return plain data for the scripts of a page; no text in it can end the script, or keep it from ending."""
-    return json.dumps(values, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")

@@ -1,111 +1,188 @@
-"""The pictures of a page: those of one run, those that answer, and those of runs side by side."""
+"""How the figures of runs and studies are drawn, and which of them a page shows."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from fingerslip.history import is_solid
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fingerslip.errors import InputError
+from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.published import PublishedSet
-from fingerslip.report.figures.catalogue import RUN_FIGURES, has_markers, has_receptors
-from fingerslip.report.figures.contact import force_overview_figure, held_figure, slip_maps_figure
-from fingerslip.report.figures.deformed import deformed_frames_figure, has_frames, scene_figure
-from fingerslip.report.figures.kinds import RunSubject
-from fingerslip.report.figures.marks import is_held
-from fingerslip.report.figures.receptors import acceleration_overview_figure
-from fingerslip.report.figures.sensor import marker_places_figure
-from fingerslip.report.figures.solid import slip_frames_figure, slip_onset_figure, stick_ratio_figure
+from fingerslip.report.content import RUN_FIGURES, STUDY_FIGURES, FigureKind, ReportContent, RunPictures
+from fingerslip.report.figures import bodies, markers, signals, study
 from fingerslip.report.figures.specimens import receptor_positions, section_figure
-from fingerslip.report.figures.study import event_times_figure, latency_figure
+from fingerslip.report.figures.style import is_held
 from fingerslip.report.labels import path_label
-from fingerslip.report.page.content import ReportContent, RunPictures
-from fingerslip.report.page.page import DrawnPicture, Picture
+from fingerslip.report.page.page import Picture
+from fingerslip.report.prose import prose
+from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.runs import differing_paths
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip import slide_window
 
 if TYPE_CHECKING:
     import skfem
-    import xarray as xr
+
+    from fingerslip.report.content import RunSubject, StudySubject
+
+MARKER_KINDS = ("internal marker", "external marker")
+
+_DRAW_STUDIES: Mapping[str, Callable[[StudySubject], Figure]] = MappingProxyType(
+    {
+        "latency": lambda s: study.latency_figure(s.runs, s.path, s.reference),
+        "events": lambda s: study.event_times_figure(s.runs, s.path, s.reference, s.starts or None),
+        "slip-onset": lambda s: bodies.slip_onset_figure(s.histories),
+        "stick-ratio": lambda s: bodies.stick_ratio_figure(s.histories),
+        "slip-maps": lambda s: signals.slip_maps_figure(s.histories, s.events),
+        "force-ratios": lambda s: signals.force_overview_figure(s.histories, s.events),
+        "acceleration-peaks": lambda s: signals.acceleration_overview_figure(s.histories, s.events, s.peaks),
+    }
+)
+_DRAW_RUNS: Mapping[str, Callable[[RunSubject], Figure]] = MappingProxyType(
+    {
+        "deformed": lambda r: bodies.deformed_figure(r.history, r.events, r.options, r.times or None),
+        "slip-map": lambda r: signals.slip_maps_figure({r.title: r.history}, {r.title: r.events}),
+        "displacement": lambda r: signals.contact_displacement_figure(r.history, r.events, r.title),
+        "slip-frames": lambda r: bodies.slip_frames_figure(r.history, r.events, r.times or None, r.title),
+        "stick-ratio": lambda r: bodies.stick_ratio_figure({r.title: r.history}, title=r.title),
+        "surface-strain": lambda r: bodies.surface_strain_figure(r.history, r.events, title=r.title),
+        "reference-nodes": lambda r: bodies.reference_nodes_figure(r.history, r.events, r.title),
+        "cut": lambda r: bodies.cut_frames_figure(r.history, r.events, r.title),
+        "markers": lambda r: markers.slide_tracks_figure(marker_tracks(r.history), r.history, r.title),
+        "forces": lambda r: signals.force_figure(r.history, r.events, r.title),
+        "acceleration": lambda r: signals.acceleration_figure(r.history, r.events, r.title),
+        "strain-energy-density": lambda r: signals.strain_energy_density_figure(r.history, r.events, r.title),
+        "energy": lambda r: signals.energy_figure(r.history, r.title),
+    }
+)
+
+
+def has_receptors(history: xr.Dataset) -> bool:
+    """Tell whether a history has any mechanoreceptors."""
+    return sites_of_kinds(history, RECEPTOR_KINDS).size > 0
+
+
+def has_markers(history: xr.Dataset) -> bool:
+    """Tell whether markers were recorded."""
+    return sites_of_kinds(history, MARKER_KINDS).size > 0
+
+
+# What figures need, by the words of their kinds.
+_HAS: Mapping[str, Callable[[xr.Dataset], bool]] = MappingProxyType(
+    {
+        "swept value": lambda _: False,
+        "motion": lambda history: not is_held(history),
+        "slide": lambda history: slide_window(history) is not None,
+        "snapshots": lambda history: history.sizes.get("snapshot_time", 0) > 0,
+        "receptors": has_receptors,
+        "markers": has_markers,
+        "reference nodes": lambda history: bool(bodies.reference_kinds(history)),
+    }
+)
+
+
+def _fits(kind: FigureKind, history: xr.Dataset) -> bool:
+    return kind.dimensions in {None, 3 if is_solid(history) else 2}
+
+
+def _is_on_page(kind: FigureKind, histories: Collection[xr.Dataset]) -> bool:
+    return bool(kind.caption) and all(
+        _fits(kind, history) and all(_HAS[need](history) for need in kind.needs) for history in histories
+    )
+
+
+def draw_of_study(name: str, subject: StudySubject) -> Figure:
+    """Draw a figure of a study."""
+    if "swept value" in STUDY_FIGURES[name].needs and not subject.path:
+        raise InputError("figure", f"'{name}' has nothing on its axis", "needs a study with a sweep")
+    _check_dimension(name, STUDY_FIGURES[name], subject.histories.values())
+    return _DRAW_STUDIES[name](subject)
+
+
+def draw_of_run(name: str, subject: RunSubject) -> Figure:
+    """Draw a figure of a run."""
+    _check_dimension(name, RUN_FIGURES[name], [subject.history])
+    return _DRAW_RUNS[name](subject)
+
+
+def _check_dimension(name: str, kind: FigureKind, histories: Iterable[xr.Dataset]) -> None:
+    for history in histories:
+        if not _fits(kind, history):
+            words = {2: "two", 3: "three"}
+            this = words[3 if is_solid(history) else 2]
+            fault = f"'{name}' shows runs of {words[kind.dimensions or 0]}, this one has {this} dimensions"
+            every = {**RUN_FIGURES, **STUDY_FIGURES}
+            names = sorted(name for name, other in every.items() if other.words and _fits(other, history))
+            raise InputError("figure: --kind", fault, f"needs one of {', '.join(names)}")
 
 
 def run_pictures(run: RunSubject) -> list[Picture]:
     """Return the pictures that show a run in detail."""
     return [
-        Picture(f"{run.name}-{name}", figure.caption, figure.draw(run))
-        for name, figure in RUN_FIGURES.items()
-        if figure.caption and figure.is_shown(run.history)
+        Picture(f"{run.name}-{name}", RUN_FIGURES[name].caption, draw(run))
+        for name, draw in _DRAW_RUNS.items()
+        if _is_on_page(RUN_FIGURES[name], [run.history])
     ]
 
 
 def model_pictures(run: RunSubject, mesh: skfem.Mesh) -> list[Picture]:
     """Return the pictures of the model of a run at the start."""
-    pictures = []
-    if not is_solid(run.history):
-        said = f"Layers, elements, receptors and plate at the start: {run.title}."
-        figure = section_figure(mesh, receptor_positions(run.history), title=run.title)
-        pictures.append(Picture(f"section-{run.name}", said, figure))
-    elif run.history.sizes.get("snapshot_time", 0):
-        said = f"Layers, elements and plate at the start, cut open: {run.title}."
-        pictures.append(Picture(f"scene-{run.name}", said, scene_figure(run.history, run.title)))
-    if has_markers(run.history):
-        said = f"Markers at rest, from inside and from below: {run.title}."
-        figure = marker_places_figure(marker_tracks(run.history), run.title)
-        pictures.append(Picture(f"markers-{run.name}", said, figure))
-    return pictures
+    history, title = run.history, run.title
+    figures: dict[str, Figure] = {}
+    if not is_solid(history):
+        figures["section"] = section_figure(mesh, receptor_positions(history), title=title)
+    elif history.sizes.get("snapshot_time", 0):
+        figures["scene"] = bodies.scene_figure(history, title)
+    if has_markers(history):
+        figures["markers"] = markers.marker_places_figure(marker_tracks(history), title)
+    return [
+        Picture(f"{name}-{run.name}", prose("captions", name, {"title": title}), figure)
+        for name, figure in figures.items()
+    ]
 
 
 def draw_ahead(run: RunSubject, mesh: skfem.Mesh | None, *, contact: bool) -> RunPictures:
     """Draw the pictures of one run before its report is made."""
-    return RunPictures(
-        contact=_render(run_pictures(run)) if contact else None,
-        model=None if mesh is None else _render(model_pictures(run, mesh)),
-    )
+
+    def render(pictures: list[Picture]) -> tuple[Picture, ...]:
+        return tuple(Picture(picture.name, picture.caption, None, picture.png) for picture in pictures)
+
+    model = None if mesh is None else render(model_pictures(run, mesh))
+    return RunPictures(render(run_pictures(run)) if contact else None, model)
 
 
-def _render(pictures: Sequence[Picture]) -> tuple[DrawnPicture, ...]:
-    return tuple(DrawnPicture(picture.name, picture.caption, picture.png) for picture in pictures)
-
-
-def hero_pictures(content: ReportContent) -> tuple[Picture, ...]:
+def hero_pictures(content: ReportContent) -> list[Picture]:
     """Return the pictures below the answer: of the first swept value, or of the only run; none of samples."""
-    if swept := swept_pictures(content, slice(1)):
-        return tuple(swept)
-    if not content.drawn:
-        return ()
-    if are_held(content.titled_histories()):
-        said = "How the force changes, and how far bodies move, while nothing slides."
-        return (Picture("held", said, held_figure(content.titled_histories())),)
+    histories, swept = content.titled_histories(), swept_pictures(content, slice(1))
+    if swept or not content.drawn:
+        return swept
+    if are_held(histories):
+        return [Picture("held", prose("captions", "held"), signals.held_figure(histories))]
     run = content.drawn[len(content.drawn) // 2]
     history = content.histories[run.name]
     if is_solid(history):
-        said = "Where the contact sticks and slips, seen from below; the plate moves to the right."
-        return (Picture("answer", said, slip_frames_figure(history, run.events)),)
-    if has_frames(history):
-        said = (
-            "The deformed section, to scale, at the snapshots nearest to the start of the slide and to the slip events."
-        )
-        return (Picture("answer", said, deformed_frames_figure(history, run.events)),)
-    return ()
+        figure = bodies.slip_frames_figure(history, run.events)
+        return [Picture("answer", prose("captions", "answer-solid"), figure)]
+    if bodies.has_frames(history):
+        figure = bodies.deformed_figure(history, run.events, SceneOptions())
+        return [Picture("answer", prose("captions", "answer-section"), figure)]
+    return []
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:
     """Draw event times from the start of the slide and latency against swept values; nothing where nothing slid."""
     if are_held(content.titled_histories()):
         return []
-    runs, pictures = content.study.runs, []
-    for path in differing_paths(runs)[which]:
-        name, words, reference = path.replace(".", "-").replace("_", "-"), path_label(path), _merge(content.references)
-        latency, times = (
-            latency_figure(runs, path, reference),
-            f"Slip events against {words}, in seconds from the start",
-        )
-        events = event_times_figure(runs, path, reference, content.starts or None)
-        said = f"Time from incipient to overall slip against {words}."
-        pictures += [
-            Picture(f"latency-{name}", said, latency),
-            Picture(f"events-{name}", f"{times} of the slide.", events),
-        ]
+    pictures = []
+    for path in differing_paths(content.study.runs)[which]:
+        subject, swept = content.subject(path), path_label(path)
+        for name in ("latency", "events"):
+            said, figure = STUDY_FIGURES[name].caption.format(swept=swept), _DRAW_STUDIES[name](subject)
+            pictures.append(Picture(f"{name}-{path.replace('.', '-').replace('_', '-')}", said, figure))
     return pictures
 
 
@@ -114,33 +191,14 @@ def are_held(histories: Mapping[str, xr.Dataset]) -> bool:
     return bool(histories) and all(map(is_held, histories.values()))
 
 
-def _merge(references: Sequence[PublishedSet]) -> PublishedSet | None:
-    """Join published sets for a figure; the first stands for the paper."""
-    values = tuple(value for reference in references for value in reference.values)
-    return dataclasses.replace(references[0], values=values) if references else None
-
-
 def overview_pictures(content: ReportContent) -> list[Picture]:
     """Draw the contact of all runs side by side, where something slides in any."""
-    histories, events = content.titled_histories(), content.titled_events()
-    if are_held(histories) or len(histories) < 2:
+    subject = content.subject()
+    histories = list(subject.histories.values())
+    if are_held(subject.histories) or len(histories) < 2:
         return []
-    pictures, dimensions = [], {is_solid(history) for history in histories.values()}
-    if dimensions == {True}:
-        said = (
-            "When each part of the contact slips for good, in seconds from the start of the slide; the plate moves "
-            "along the arrow. What sticks to the end is dark."
-        )
-        pictures.append(Picture("slip-onset", said, slip_onset_figure(histories)))
-        said = "Sticking share of the contact against tangential over normal force, during the slide."
-        pictures.append(Picture("stick-ratio", said, stick_ratio_figure(histories)))
-    elif dimensions == {False}:
-        said = RUN_FIGURES["slip-map"].caption
-        pictures.append(Picture("slip-maps", said, slip_maps_figure(histories, events)))
-    said = "Tangential over normal force and the area fraction that slips at each time."
-    pictures.append(Picture("forces", said, force_overview_figure(histories, events)))
-    if all(has_receptors(history) for history in histories.values()):
-        said = "The signal in which acceleration peaks are looked for."
-        figure = acceleration_overview_figure(histories, events, content.settings.peaks)
-        pictures.append(Picture("acceleration-peaks", said, figure))
-    return pictures
+    return [
+        Picture(name, STUDY_FIGURES[name].caption, draw(subject))
+        for name, draw in _DRAW_STUDIES.items()
+        if _is_on_page(STUDY_FIGURES[name], histories)
+    ]

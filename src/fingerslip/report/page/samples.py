@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from statistics import median
 
 from fingerslip.published import PublishedSet
-from fingerslip.report.figures.samples import tornado_figure
+from fingerslip.report.content import ReportContent
+from fingerslip.report.figures.study import tornado_figure
 from fingerslip.report.labels import short_labels, swept_text
-from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import Picture, ReportSection
+from fingerslip.report.prose import prose
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import intervals_table, published_table, refused_table, sensitivity_table
 from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
@@ -26,21 +27,16 @@ def sample_sections(content: ReportContent) -> tuple[ReportSection, ...]:
     study, fits = content.study, fits_of(content.study)
     first = [fit for fit in fits if (fit.reading, fit.time) == ("slip", "overall")]
     others = [fit for fit in fits if (fit.reading, fit.time) != ("slip", "overall")]
-    said = "Each bar goes from the time at the smallest to that at the largest value of a range, by linear regression."
-    if not first:
-        said = f"Too few samples for {len(study.ranges)} ranges: a regression needs {len(study.ranges) + 2}."
-    first_pictures, other_pictures = (
-        tornado_pictures(study.runs, some, content.references) for some in (first, others)
-    )
-    intervals = (published_table(study.runs, content.references), intervals_table(study.runs))
-    refused = (refused_table(study.refused),) if study.refused else ()
+    count = {"count": len(study.ranges), "needed": len(study.ranges) + 2}
+    text = prose("sections", "regression" if first else "too-few-samples", count)
+    pictures, more = (tornado_pictures(study.runs, some, content.references) for some in (first, others))
+    every = (published_table(study.runs, content.references), intervals_table(study.runs))
+    intervals, refused = tuple(table for table in every if table.rows), refused_table(study.refused)
     return (
-        ReportSection("Slip times over the samples", (), tuple(table for table in intervals if table.rows)),
-        ReportSection("What moves overall slip", (said,), tuple(map(sensitivity_table, first)), first_pictures),
-        ReportSection(
-            "What moves the other times", (), tuple(map(sensitivity_table, others)), other_pictures, folded=True
-        ),
-        ReportSection("Refused samples", (), refused, folded=True),
+        ReportSection("Slip times over the samples", (), intervals),
+        ReportSection("What moves overall slip", (text,), tuple(map(sensitivity_table, first)), pictures),
+        ReportSection("What moves the other times", (), tuple(map(sensitivity_table, others)), more, folded=True),
+        ReportSection("Refused samples", (), (refused,) if refused.rows else (), folded=True),
         ReportSection("All samples", (), (summary_table(study.runs),), folded=True),
     )
 
@@ -53,8 +49,8 @@ def tornado_pictures(
     for time in (*MAIN_EVENTS, LATENCY):
         chosen = [fit for fit in fits if (fit.reading, fit.time) == ("slip", time)]
         if chosen:
-            caption = f"Change of {event_label(time)} over the range of each sampled value."
             figure = tornado_figure(chosen, published_times(runs, chosen, references))
+            caption = prose("captions", "tornado", {"event": event_label(time)})
             pictures.append(Picture(f"tornado-{time.replace('_', '-')}", caption, figure))
     return tuple(pictures)
 
@@ -123,34 +119,26 @@ def samples_in_motion(content: ReportContent) -> ReportSection:
     histories = content.representatives
     chosen = [sample for sample in representatives(content.study, content.starts) if sample.run.name in histories]
     motions = run_motions((histories[s.run.name], s.run.events, s.title.capitalize()) for s in chosen)
-    text = (
-        "Move the slider or the plots; a body that was recorded is drawn deformed, to scale. Of all samples, the one "
-        "in the middle and those at both ends are shown."
-    )
+    text = f"{prose('sections', 'motion')} {prose('sections', 'samples-in-motion')}"
     tables = (_values_table(chosen[: len(motions)]),) if motions else ()
     return ReportSection("Samples in motion", (text,), tables, motions=motions)
 
 
 def _values_table(samples: Sequence[Representative]) -> Table:
-    """Show what the samples are: when they slip, and the values that are their own."""
+    """Show what the samples are: when they slip, and the values that are their own, with four digits."""
+
+    def cell(value: object) -> Cell:
+        if isinstance(value, str) and (quantity := split_quantity(value)):
+            return f"{quantity[0]:.4g} {quantity[1]}"
+        return float(f"{value:.4g}") if isinstance(value, float) else swept_text(value)
+
     values = [{**sample.run.swept, **sample.run.sampled} for sample in samples]
     paths = [path for path in dict.fromkeys(itertools.chain(*values)) if path not in (SAMPLE, REPEAT)]
     labels = short_labels(paths)
-    columns = (
-        Column("sample"),
-        Column(event_label(samples[0].event), "s", 3),
-        *(Column(labels[path]) for path in paths),
-    )
+    event = Column(event_label(samples[0].event), "s", 3)
     rows = tuple(
-        (sample.title, sample.since, *(_sample_cell(sample_values.get(path)) for path in paths))
-        for sample, sample_values in zip(samples, values, strict=True)
+        (sample.title, sample.since, *(cell(of_sample.get(path)) for path in paths))
+        for sample, of_sample in zip(samples, values, strict=True)
     )
+    columns = (Column("sample"), event, *(Column(labels[path]) for path in paths))
     return Table("The samples in motion", columns, rows, "Slip in seconds from the start of the slide.")
-
-
-def _sample_cell(value: object) -> Cell:
-    """Return a value with four digits, which samples have by chance."""
-    quantity = split_quantity(value) if isinstance(value, str) else None
-    if quantity:
-        return f"{quantity[0]:.4g} {quantity[1]}"
-    return float(f"{value:.4g}") if isinstance(value, float) else swept_text(value)

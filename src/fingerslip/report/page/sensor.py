@@ -3,81 +3,60 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.report.figures.markers import count_figure, fields_figure, jump_figure, noise_figure
-from fingerslip.report.figures.sensor import frames_figure, slip_order_figure
+from fingerslip.report.content import Film, ReportContent
+from fingerslip.report.figures import markers
 from fingerslip.report.figures.style import save_figure
-from fingerslip.report.page.content import Film, ReportContent
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
+from fingerslip.report.prose import prose
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import touching_markers
 from fingerslip.storage.files import check_replaceable, new_folder, write_bytes
 from fingerslip.tables.table import Column, Table
 from fingerslip.version import __version__
 from fingerslip.vision.overlay import SHOWN_FIELDS, field_frames, overlay_frames
-from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import jumps, lost_intervals, noise_at_rest, seen_count, seen_share
-from fingerslip.vision.tracks import write_tracks
+from fingerslip.vision.tracks import write_tracks, write_tracks_csv
 from fingerslip.vision.video import STATES, Frames, write_video
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-_SAID = (
-    "Every camera filmed the markers of a run, and the tracker followed them without knowing where they were. The "
-    "internal camera is fixed to the sensor; the external one goes with the plate, so that a marker that sticks stands "
-    "still in its image. 'kept' is the share of the marker-frames within 1 px of the truth, 'swapped' counts those "
-    "nearer to another marker."
-)
-
-
 def cameras_section(content: ReportContent) -> ReportSection:
     """Return the section on what cameras saw; empty without films."""
     if not content.films:
         return ReportSection("Cameras")
-    pictures = [picture for film in content.films for picture in _film_pictures(content, film)]
-    return ReportSection("Cameras", (_SAID,), (_errors_table(content.films),), tuple(pictures))
-
-
-def _errors_table(films: Sequence[Film]) -> Table:
-    columns = (
-        *(Column(name) for name in ("run", "camera", "frames", "markers")),
-        Column("error, rms", "px", digits=4),
-        Column("largest error", "px", digits=3),
-        Column("kept", "%", digits=2),
-        Column("swapped"),
-    )
+    pixels = (Column("error, rms", "px", digits=4), Column("largest error", "px", digits=3))
+    names = ("frames", "markers", "rms", "largest", "kept", "swapped")
+    columns = (*map(Column, ("run", "camera", *names[:2])), *pixels, Column("kept", "%", digits=2), Column("swapped"))
     rows = []
-    for film in films:
+    for film in content.films:
         numbers = dict(film.numbers)
         if (share := numbers["kept"]) is not None:
             numbers["kept"] = 100.0 * share
-        names = ("frames", "markers", "rms", "largest", "kept", "swapped")
         rows.append((film.run, film.kind, *(numbers[name] for name in names)))
-    return Table("Tracks beside the truth", columns, tuple(rows))
+    table = Table("Tracks beside the truth", columns, tuple(rows))
+    pictures = [picture for film in content.films for picture in _film_pictures(content, film)]
+    return ReportSection("Cameras", (prose("sections", "cameras"),), (table,), tuple(pictures))
 
 
-def _film_pictures(content: ReportContent, film: Film) -> list[Picture]:
+def _film_pictures(content: ReportContent, film: Film) -> Iterator[Picture]:
     if film.run not in content.histories:
-        return []
+        return
     history, title = content.histories[film.run], f"{content.titles[film.run]}, {film.kind} camera"
-    name, pictures = f"{film.run}-{film.kind}-camera", []
+    name, window = f"{film.run}-{film.kind}-camera", slide_window(history)
     if film.frames and history.sizes.get("snapshot_time", 0):
-        said = "Frames of the camera above the computed body at the snapshot nearest in time."
-        pictures.append(Picture(name, said, frames_figure(history, film.frames, title)))
-    window = slide_window(history)
+        yield Picture(name, prose("captions", "camera-frames"), markers.frames_figure(history, film.frames, title))
     if film.kind == "external" and window is not None and (touching := touching_markers(history)).any():
-        said = "Markers of the skin in the image, coloured by their distance from the central one, and when each slips."
-        figure = slip_order_figure(film.tracks, window.start, np.asarray(touching), title)
-        pictures.append(Picture(f"{name}-order", said, figure))
-    return pictures
+        figure = markers.slip_order_figure(film.tracks, window.start, np.asarray(touching), title)
+        yield Picture(f"{name}-order", prose("captions", "camera-order"), figure)
 
 
 _LONGEST_LIST = 40
@@ -100,19 +79,15 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fi
         write_video(partial / "overlay.avi", overlay_frames(seen, placed), frames.frame_rate)
         write_page(quality_report(tracks, next(iter(frames.read()))), partial / "quality.html")
         if fields is not None:
-            _write_fields(fields, placed, frames, partial)
+            write_bytes(partial / "fields.nc", bytes(fields.to_netcdf(engine="h5netcdf")))
+            time = float(fields["time"][int(np.nan_to_num(fields["rigid_residual_rms"].values).argmax())])
+            save_figure(markers.fields_figure(fields, time), partial / "fields.png")
+            # Videos with the fields at the places of tracks in the image.
+            on_image = fields.assign(position=placed["position"])
+            for name in SHOWN_FIELDS:
+                seen = itertools.islice(frames.read(), tracks.sizes["time"])
+                write_video(partial / f"{name}.avi", field_frames(seen, on_image, name), frames.frame_rate)
     return final
-
-
-def _write_fields(fields: xr.Dataset, tracks: xr.Dataset, frames: Frames, folder: Path) -> None:
-    """Write fields, a picture, and videos with the fields at the places of tracks in the image."""
-    write_bytes(folder / "fields.nc", bytes(fields.to_netcdf(engine="h5netcdf")))
-    left = np.nan_to_num(fields["rigid_residual_rms"].values)
-    save_figure(fields_figure(fields, float(fields["time"][int(left.argmax())])), folder / "fields.png")
-    placed = fields.assign(position=tracks["position"])
-    for name in SHOWN_FIELDS:
-        seen = itertools.islice(frames.read(), tracks.sizes["time"])
-        write_video(folder / f"{name}.avi", field_frames(seen, placed, name), frames.frame_rate)
 
 
 def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Report:
@@ -120,14 +95,14 @@ def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -
     warnings = tuple(filter(None, str(tracks.attrs.get("warnings", "")).split("\n")))
     if tracks.attrs.get("partial"):
         warnings = ("These tracks are partial.", *warnings)
-    seen = "Markers seen over time, and the intervals in which markers were lost."
-    rest = "Markers at rest with their numbers, coloured by their noise."
-    jumped = "A swap of identities would stand far to the right."
+    pictures = {
+        "Markers over time": Picture("count", prose("captions", "seen"), markers.count_figure(tracks)),
+        "Noise at rest": Picture("noise", prose("captions", "noise"), markers.noise_figure(tracks, frame)),
+        "Jumps": Picture("jumps", prose("captions", "jumps"), markers.jump_figure(tracks)),
+    }
     sections = (
         ReportSection("Summary", (), (_summary(tracks),), warnings=warnings),
-        ReportSection("Markers over time", pictures=(Picture("count", seen, count_figure(tracks)),)),
-        ReportSection("Noise at rest", pictures=(Picture("noise", rest, noise_figure(tracks, frame)),)),
-        ReportSection("Jumps", pictures=(Picture("jumps", jumped, jump_figure(tracks)),)),
+        *(ReportSection(title, pictures=(picture,)) for title, picture in pictures.items()),
         ReportSection("Lost markers", tables=(_lost(tracks),)),
     )
     source = str(tracks.attrs.get("source", ""))

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 COLOUR_MAP = FIELD_MAP
+#: Nodes of a cell of a section that are its corners.
+CORNERS = {"Q4": 4, "T3": 3, "T6": 3}
 _BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, float, float]]] = {

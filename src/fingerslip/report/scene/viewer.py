@@ -22,8 +22,15 @@ from PIL import Image
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, EVENT_COLOURS, GREEN, RECEPTOR_COLOURS, VERMILLION
-from fingerslip.report.figures.marks import event_keys, event_times, mark_run
-from fingerslip.report.figures.style import add_legend, figure_grid, with_style
+from fingerslip.report.figures.style import (
+    NO_EVENTS,
+    add_legend,
+    event_keys,
+    event_times,
+    figure_grid,
+    mark_run,
+    with_style,
+)
 from fingerslip.report.scene.names import CUTS, FIELDS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
@@ -79,6 +86,10 @@ class SceneControl:
         if "camera" in values:
             aim(self.plotter, self.history, self.options)
 
+    def switch(self, extra: str, visible: bool) -> None:
+        """Show or hide one of :data:`EXTRAS`."""
+        self.choose(**{extra: visible})
+
     def toggle(self, region: str, visible: bool) -> None:
         """Show or hide a layer; at least one stays."""
         hidden = {*self.options.hidden} - {region} if visible else {*self.options.hidden, region}
@@ -93,9 +104,9 @@ def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
 
 
 @with_style
-def picked_figure(history: xr.Dataset, node: int, events: Events | None = None) -> Figure:
+def picked_figure(history: xr.Dataset, node: int, events: Events = NO_EVENTS) -> Figure:
     """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it."""
-    times, events_read = history["snapshot_time"].values, events.slip if events else None
+    times, events_read = history["snapshot_time"].values, events.slip
     position = ", ".join(f"{value:.2f}" for value in 1e3 * history["node_position"].values[node])
     title = f"Node {node} at ({position}) mm"
     figure, (above, below) = figure_grid(2, 1, (4.6, 1.7), title, ("time [s]", ""), share="x")
@@ -121,11 +132,11 @@ def receptor_legend(history: xr.Dataset) -> list[tuple[str, str]]:
     return [(kind, colour) for kind, colour in RECEPTOR_COLOURS.items() if kind in recorded]
 
 
-def event_legend(history: xr.Dataset, events: Events | None) -> list[tuple[str, float, str]]:
+def event_legend(history: xr.Dataset, events: Events) -> list[tuple[str, float, str]]:
     """Return the start of the slide and the events that happened: in words, when [s], and in which colour."""
     window = slide_window(history)
     start = [] if window is None else [("slide starts", window.start, "#555555")]
-    times = event_times(events.slip if events else None, EVENTS)
+    times = event_times(events.slip, EVENTS)
     return [*start, *((EVENTS[name], time, EVENT_COLOURS[name]) for name, time in times.items())]
 
 
@@ -189,7 +200,7 @@ def _write(path: Path, pictures: Iterable[NDArray[np.uint8]]) -> None:
 
 
 def open_window(
-    history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip", events: Events | None = None
+    history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip", events: Events = NO_EVENTS
 ) -> None:
     """Open an interactive window: a slider for time, boxes for layers, plate, receptors and contact, keys for the rest.
 
@@ -209,7 +220,7 @@ def open_window(
     plotter.show()
 
 
-def _add_controls(control: SceneControl, events: Events | None = None) -> None:
+def _add_controls(control: SceneControl, events: Events = NO_EVENTS) -> None:
     """Add the slider, the boxes, the times of events, the keys and the picking of nodes to a scene."""
     plotter, times = control.plotter, control.history["snapshot_time"].values
     if times.size > 1:
@@ -219,7 +230,7 @@ def _add_controls(control: SceneControl, events: Events | None = None) -> None:
         name: (name not in control.options.hidden, functools.partial(control.toggle, name))
         for name in region_names(control.history)
     }
-    boxes |= {name: (getattr(control.options, name), functools.partial(_choose, control, name)) for name in EXTRAS}
+    boxes |= {name: (getattr(control.options, name), functools.partial(control.switch, name)) for name in EXTRAS}
     for row, (name, (is_on, act)) in enumerate(boxes.items()):
         bottom = 10 + row * (_BOX + 6)
         plotter.add_checkbox_button_widget(act, value=is_on, position=(10, bottom), size=_BOX)
@@ -230,10 +241,6 @@ def _add_controls(control: SceneControl, events: Events | None = None) -> None:
     plotter.add_key_event("f", lambda: control.choose(scalar=_next(FIELDS, control.options.scalar)))
     plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
     plotter.enable_point_picking(lambda point: _draw_picked_node(control, point), show_message=False, show_point=False)
-
-
-def _choose(control: SceneControl, name: str, state: bool) -> None:
-    control.choose(**{name: state})
 
 
 def _draw_picked_node(control: SceneControl, point: Any) -> None:

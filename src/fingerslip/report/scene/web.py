@@ -14,18 +14,10 @@ from vtkmodules.vtkRenderingCore import vtkCellPicker
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.style import figure_bytes
+from fingerslip.report.scene import viewer
 from fingerslip.report.scene.names import CAMERAS, CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions, Served, require_free
 from fingerslip.report.scene.scene import check_options, region_names
-from fingerslip.report.scene.viewer import (
-    EXTRAS,
-    SceneControl,
-    event_legend,
-    nearest_node,
-    picked_figure,
-    prepare_rendering,
-    receptor_legend,
-)
 from fingerslip.slip import Events, slide_window
 
 if TYPE_CHECKING:
@@ -39,10 +31,10 @@ def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str
     served = served or Served()
     require_free(served)
     check_options(history, options)
-    prepare_rendering()
+    viewer.prepare_rendering()
     server = _server()
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(_SIZE))
-    _Page(server, SceneControl(plotter, history, options), events, title).build()
+    _Page(server, viewer.SceneControl(plotter, history, options), events, title).build()
     server.controller.on_server_ready.add(lambda **_: _show(served, f"http://{served.host}:{server.port}/"))
     try:
         server.start(
@@ -75,7 +67,7 @@ def _server() -> Any:
 class _Page:
     """The page: its state, what happens when that changes, and its elements."""
 
-    def __init__(self, server: Any, control: SceneControl, events: Events, title: str) -> None:
+    def __init__(self, server: Any, control: viewer.SceneControl, events: Events, title: str) -> None:
         self._server, self._control, self._events, self._title = server, control, events, title
         self._history = control.history
         self._times, self._layers = self._history["snapshot_time"].values, region_names(self._history)
@@ -89,7 +81,7 @@ class _Page:
             "cut": options.cut,
             "camera": options.camera,
             "layers": [name for name in self._layers if name not in options.hidden],
-            "extras": [name for name in EXTRAS if getattr(options, name)],
+            "extras": [name for name in viewer.EXTRAS if getattr(options, name)],
         }
         self._server.state.update({"trame__title": self._title, "picked": "", **choices})
         self._say()
@@ -101,7 +93,7 @@ class _Page:
         options, self._control.number = self._control.options, int(frame)
         hidden = tuple(name for name in self._layers if name not in layers) if layers else options.hidden
         aimed = {} if camera == options.camera else {"camera": camera}
-        switches = {name: name in extras for name in EXTRAS}
+        switches = {name: name in extras for name in viewer.EXTRAS}
         self._control.choose(scalar=state["field"], cut=state["cut"], hidden=hidden, **switches, **aimed)
         self._say()
         self._server.controller.view_update()
@@ -111,8 +103,8 @@ class _Page:
         picker = vtkCellPicker()
         if not picker.Pick(position["x"], position["y"], 0.0, self._control.plotter.renderer):
             return
-        node = nearest_node(self._history, self._control.number, np.array(picker.GetPickPosition()))
-        png = figure_bytes(picked_figure(self._history, node, self._events))
+        node = viewer.nearest_node(self._history, self._control.number, np.array(picker.GetPickPosition()))
+        png = figure_bytes(viewer.picked_figure(self._history, node, self._events))
         self._server.state.picked = f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}"
 
     def _say(self) -> None:
@@ -148,13 +140,13 @@ class _Page:
         choices = {"field": ("field", fields), "cut": ("cut across", list(CUTS)), "camera": ("camera", list(CAMERAS))}
         for model, (label, items) in choices.items():
             vuetify3.VSelect(label=label, v_model=(model,), items=(f"{model}s", items), density="compact")
-        for model, names in (("layers", self._layers), ("extras", EXTRAS)):
+        for model, names in (("layers", self._layers), ("extras", viewer.EXTRAS)):
             for name in names:
                 vuetify3.VCheckbox(v_model=(model,), value=name, label=name, density="compact", hide_details=True)
         states = [(STATE_NAMES[state], STATE_COLOURS[state]) for state in (1, 2)]
         box = "display:inline-block;width:.8em;height:.8em;border:1px solid #555;background:"
         with html.Div(classes="mt-2", id="legend"):
-            for extra, entries in (("contact", states), ("receptors", receptor_legend(self._history))):
+            for extra, entries in (("contact", states), ("receptors", viewer.receptor_legend(self._history))):
                 for name, colour in entries:
                     style = "margin-right: .8em; white-space: nowrap"
                     with html.Span(v_show=f"extras.includes('{extra}')", style=style):
@@ -170,7 +162,7 @@ class _Page:
         with html.Div(style="flex: 0 0 auto; padding: 0 24px 8px"):
             vuetify3.VSlider(v_model=("frame",), min=0, max=last, **look)
             with html.Div(style="position: relative; height: 4.2em; margin: 0 8px; font-size: .75rem", id="events"):
-                for row, (words, time, colour) in enumerate(event_legend(self._history, self._events)):
+                for row, (words, time, colour) in enumerate(viewer.event_legend(self._history, self._events)):
                     share = 100.0 * np.interp(time, self._times, np.arange(len(self._times))) / last
                     style = f"position:absolute;left:{share:.2f}%;top:{row % 4 * 1.05:.2f}em;color:{colour}"
                     html.Span(f"| {words} {time:.3f} s", style=f"{style};white-space:nowrap")

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import path_label, run_title, swept_text
+from fingerslip.report.prose import prose
 from fingerslip.report.tables.parameters import group_of
 from fingerslip.report.tables.runs import run_notes, swept_cells, swept_columns, swept_paths, time_cell
 from fingerslip.results import RunResult
@@ -36,15 +37,18 @@ def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
         for value in values
         if value.holds_for(run.all_values)
     ]
+    # A value that no run meets has its conditions in the columns of the runs; a single run has none.
+    unnamed = (Missing.NOT_COMPARED,) if len(runs) != 1 else ()
     others = [
-        (*_condition_cells(value, runs), *_event_cells(value, runs), *([Missing.NOT_COMPARED] * 2 * len(READINGS)))
+        (
+            *(tuple(swept_text(value.conditions.get(path)) for path in swept_paths(runs)) or unnamed),
+            *_event_cells(value, runs),
+            *([Missing.NOT_COMPARED] * 2 * len(READINGS)),
+        )
         for value in values
         if not any(value.holds_for(run.all_values) for run in runs)
     ]
-    note = (
-        f"Our times from accumulated slip, displacement and acceleration peaks, and how much later they are than the "
-        f"published ones. Published: {reference.citation} {_left_out(runs, values)}{run_notes(runs)}"
-    )
+    note = f"{prose('notes', 'readings')} {reference.citation} {_left_out(runs, values)}{run_notes(runs)}"
     return Table(reference.title, columns, (*compared, *others), note.rstrip())
 
 
@@ -71,12 +75,6 @@ def _left_out(runs: Sequence[RunResult], values: Sequence[PublishedValue]) -> st
             reasons.setdefault(differences, []).append(run_title(run, "this run"))
     texts = [f"{', '.join(names)} ({reason})" for reason, names in reasons.items()]
     return f"Not compared: {'; '.join(texts)}. " if texts else ""
-
-
-def _condition_cells(value: PublishedValue, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
-    """Return the conditions of a published value in the columns of the runs; a single run has none."""
-    unnamed = (Missing.NOT_COMPARED,) if len(runs) != 1 else ()
-    return tuple(swept_text(value.conditions.get(path)) for path in swept_paths(runs)) or unnamed
 
 
 def _event_cells(value: PublishedValue, unlike: Sequence[RunResult] = ()) -> tuple[Cell, ...]:
@@ -150,14 +148,6 @@ def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, sa
     return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, said)
 
 
-_NOTE = (
-    "Uncertainty: root of the sum of squares of those over mesh, step, contact stiffness (penalty) and numerical "
-    "damping (alpha). Over the first three it is 1.25 times the distance to Richardson's limit where the values "
-    "approach one with an order of at least 0.5 (in brackets), else three times their range (up/down: they oscillate; "
-    "slow: order below 0.5; away: they diverge); over alpha it is the largest change. A number converges when with "
-    "every setting it approaches a limit or moves by no more than 0.2 %. An event that did not happen at every level, "
-    "or a number that no setting changes, has no uncertainty."
-)
 _UNCHANGED = "unchanged"
 _WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow"}
 
@@ -166,8 +156,9 @@ def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Tabl
     """Show how well the numbers of a run are known."""
     settings = (f"± {setting.name}" for setting in SETTINGS)
     names = ("quantity", "unit", "value", "uncertainty", *settings, "converges")
-    rows = tuple(_row(quantity, _reason(key)) for key, quantity in quantities.items())
-    note = f"{_NOTE} {NOTICED_NOTE}" if "slip.noticed" in quantities else _NOTE
+    rows = tuple(_row(key, quantity) for key, quantity in quantities.items())
+    note = prose("notes", "convergence")
+    note = f"{note} {NOTICED_NOTE}" if "slip.noticed" in quantities else note
     return Table(f"Numerical uncertainty, {title}", tuple(map(Column, names)), rows, note)
 
 
@@ -184,13 +175,10 @@ def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:
     return Table("Refinement", tuple(map(Column, names)), rows)
 
 
-def _reason(key: str) -> Missing:
-    """Return why a number may be missing: the times of events have dots in their keys, measures know their reading."""
+def _row(key: str, quantity: Convergence) -> tuple[Cell, ...]:
+    # The times of events have dots in their keys, measures know their reading.
     measure = measure_of(key)
-    return Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
-
-
-def _row(quantity: Convergence, reason: Missing) -> tuple[Cell, ...]:
+    reason = Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
     if quantity.value is None:
         return (quantity.quantity, quantity.unit, *([reason] * (3 + len(SETTINGS))))
     refinements = quantity.refinements

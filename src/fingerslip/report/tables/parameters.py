@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from fingerslip.tables.table import Cell, Column, Missing, Table
+import numpy as np
+
+from fingerslip.report.prose import groups
+from fingerslip.tables.table import Column, Missing, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,58 +71,20 @@ def value_tables(values: Sequence[ShownValue]) -> tuple[Table, ...]:
     return tuple(table for table in tables if table.rows)
 
 
-_ATTRIBUTES: Mapping[str, str] = MappingProxyType(
-    {
-        "element": "element",
-        "n_nodes": "nodes",
-        "n_degrees_of_freedom": "unknowns",
-        "n_contact_candidates": "contact candidates",
-        "normal_penalty": "mean normal penalty [Pa/m]",
-        "tangential_penalty": "mean tangential penalty [Pa/m]",
-        "linear_solver": "linear solver",
-        "condensation": "contact response by",
-        "basis": "basis",
-        "basis_constraint_modes": "constraint modes of the basis",
-        "basis_normal_modes": "normal modes of the basis",
-        "basis_error": "estimated error of displacement by the basis",
-        "basis_acceleration_error": "estimated error of acceleration by the basis",
-    }
-)
-
-
 def models_table(histories: Mapping[str, xr.Dataset]) -> Table:
     """Show how runs were computed, as their histories say: a row for each property, a column for each run."""
     columns = (Column("property"), *(Column(title, significant=3) for title in histories))
-    attributes = [history.attrs for history in histories.values()]
+    # Numbers of NumPy become Python's.
+    attributes = [
+        {name: value.item() if isinstance(value, np.generic) else value for name, value in history.attrs.items()}
+        for history in histories.values()
+    ]
     rows = tuple(
-        (words, *(_plain(values.get(name, Missing.NOT_RECORDED)) for values in attributes))
-        for name, words in _ATTRIBUTES.items()
+        (words, *(values.get(name, Missing.NOT_RECORDED) for values in attributes))
+        for name, words in groups()["attributes"].items()
         if any(name in values for values in attributes)
     )
     return Table("Models as computed", columns, rows)
-
-
-def _plain(value: Any) -> Cell:
-    cell: Cell = value if isinstance(value, str | int | float | Missing) else value.item()
-    return cell
-
-
-# Patterns of dotted paths in the order of the table, with the words for them; groups of a pattern go into the words.
-_CONDITIONS: tuple[tuple[str, str], ...] = (
-    (r"(?:fingertip|tactip)\.preset", "specimen, preset"),
-    (r"(?:fingertip|tactip)\.(phalanx)\.variant", "{0}"),
-    (r"fingertip\.section", "section"),
-    (r"(?:fingertip\.)?formulation", "formulation"),
-    (r"(?:fingertip\.)?depth", "depth out of the plane"),
-    (r"kinematics", "kinematics"),
-    (r"(?:fingertip\.|tactip\.)?materials\.([\w-]+)\.(youngs_modulus|poisson_ratio|law)", "{0}: {1}"),
-    (r"contacts?\.(?:\d+\.)?(friction_coefficient|friction|clearance)", "{0}"),
-    (r"programme\.\d+\.(press|hold|slide|lift)\.(\w+)", "{0}: {1}"),
-    (r"mesh\.(element|contact_size|bulk_size|file|skin)", "mesh: {0}"),
-    (r"time\.(step|scheme|alpha|tolerance|end)", "time: {0}"),
-    (r"damping\.(mass|stiffness)", "damping by {0}"),
-    (r"dynamics\.(basis)", "computed in {0}"),
-)
 
 
 def conditions_table(values: Sequence[ShownValue], histories: Mapping[str, xr.Dataset]) -> Table:
@@ -136,12 +100,13 @@ def conditions_table(values: Sequence[ShownValue], histories: Mapping[str, xr.Da
 
 def _words(value: ShownValue) -> tuple[int, str] | None:
     """Return the number of the pattern of a condition and its words; None for a value that the table leaves out."""
-    for number, (pattern, words) in enumerate(_CONDITIONS):
+    conditions = groups()["conditions"]
+    for number, (pattern, words) in enumerate(conditions.items()):
         match = re.fullmatch(pattern, value.path)
         if match:
             return number, words.format(*(part.replace("_", " ") for part in match.groups()))
     is_set = value.source.startswith("study file") and not value.path.startswith("record.")
-    return (len(_CONDITIONS) - 1, value.path) if is_set else None
+    return (len(conditions) - 1, value.path) if is_set else None
 
 
 def _sizes(histories: Mapping[str, xr.Dataset]) -> list[tuple[str, str, str, str]]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerslip.report.labels import path_labels, run_title, swept_text
+from fingerslip.report.prose import groups, prose
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import PeakTable, measures
 from fingerslip.slip.front import edge_warning
@@ -91,9 +90,8 @@ def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
 
 def run_notes(runs: Sequence[RunResult]) -> str:
     """Say what the sign ± means, and which contact came close to a free edge; nothing where neither is the case."""
-    bars = "After ±: numerical uncertainty over element sizes, time steps, contact stiffness and numerical damping."
-    edges = edge_warning({run_title(run, run.name): run.edge for run in runs})
-    return " ".join(filter(None, (bars if any(run.uncertainty for run in runs) else "", edges)))
+    bars = prose("notes", "bars") if any(run.uncertainty for run in runs) else ""
+    return " ".join(filter(None, (bars, edge_warning({run_title(run, run.name): run.edge for run in runs}))))
 
 
 def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
@@ -136,84 +134,63 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
     ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``: why a sample was not computed. Such
     rows stand at the end.
     """
-    columns = _columns(runs, refused)
-    rows = tuple(tuple(column.of_run(run) for column in columns) for run in runs)
-    without = tuple(tuple(column.of_refused(sample) for column in columns) for sample in refused)
-    return Table("Slip events and measures", tuple(Column(column.name) for column in columns), (*rows, *without))
+    columns = _summary_columns(runs, refused)
+    rows = zip(*(cells for _, cells in columns.values()), strict=True)
+    return Table("Slip events and measures", tuple(map(Column, columns)), tuple(rows))
 
 
 def summary_units(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> dict[str, str]:
     """Return the SI units of the columns of a summary by their names; pure numbers and words have none."""
-    return {column.name: column.unit for column in _columns(runs, refused) if column.unit}
+    return {name: unit for name, (unit, _) in _summary_columns(runs, refused).items() if unit}
 
 
-@dataclass(frozen=True)
-class _SummaryColumn:
-    """A column of the summary: its name and SI unit, and what stands there for a run and for a refused sample."""
-
-    name: str
-    unit: str
-    of_run: Callable[[RunResult], Cell]
-    of_refused: Callable[[RefusedRun], Cell] = lambda _: None
-
-
-def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_SummaryColumn]:
+def _summary_columns(
+    runs: Sequence[RunResult], refused: Sequence[RefusedRun]
+) -> dict[str, tuple[str, tuple[Cell, ...]]]:
+    """Return unit and cells of the columns of a summary by their names; of most, refused samples have nothing."""
+    every: list[RunResult | RefusedRun] = [*runs, *refused]
+    nothing = (None,) * len(refused)
+    columns: dict[str, tuple[str, tuple[Cell, ...]]] = {"run": ("", tuple(run.name for run in every))}
     sampled = tuple(dict.fromkeys(path for run in runs for path in run.sampled))
-    columns = [
-        _SummaryColumn("run", "", lambda run: run.name, lambda sample: sample.name),
-        *(_swept_column(path, (*runs, *refused)) for path in (*swept_paths(runs), *sampled)),
-    ]
-
-    def add(name: str, unit: str, of_run: Callable[[RunResult, Any], Cell], of: Any) -> None:
-        columns.append(_SummaryColumn(name, unit, lambda run: of_run(run, of)))
-
+    for path in (*swept_paths(runs), *sampled):
+        values = [{**run.swept, **run.sampled}.get(path) for run in every]
+        # Numbers in one SI unit, or words where not all are quantities of one kind.
+        quantities = [si_quantity(value) if isinstance(value, str) else None for value in values]
+        units = {quantity[1] if quantity else None for quantity in quantities}
+        unit = units.pop() if len(units) == 1 else None
+        if unit is None:
+            columns[path] = ("", tuple(map(swept_text, values)))
+        else:
+            columns[f"{path}_{unit_suffix(unit)}"] = (unit, tuple(quantity and quantity[0] for quantity in quantities))
     for reading, time in ((reading, time) for reading in READINGS for time in TIMES if defines_time(reading, time)):
-        name = f"{time}_s" if reading == "slip" else f"{time}_s_{reading}"
-        add(name, "s", lambda run, of: run.events.reading(of[0]).time(of[1]), (reading, time))
-    add("readings_recorded", "", lambda run, of: " ".join(n for n in of if run.events.reading(n).recorded), READINGS)
+        cells = (run.events.reading(reading).time(time) for run in runs)
+        columns[f"{time}_s" if reading == "slip" else f"{time}_s_{reading}"] = ("s", (*cells, *nothing))
+    recorded = (" ".join(name for name in READINGS if run.events.reading(name).recorded) for run in runs)
+    columns["readings_recorded"] = ("", (*recorded, *nothing))
     for measure in measures.MEASURES:
-        add(measure.key, measure.unit.si if measure.unit else "", lambda run, key: run.numbers.get(key), measure.key)
+        numbers = (run.numbers.get(measure.key) for run in runs)
+        columns[measure.key] = (measure.unit.si if measure.unit else "", (*numbers, *nothing))
     # A derived quantity has its unit in the name: `slip_travel_m`.
-    units = {name: quantity.unit for run in runs for name, quantity in run.derived.items()}
-    for name, unit in units.items():
+    derived = {name: quantity.unit for run in runs for name, quantity in run.derived.items()}
+    for name, unit in derived.items():
         heading = f"{name}_{unit_suffix(unit)}" if unit else name
-        add(heading, unit, lambda run, of: run.derived[of].value if of in run.derived else None, name)
-    columns += map(_uncertainty_column, dict.fromkeys(key for run in runs for key in run.uncertainty))
+        cells = (run.derived[name].value if name in run.derived else None for run in runs)
+        columns[heading] = (unit, (*cells, *nothing))
+    for key in dict.fromkeys(key for run in runs for key in run.uncertainty):
+        heading, unit = _uncertainty_heading(key)
+        columns[heading] = (unit, (*(run.uncertainty.get(key) for run in runs), *nothing))
     if sampled:
-        columns.append(_SummaryColumn("refused", "", lambda _: "", lambda sample: sample.reason))
+        columns["refused"] = ("", (*("" for _ in runs), *(sample.reason for sample in refused)))
     return columns
 
 
-def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _SummaryColumn:
-    """Return the column of a swept path: numbers in one SI unit, or words where not all are quantities of one kind."""
-
-    def value(run: RunResult | RefusedRun) -> Any:
-        return {**run.swept, **run.sampled}.get(path)
-
-    def quantity(run: RunResult | RefusedRun) -> tuple[float, str] | None:
-        return si_quantity(value(run)) if isinstance(value(run), str) else None
-
-    def number(run: RunResult | RefusedRun) -> float | None:
-        converted = quantity(run)
-        return converted[0] if converted else None
-
-    def words(run: RunResult | RefusedRun) -> Cell:
-        return swept_text(value(run))
-
-    units = {pair[1] if pair else None for pair in map(quantity, runs)}
-    unit = units.pop() if len(units) == 1 else None
-    if unit is None:
-        return _SummaryColumn(path, "", words, words)
-    return _SummaryColumn(f"{path}_{unit_suffix(unit)}", unit, number, number)
-
-
-def _uncertainty_column(key: str) -> _SummaryColumn:
-    """Return the column of an uncertainty: `slip_overall_uncertainty_s`, `normal_force_max_uncertainty_N`."""
-    measure, name, unit = measures.measure_of(key), f"{key.replace('.', '_')}_uncertainty_s", "s"
-    if measure is not None:
-        name = f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
-        unit = measure.unit.si if measure.unit else ""
-    return _SummaryColumn(name, unit, lambda run: run.uncertainty.get(key))
+def _uncertainty_heading(key: str) -> tuple[str, str]:
+    """Return name and unit of the column of an uncertainty: `slip_overall_uncertainty_s`."""
+    measure = measures.measure_of(key)
+    if measure is None:
+        return f"{key.replace('.', '_')}_uncertainty_s", "s"
+    name = f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
+    return name, measure.unit.si if measure.unit else ""
 
 
 def runs_frame(study: StudyResult) -> pd.DataFrame:
@@ -241,49 +218,33 @@ def _frame(table: Table) -> pd.DataFrame:
 
     series = {}
     for index, column in enumerate(table.columns):
-        cells = [_plain(row[index]) for row in table.rows]
+        cells = [_number_or_text(row[index]) for row in table.rows]
         numbers = all(cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool)) for cell in cells)
         series[column.name] = pd.Series(cells, dtype="float64" if cells and numbers else "object")
     return pd.DataFrame(series)
 
 
-def _plain(cell: Cell) -> Cell:
+def _number_or_text(cell: Cell) -> Cell:
     if isinstance(cell, Measured):
         return cell.value
     return None if isinstance(cell, Missing) else cell
 
 
-_ENERGIES: Mapping[str, str] = MappingProxyType(
-    {
-        "external_work": "work of plate, supports and loads",
-        "strain_energy": "strain energy",
-        "friction_dissipation": "friction",
-        "viscous_dissipation": "relaxation of materials",
-        "damping_dissipation": "material damping",
-        "numerical_dissipation": "numerical damping",
-        "contact_energy": "contact penalties",
-        "kinetic_energy": "kinetic energy",
-        "energy_imbalance": "imbalance",
-    }
-)
-
-
 def energies_table(histories: Mapping[str, xr.Dataset]) -> Table:
     """Show energies at the end of runs [mJ], and the largest imbalance over time as a share of the largest work."""
     columns = (Column("energy at the end"), Column("unit"), *(Column(title, significant=3) for title in histories))
-    rows = [(words, "mJ", *(_energy(run, name) for run in histories.values())) for name, words in _ENERGIES.items()]
-    shares = ("largest imbalance over largest work", "", *(_imbalance(history) for history in histories.values()))
+    every, shares = list(histories.values()), list[Cell]()
+    rows = [
+        (words, "mJ", *(1e3 * float(run[name].values[-1]) if name in run else Missing.NOT_RECORDED for run in every))
+        for name, words in groups()["energies"].items()
+    ]
+    for history in every:
+        work, imbalance = (
+            np.abs(history[name].values).max(initial=0.0) for name in ("external_work", "energy_imbalance")
+        )
+        shares.append(float(imbalance) / float(work) if work else Missing.NOT_DEFINED)
     note = "The work equals the energies stored and dissipated, but for the imbalance."
-    return Table("Energy balance", columns, (*rows, shares), note)
-
-
-def _energy(history: xr.Dataset, name: str) -> Cell:
-    return 1e3 * float(history[name].values[-1]) if name in history else Missing.NOT_RECORDED
-
-
-def _imbalance(history: xr.Dataset) -> Cell:
-    work = float(np.abs(history["external_work"].values).max(initial=0.0))
-    return float(np.abs(history["energy_imbalance"].values).max()) / work if work else Missing.NOT_DEFINED
+    return Table("Energy balance", columns, (*rows, ("largest imbalance over largest work", "", *shares)), note)
 
 
 def measures_table(runs: Sequence[RunResult], titles: Sequence[str], title: str = "Measures") -> Table:

@@ -8,17 +8,14 @@ from typing import Any
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import path_label, short_labels, swept_text
+from fingerslip.report.prose import prose
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.sampling.indices import Prediction, Sensitivity, Surrogate, Validation
-from fingerslip.sampling.sensitivity import Effect, Fit, Interval, fits_of, groups_of, interval_of, published_intervals
+from fingerslip.sampling.sensitivity import Fit, Interval, fits_of, groups_of, interval_of, published_intervals
 from fingerslip.slip.windows import READINGS, TIMES, defines_time, event_label
 from fingerslip.tables.table import Cell, Column, Missing, Table
 
 INTERVAL_COLUMNS = tuple(Column(name, "s", 3) for name in ("smallest", "5 %", "median", "95 %", "largest"))
-_WHERE = (
-    "Percentages are shares of the samples: 5 % of them are earlier than the time below '5 %', and a published time "
-    "'within, at 34 %' is later than 34 % of them."
-)
 
 
 def group_text(group: Mapping[str, Any]) -> str:
@@ -62,7 +59,7 @@ def published_table(runs: Sequence[RunResult], references: Sequence[PublishedSet
             interval.where or Missing.NOT_DEFINED,
             f"{0 if interval.interval is None else len(interval.interval.values)} of {interval.samples}",
         ))  # fmt: skip
-    return Table("Published times in the intervals of the samples", columns, tuple(rows), _WHERE)
+    return Table("Published times in the intervals of the samples", columns, tuple(rows), prose("notes", "intervals"))
 
 
 def intervals_table(runs: Sequence[RunResult]) -> Table:
@@ -95,19 +92,18 @@ def sensitivity_table(fit: Fit) -> Table:
             labels[effect.path],
             f"{effect.low:g} {effect.unit}".strip(),
             f"{effect.high:g} {effect.unit}".strip(),
-            _slope_text(effect),
+            f"{effect.slope:+.{decimals}f} ± {effect.error:.{decimals}f} {f's/{effect.unit}' if effect.unit else 's'}",
             f"{1e3 * effect.change:+.0f} ± {1e3 * effect.change_error:.0f}",
             effect.standardised,
             effect.rank,
         )
         for effect in fit.effects
+        # Two digits of the error, but no fewer than three decimals.
+        for decimals in [min(max(1 - math.floor(math.log10(effect.error or 1.0)), 3), 6)]
     )
-    note = (
-        f"Linear regression over {len(fit.interval.values)} samples, ± standard error: {fit.middle:.3f} s in the "
-        f"middle of all ranges, R² {fit.determination:.3f}, {fit.predicted:.3f} for samples that the fit has not "
-        f"seen, standard deviation from it {1e3 * fit.residual:.0f} ms. Standardised: slope in standard deviations. "
-        "Rank correlation: Spearman's, of each value alone."
-    )
+    numbers = {"middle": fit.middle, "determination": fit.determination, "predicted": fit.predicted}
+    numbers |= {"samples": len(fit.interval.values), "residual": 1e3 * fit.residual}
+    note = prose("notes", "regression", numbers)
     return Table(_title(f"{event_label(fit.time)} ({READINGS[fit.reading]})", fit.group), columns, rows, note)
 
 
@@ -142,62 +138,35 @@ def refused_table(refused: Sequence[RefusedRun]) -> Table:
     return Table("Samples whose values do not fit together", (Column("run"), Column("reason")), rows)
 
 
-def _slope_text(effect: Effect) -> str:
-    """Write a slope with its error, to two digits of the error but no fewer than three decimals."""
-    decimals = min(max(1 - math.floor(math.log10(effect.error or 1.0)), 3), 6)
-    unit = f"s/{effect.unit}" if effect.unit else "s"
-    return f"{effect.slope:+.{decimals}f} ± {effect.error:.{decimals}f} {unit}"
-
-
 def _span_text(value: PublishedValue) -> str:
     if value.span is not None:
         return f"{value.span[0]:.2f} to {value.span[1]:.2f}"
     return "" if value.value is None else f"{value.value:.2f}"
 
 
-_SOBOL = (
-    "Total: the share of the variance that is left when all other values are known; first: the share that goes when "
-    "this one is known; the difference is interaction. ± half of the 95 % interval."
-)
-_MORRIS = (
-    "Elementary effects: change over a step of a value by two thirds of its range, over the step. ± half of the 95 % "
-    "interval. A large standard deviation means that the effect depends on the other values."
-)
-
-
 def indices_table(sensitivity: Sensitivity) -> Table:
     """Show what moves an output, the value that matters most first."""
-    labels = short_labels([index.path for index in sensitivity.indices])
-    names, note = ("total index", "± total", "first index", "± first"), _SOBOL
-    columns = [Column(name, digits=3) for name in names]
-    if sensitivity.method == "morris":
-        names, note = ("mean size", "± size", "mean", "standard deviation"), _MORRIS
+    labels, is_morris = short_labels([index.path for index in sensitivity.indices]), sensitivity.method == "morris"
+    unit = f" {sensitivity.unit}" if sensitivity.unit else ""
+    columns = [Column(name, digits=3) for name in ("total index", "± total", "first index", "± first")]
+    if is_morris:
+        names = ("mean size", "± size", "mean", "standard deviation")
         columns = [Column(name, sensitivity.unit, significant=3) for name in names]
     rows = []
     for index in sensitivity.indices:
-        last = (index.mean, index.other) if sensitivity.method == "morris" else (index.other, index.other_error)
+        last = (index.mean, index.other) if is_morris else (index.other, index.other_error)
         rows.append((labels[index.path], index.size, index.size_error, *last))
-    title = _title(sensitivity.label, sensitivity.group)
-    return Table(title, (Column("value"), *columns), tuple(rows), f"{_of_runs(sensitivity)} {note}")
-
-
-def _of_runs(sensitivity: Sensitivity) -> str:
-    unit = f" {sensitivity.unit}" if sensitivity.unit else ""
-    spread = f"mean {sensitivity.mean:.3g}{unit}, standard deviation {sensitivity.deviation:.3g}{unit}"
-    runs = f"{sensitivity.runs} runs, {spread}"
-    surrogate = sensitivity.surrogate
-    if surrogate is not None:
-        return f"{runs}; indices of a surrogate of {_fitted_to(surrogate)}: {_goodness(surrogate, unit)}."
-    left = sensitivity.left_out
-    words = f", {left} left out because the event did not happen in all of their runs" if left else ""
-    return f"{runs}; {sensitivity.blocks} blocks{words}."
-
-
-def _goodness(fit: Validation, unit: str) -> str:
-    return (
-        f"for runs that it has not seen, its error is {fit.error:.3g}{unit} (root mean square), at most "
-        f"{fit.largest:.3g}{unit}, Q² {fit.explained:.3f}, and {100 * fit.covered:.0f} % lie in its 95 % interval"
-    )
+    runs = f"{sensitivity.runs} runs, mean {sensitivity.mean:.3g}{unit}, standard deviation {sensitivity.deviation:.3g}"
+    if (surrogate := sensitivity.surrogate) is not None:
+        goodness = {name: getattr(surrogate, name) for name in ("error", "largest", "explained")}
+        goodness |= {"unit": unit, "covered": 100 * surrogate.covered, "runs": _fitted_to(surrogate)}
+        of = prose("notes", "surrogate", goodness)
+    elif sensitivity.left_out:
+        of = prose("notes", "left-out", {"blocks": sensitivity.blocks, "count": sensitivity.left_out})
+    else:
+        of = f"{sensitivity.blocks} blocks"
+    note = f"{runs}{unit}; {of}. {prose('notes', sensitivity.method)}"
+    return Table(_title(sensitivity.label, sensitivity.group), (Column("value"), *columns), tuple(rows), note)
 
 
 def _fitted_to(fit: Validation) -> str:
@@ -229,8 +198,4 @@ def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: 
     fitted = {surrogate.output.replace("_", " "): _fitted_to(surrogate.validation) for surrogate, _ in predicted}
     same = len(set(fitted.values())) == 1
     of = next(iter(fitted.values())) if same else "; ".join(f"{name}: {runs}" for name, runs in fitted.items())
-    note = (
-        f"A Gaussian process of {of}. From, to: its 95 % interval. Errors and Q²: of runs that it has not seen, "
-        "in five-fold cross-validation."
-    )
-    return Table(f"Predicted for {at}", columns, rows, note)
+    return Table(f"Predicted for {at}", columns, rows, prose("notes", "prediction", {"runs": of}))

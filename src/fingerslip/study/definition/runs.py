@@ -1,31 +1,37 @@
-"""The runs of a study, each with all its values and a name for its folder.
+"""The runs of a study, each with all its values and a name for its folder, and which of them are finished.
 
-Names of runs are short, safe on every file system, and different.
+Names of runs are short, safe on every file system, and different. Nothing here loads what builds, computes or draws
+runs: a study that is finished needs none of it.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import metadata
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.materials.choice import PRESET, material_of
 from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import flatten
-from fingerslip.results import REPEAT, SAMPLE, RefusedRun
+from fingerslip.results import REPEAT, SAMPLE, RefusedRun, RunResult, read_result
+from fingerslip.slip.events import Events
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import digest
+from fingerslip.study.definition.expressions import derive
 from fingerslip.study.definition.file import line_numbers, read_with_base
-from fingerslip.study.definition.samples import drawn, scatter_values
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, PlainStudy, Study, given_in
-from fingerslip.study.definition.sweep import combinations
+from fingerslip.study.definition.sweep import combinations, drawn, scatter_values
 from fingerslip.units import without_rounding
+
+#: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
+RESULT_FORMAT = 9
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 _LONGEST = 100
@@ -44,9 +50,29 @@ class Run:
     specimen: Specimen | None  # the specimen with all its values
     sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
 
+    @cached_property
+    def mesh_key(self) -> str:
+        """What decides its mesh, hashed: runs with the same key share one mesh."""
+        try:
+            return self.study.mesh.key(self.specimen)
+        except InputError as error:
+            raise error.moved(lambda where: f"{self.where}: {where}") from None
+
+    @cached_property
+    def identity(self) -> str:
+        """Hash of everything that decides its result: its values, its mesh files, the program."""
+        values = {key: value for key, value in self.plain_values().items() if key != "title"}
+        values["mesh"] = {"hash": self.mesh_key}
+        return digest([{"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}, values])
+
     def plain_values(self) -> dict[str, Any]:
         """Return everything that makes the run as plain data, which is a study file of its own."""
         return dict(self._all_values)
+
+    @property
+    def flat_values(self) -> dict[str, Any]:
+        """Everything that makes the run, by dotted path."""
+        return flatten(self._all_values)
 
     @cached_property
     def _all_values(self) -> dict[str, Any]:
@@ -79,16 +105,28 @@ def _without_empty(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Expansion:
-    """A study and the runs that it makes."""
+class Plan:
+    """A study, and what running it would do."""
 
-    study: Study  # the study
-    runs: tuple[Run, ...]  # the runs, all of them checked
-    refused: tuple[RefusedRun, ...]  # samples whose values do not fit together
-    given: tuple[str, ...]  # dotted paths of the values that it gives
+    source: Path  # the study file
+    study: Study  # what it holds
+    runs: tuple[Run, ...]  # all runs, checked
+    folder: Path = Path()  # where the results go
+    given: tuple[str, ...] = ()  # dotted paths of the values that the file gives
+    refused: tuple[RefusedRun, ...] = ()  # samples whose values do not fit together, which make no run
+
+    @cached_property
+    def identities(self) -> dict[str, str]:
+        """Hash of the inputs of every run, by its name."""
+        return {run.name: run.identity for run in self.runs}
+
+    def finished_runs(self, whole: Collection[str] = ()) -> dict[str, RunResult]:
+        """Return the results of the runs that are finished with these inputs, by their names."""
+        stored = {run.name: read_result(self.folder / run.name, is_whole=run.name in whole) for run in self.runs}
+        return {name: result for name, result in stored.items() if result and result.identity == self.identities[name]}
 
 
-def read_runs(path: str | Path) -> Expansion:
+def read_runs(path: str | Path) -> Plan:
     """Read a study file with its runs; errors as of :func:`~fingerslip.study.definition.spec.read_study`."""
     source = Path(path)
     mapping = read_with_base(source)
@@ -96,12 +134,49 @@ def read_runs(path: str | Path) -> Expansion:
         return expand_mapping(mapping, source)
 
 
-def expand(study: Study, source: Path) -> tuple[Run, ...]:
-    """Return the runs of a study, all of them checked, without refused samples."""
-    return expand_mapping(as_mapping(study), source).runs
+def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
+    """Read a study file as :func:`read_runs`, and check all that can be before anything runs."""
+    source = Path(path)
+    mapping = read_with_base(source)
+    with line_numbers(source):
+        return plan_mapping(mapping, source, Path(results_dir) / source.stem)
 
 
-def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
+def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:
+    """Read several studies and plan their runs."""
+    mistakes, plans = Mistakes(), dict[Path, Plan]()
+    for path in paths:
+        with mistakes.collect():
+            plan = plan_study(path, results_dir)
+            twin = plans.setdefault(plan.folder, plan)
+            if twin is not plan:
+                raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
+    mistakes.raise_all()
+    return tuple(plans.values())
+
+
+def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:
+    """Return the plan of a study that is given as plain data.
+
+    Derived quantities whose names a run does not know, or whose units do not fit, are refused.
+    """
+    plan = expand_mapping(mapping, source, folder)
+    mistakes, derived = Mistakes(), plan.study.derived
+    # A swept group may give runs other values than the first one has.
+    examples = [RunResult(run.name, run.swept, Events(), values=run.flat_values) for run in plan.runs if derived]
+    for name, text in derived.items():
+        with mistakes.collect():
+            units = {derive(name, text, example).unit: example.name for example in examples}
+            if len(units) > 1:
+                in_runs = ", ".join(f"'{unit}' in {run}" for unit, run in units.items())
+                raise InputError(f"derived.{name}", f"has the units {in_runs}", "needs one unit in all runs")
+    if mistakes.found:
+        raise mistakes.error().moved(lambda where: f"{source}: {where}")
+    _ = plan.identities  # a mesh file that cannot be read is told now
+    return plan
+
+
+def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path()) -> Plan:
     """Return a study from plain data with its runs; the first swept path varies slowest, samples vary fastest.
 
     Runs whose values do not fit together are refused: an error where all are, and where nothing is sampled.
@@ -121,14 +196,14 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path) -> Expansion:
             refused.append(RefusedRun(name, swept_and_number, drawn_values, str(error)))
             if len(refused) == len(draws) or not total:
                 raise
-    return Expansion(study, tuple(runs), tuple(refused), given_in(mapping))
+    return Plan(source, study, tuple(runs), folder, given_in(mapping), tuple(refused))
 
 
 def _draws(plain: PlainStudy, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
     """Yield the number of each sample or repeat of swept values, what is drawn, and all values that it changes."""
     study = plain.study
     if study.repeats is not None:
-        values = flatten(_run(plain, swept).plain_values())
+        values = _run(plain, swept).flat_values
         for number in range(1, study.repeats.count + 1):
             try:
                 scattered = scatter_values(study.repeats, number, values)

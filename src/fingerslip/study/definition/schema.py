@@ -65,15 +65,10 @@ def _tell_source(definitions: Mapping[str, _Schema], definition: _Schema, preset
     """Add the value that a preset gives, and its source, to the words of its key."""
     *groups, leaf = value.path.split(".")
     for group in groups:
-        definition = _follow_reference(definitions, definition.get("properties", {}).get(group, {}))
+        key = definition.get("properties", {}).get(group, {})
+        # The key refers to a definition, which may be one of several.
+        references = [option["$ref"] for option in (key, *key.get("anyOf", ())) if "$ref" in option]
+        definition = definitions[references[0].rpartition("/")[2]] if references else {}
     if leaf in definition.get("properties", {}):
         key = definition["properties"][leaf]
         key["description"] = f"{key.get('description', '')} {preset}: {value.value} ({value.source}).".strip()
-
-
-def _follow_reference(definitions: Mapping[str, _Schema], schema: _Schema) -> _Schema:
-    """Return the definition that a key refers to, which may be one of several; an empty one without a reference."""
-    for option in (schema, *schema.get("anyOf", ())):
-        if "$ref" in option:
-            return definitions[option["$ref"].rpartition("/")[2]]
-    return {}

@@ -36,19 +36,28 @@ from fingerslip.published import published_set
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.study.definition.cameras import CameraKind, CameraSettings, TrialSettings
 from fingerslip.study.definition.expressions import check_expression, check_names
 from fingerslip.study.definition.file import line_numbers, read_with_base
-from fingerslip.study.definition.samples import RepeatSettings, SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
+    CameraKind,
+    CameraSettings,
     ContactSettings,
     DynamicsSettings,
     MeshSettings,
     RecordSettings,
     RefinementSettings,
     TimeSettings,
+    TrialSettings,
 )
-from fingerslip.study.definition.sweep import check_sweep, swept_mistakes, swept_together, with_values
+from fingerslip.study.definition.sweep import (
+    RepeatSettings,
+    SampleSettings,
+    check_sweep,
+    sample_mistakes,
+    swept_mistakes,
+    swept_together,
+    with_values,
+)
 
 _KINDS = " or ".join(SPECIMENS)
 

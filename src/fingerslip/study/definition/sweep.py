@@ -1,17 +1,22 @@
-"""What a sweep changes: the combinations of its values, and every mistake in its paths and values.
-
-A key of a sweep is the dotted path of a value, or several with commas between them, whose values change together.
-"""
+"""What changes from run to run: the values of a sweep, samples, repeats, and every mistake in them."""
 
 from __future__ import annotations
 
 import copy
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeAlias
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Annotated, Any, TypeAlias
 
-from fingerslip.errors import InputError, Mistakes
+import numpy as np
+import pydantic
+
+from fingerslip.errors import InputError, Mistakes, shorten
+from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import assign, is_below, join_path, nearest
+from fingerslip.results import SAMPLE
+from fingerslip.sampling.designs import LEVELS, Method, design_size, draw_shares, needs_power_of_two
+from fingerslip.units import quantity_of, split_quantity
 
 #: Returns the mistakes of a study in which some values, by dotted path, are others.
 Check: TypeAlias = Callable[[Mapping[str, Any]], Sequence[InputError]]
@@ -116,7 +121,13 @@ def swept_mistakes(
             if _content(mistake) not in contents:
                 in_sweep = _place_mistake(mistake, swept, sweep)
                 of_runs.setdefault((in_sweep.where, *_content(mistake)), in_sweep)
-    return [*(_in_key(mistake, keys) for mistake in unknown), *of_runs.values()]
+    in_keys = []
+    for mistake in unknown:
+        path = mistake.where.removeprefix("sweep.")
+        fault = f"has '{path}', which is not known"
+        is_key = keys[path] == path
+        in_keys.append(mistake if is_key else InputError(f"sweep.{keys[path]}", fault, mistake.allowed, mistake.repair))
+    return [*in_keys, *of_runs.values()]
 
 
 def _content(mistake: InputError) -> tuple[str, str, str]:
@@ -126,26 +137,18 @@ def _content(mistake: InputError) -> tuple[str, str, str]:
 def unknown_paths(paths: Sequence[str], available: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
     """Return a mistake for each of `paths`, which stand in `group` of a study, that leads to no value of the study."""
     names = [name for names_of_field in available.values() for name in names_of_field]
-    return [_unknown(path, names, group) for path in paths if path not in names]
-
-
-def _unknown(path: str, names: Sequence[str], group: str) -> InputError:
-    parent = path.rpartition(".")[0]
-    beside = sorted({name.rpartition(".")[2] for name in names if parent and name.rpartition(".")[0] == parent})
-    near = nearest(path, names)
-    # A name that is like none of its group is better answered by the names of the group.
-    if near in {None, parent} and beside:
-        return InputError(f"{group}.{path}", "is not known", f"{parent} may have {', '.join(beside)}")
-    repair = f"did you mean '{near}'?" if near else "fingerslip show STUDY lists all paths"
-    return InputError(f"{group}.{path}", "is not known", "needs the dotted path of a value of the study", repair)
-
-
-def _in_key(mistake: InputError, keys: Mapping[str, str]) -> InputError:
-    """Return the mistake of a path at the key of the sweep that it stands in."""
-    path = mistake.where.removeprefix("sweep.")
-    if keys[path] == path:
-        return mistake
-    return InputError(f"sweep.{keys[path]}", f"has '{path}', which is not known", mistake.allowed, mistake.repair)
+    mistakes = []
+    for path in (path for path in paths if path not in names):
+        parent, near = path.rpartition(".")[0], nearest(path, names)
+        beside = sorted({name.rpartition(".")[2] for name in names if parent and name.rpartition(".")[0] == parent})
+        allowed, repair = "needs the dotted path of a value of the study", "fingerslip show STUDY lists all paths"
+        # A name that is like none of its group is better answered by the names of the group.
+        if near in {None, parent} and beside:
+            allowed, repair = f"{parent} may have {', '.join(beside)}", ""
+        elif near:
+            repair = f"did you mean '{near}'?"
+        mistakes.append(InputError(f"{group}.{path}", "is not known", allowed, repair))
+    return mistakes
 
 
 def _leads_to(plain: Mapping[str, Any], key: str, values: Sequence[Any]) -> bool:
@@ -170,3 +173,261 @@ def _place_mistake(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping
     number = next(number for number, row in enumerate(rows) if row.items() <= swept.items())
     column = (str(swept_together(key).index(path)),) if len(rows[0]) > 1 else ()
     return mistake.moved(lambda where: join_path("sweep", key, str(number), *column, where[len(path) + 1 :]))
+
+
+_SCATTER_DIGITS, _DIGITS = 6, 5
+_MOST = 100_000  # samples; planning takes 13 ms for each
+
+
+def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
+    if not scatter:
+        raise InputError("", "is empty", "needs a standard deviation by dotted path", "all repeats are alike")
+    for path, deviation in scatter.items():
+        quantity = quantity_of(deviation)
+        if quantity is None or not 0.0 < quantity[0] < math.inf:
+            fault, allowed = f"got {shorten(repr(deviation))}", "needs a standard deviation above 0"
+            raise InputError(path, fault, allowed, "write a number, or a quantity such as '0.1 mm'")
+    return scatter
+
+
+@parameters
+class RepeatSettings:
+    """Repeats of every run.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    scatter : mapping of str to object
+        Standard deviations by dotted path, numbers or quantities. In each repeat the value is drawn from a normal
+        distribution around that of the run; the draws of a repeat are the same in all runs.
+    seed : int
+        Seed of all random numbers. Each repeat has a seed of its own, which follows from this one and its number.
+    """
+
+    count: Annotated[int, pydantic.Field(ge=1, le=_MOST)]
+    scatter: Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_scatter)]
+    seed: Annotated[int, pydantic.Field(ge=0)] = 1
+
+
+def scatter_values(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a repeat, which numbers from 1, by dotted path, as a study file writes them.
+
+    Examples
+    --------
+    >>> scatter_values(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})
+    {'time.end': '3.08945 s'}
+    """
+    seed = int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
+    draws = np.random.default_rng(seed).standard_normal(len(settings.scatter))
+    pairs = zip(settings.scatter.items(), draws, strict=True)
+    return {path: _scattered_value(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
+
+
+def _scattered_value(path: str, value: Any, deviation: Any, draw: float) -> Any:
+    quantity, spread = quantity_of(value), quantity_of(deviation)
+    where = f"repeats.scatter.{path}"
+    if quantity is None:
+        fault = "is not known" if value is None else f"leads to {shorten(repr(value))}"
+        raise InputError(where, fault, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
+    if spread is None or spread[1] != quantity[1]:
+        needed = f"needs a unit of [{quantity[1] or 'a pure number'}]"
+        raise InputError(where, f"got {shorten(repr(deviation))}", needed)
+    return _round(quantity[0] + draw * spread[0], _SCATTER_DIGITS, quantity[1])
+
+
+def _round(number: float, digits: int, unit: str) -> str | float:
+    """Return a number as a study file writes it."""
+    text = f"{number:.{digits}g}"
+    return f"{text} {unit}" if unit else float(text)
+
+
+def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
+    if not ranges:
+        raise InputError("", "is empty", "needs a range by dotted path", "write path: [smallest, largest]")
+    mistakes = Mistakes()
+    for path, ends in ranges.items():
+        with mistakes.collect():
+            _check_range(path, ends)
+            _check_apart(path, ranges)
+    mistakes.raise_all()
+    return ranges
+
+
+def _check_range(path: str, ends: Sequence[Any]) -> None:
+    if len(ends) != 2:
+        raise InputError(path, f"has {len(ends)} values", "needs two: [smallest, largest]")
+    (low, unit), (high, other) = (_number_and_unit(path, end) for end in ends)
+    if unit != other:
+        raise InputError(path, f"goes from '{ends[0]}' to '{ends[1]}'", "needs both ends in the same unit")
+    if not low < high:
+        raise InputError(path, f"goes from {ends[0]} to {ends[1]}", "needs the smallest value first, then the largest")
+
+
+def _check_apart(path: str, others: Iterable[str], group: str = "") -> None:
+    """Refuse a path inside another one: which of the two values counts would depend on their order."""
+    outer = next((other for other in others if path != other and is_below(path, other)), None)
+    if outer is not None:
+        raise InputError(f"{group}{path}", f"is a part of the sampled '{outer}'", "needs paths apart from each other")
+
+
+def _number_and_unit(path: str, value: object) -> tuple[float, str]:
+    """Return the number of an end of a range in its own unit, which is empty for a plain number."""
+    quantity = split_quantity(value) if isinstance(value, str) else quantity_of(value)
+    if quantity is None:
+        raise InputError(path, f"got {shorten(repr(value))}", "needs numbers or quantities", "sweep what has no order")
+    return quantity
+
+
+def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
+    for path, values in choices.items():
+        if len(values) < 2:
+            raise InputError(path, f"has {len(values)} values", "needs two or more")
+        repeated = next((value for number, value in enumerate(values) if value in values[:number]), None)
+        if repeated is not None:
+            raise InputError(path, f"has {shorten(repr(repeated))} twice", "needs every value once")
+    return choices
+
+
+@parameters
+class SampleSettings:
+    """Samples of values that are known by their ranges only.
+
+    In a Latin hypercube every range is cut into `count` equal parts, and every part holds the value of one sample;
+    which parts of different ranges come together is drawn at random.
+
+    Parameters
+    ----------
+    ranges : mapping of str to tuple
+        Smallest and largest value by dotted path, quantities in one unit.
+    count : int
+        Number of samples; with `saltelli` and `morris` the number of their blocks.
+    seed : int
+        Seed of the random numbers: the same settings give the same samples.
+    method : {'latin_hypercube', 'sobol', 'random', 'saltelli', 'morris'}
+        A Latin hypercube; a scrambled Sobol sequence, whose `count` has to be a power of two; independent values; or a
+        design for sensitivities: `saltelli` for Sobol indices, `count` (a power of two) times two samples more than
+        there are values, or `morris` for elementary effects, `count` times one more.
+    choices : mapping of str to tuple
+        Values without order, such as words, by dotted path; each is drawn equally often, but for the last of three
+        with `morris`, which has four levels, and no more choices than these: twice as often.
+    equal : mapping of str to str
+        Dotted paths of further values, which are the same as a sampled one, by the path of that one.
+    """
+
+    ranges: Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_ranges)]
+    count: Annotated[int, pydantic.Field(ge=2)]
+    seed: Annotated[int, pydantic.Field(ge=0)] = 1
+    method: Method = "latin_hypercube"
+    choices: Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_choices)] = pydantic.Field(
+        default_factory=dict
+    )
+    equal: Mapping[str, str] = pydantic.Field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if needs_power_of_two(self.method) and self.count & (self.count - 1):
+            below = 1 << (self.count.bit_length() - 1)
+            repair = f"write count: {below} or count: {2 * below}"
+            raise InputError("count", f"got {self.count} for a Sobol sequence", "needs a power of two", repair)
+        if self.total > _MOST:
+            raise InputError("count", f"makes {self.total} samples", f"needs {_MOST} or fewer")
+        self._check_unordered()
+        for path, other in self.equal.items():
+            if other not in self.paths:
+                raise InputError(f"equal.{path}", f"got '{other}'", f"needs one of {', '.join(self.paths)}")
+            if path in self.paths:
+                raise InputError(f"equal.{path}", "is sampled itself", "needs the path of a value without a range")
+        for group in ("ranges", "choices", "equal"):
+            for path in getattr(self, group):
+                _check_apart(path, (*self.paths, *self.equal), f"{group}.")
+
+    def _check_unordered(self) -> None:
+        for path, values in self.choices.items():
+            if path in self.ranges:
+                raise InputError(f"choices.{path}", "has a range too", "needs a path of its own")
+            if self.method == "morris" and len(values) > LEVELS:
+                fault, allowed = f"has {len(values)} values", f"may have {LEVELS}, the levels of morris"
+                raise InputError(f"choices.{path}", fault, allowed, "use saltelli, or leave some out")
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Dotted paths of the sampled values: those with ranges, then those with choices."""
+        return (*self.ranges, *self.choices)
+
+    @property
+    def total(self) -> int:
+        """The number of samples."""
+        return design_size(self.method, self.count, len(self.paths))
+
+    @property
+    def design(self) -> dict[str, Any]:
+        """How the samples are drawn, as plain data."""
+        return {"method": self.method, "count": self.count, "seed": self.seed, "paths": list(self.paths)}
+
+    def values(self, sampled: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all values that a sample sets, by dotted path: the drawn ones and those that are equal to them."""
+        return {**sampled, **{path: sampled[other] for path, other in self.equal.items() if other in sampled}}
+
+
+def drawn(settings: SampleSettings) -> tuple[dict[str, Any], ...]:
+    """Return the samples: values by dotted path, as a study file writes them, five digits each.
+
+    Examples
+    --------
+    >>> drawn(SampleSettings({"time.step": ("1 ms", "3 ms")}, count=2))
+    ({'time.step': '1.4882 ms'}, {'time.step': '2.0495 ms'})
+    """
+    cube = draw_shares(settings.method, settings.count, len(settings.paths), settings.seed)
+    return tuple(
+        {path: _value_at(settings, path, float(share)) for path, share in zip(settings.paths, shares, strict=True)}
+        for shares in cube
+    )
+
+
+def _value_at(settings: SampleSettings, path: str, share: float) -> Any:
+    """Return the value at a share of a range, in the unit of its ends, or of a list of choices."""
+    if path in settings.choices:
+        values = settings.choices[path]
+        return values[min(int(share * len(values)), len(values) - 1)]
+    (low, unit), (high, _) = (_number_and_unit("", end) for end in settings.ranges[path])
+    return _round(low + share * (high - low), _DIGITS, unit)
+
+
+def sample_mistakes(
+    plain: Mapping[str, Any], mistakes: Sequence[InputError], paths: Mapping[str, Sequence[str]], check: Check
+) -> list[InputError]:
+    """Return the mistakes in the ranges and choices of a study: paths that lead nowhere, and wrong ends and choices.
+
+    Arguments as of :func:`~fingerslip.study.definition.sweep.swept_mistakes`. An end is wrong where the study with this
+    value, and its other values as they stand, is wrong. What is wrong between the ends, where several values come
+    together, refuses the sample and not the study.
+    """
+    if any(is_below(mistake.where, SAMPLE) for mistake in mistakes):
+        return []
+    wrong_fields = {mistake.where.partition(".")[0] for mistake in mistakes} - paths.keys()
+    groups = {
+        group: {
+            path: values
+            for path, values in (plain[SAMPLE].get(group) or {}).items()
+            if path.partition(".")[0] not in wrong_fields
+        }
+        for group in ("ranges", "choices", "equal")
+    }
+    unknown = [mistake for group in groups for mistake in unknown_paths(list(groups[group]), paths, f"sample.{group}")]
+    misnamed, elsewhere = ({mistake.where for mistake in mistakes_of} for mistakes_of in (unknown, mistakes))
+    equal = {path: other for path, other in groups["equal"].items() if f"sample.equal.{path}" not in misnamed}
+    values = [
+        InputError(
+            f"sample.{group}.{path}.{number}",
+            mistake.found if mistake.where == path else f"makes {mistake.where} wrong: {mistake.found}",
+            mistake.allowed,
+            mistake.repair,
+        )
+        for group in ("ranges", "choices")
+        for path, ends in groups[group].items()
+        if f"sample.{group}.{path}" not in misnamed
+        for number, value in enumerate(ends)
+        for mistake in check(dict.fromkeys((path, *(twin for twin, other in equal.items() if other == path)), value))
+        if mistake.where not in elsewhere
+    ]
+    return [*unknown, *values]

@@ -19,10 +19,9 @@ from fingerslip.model.timing import Adaptive
 from fingerslip.specimens.choice import SPECIMENS, preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.storage.files import writing
-from fingerslip.study.running.build import inspect_mesh
+from fingerslip.study.definition.runs import Plan, plan_study
+from fingerslip.study.running.build import Job, groups, inspect_mesh, prepare_samples
 from fingerslip.study.running.cost import compiling_seconds, estimated_seconds, process_bytes
-from fingerslip.study.running.plan import Job, Plan, groups, plan_studies, plan_study
-from fingerslip.study.running.prepare import prepare_samples
 from fingerslip.tables.table import Column, Table
 
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
@@ -42,24 +41,19 @@ _CONTROLLED = (
 )
 
 
-def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> Table:
-    """Check studies, and estimate the size and time of every run."""
-    return check_plans(plan_studies(paths, results_dir))
-
-
 def check_plans(plans: Sequence[Plan]) -> Table:
-    """Check studies that are planned already; see :func:`check_studies`."""
+    """Check studies, and estimate the size and time of every run."""
     rows: list[_Row] = []
     job_groups: list[list[Job]] = []
     doubts: list[str] = []
     for plan in plans:
         finished, name = plan.finished_runs(), plan.source.name
-        prepared = prepare_samples(plan, plan.runs)
-        for job in prepared.jobs:
+        jobs, refused = prepare_samples(plan, plan.runs)
+        for job in jobs:
             rows.append((name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job.model)))
             doubts += [f"{name}: {doubt}" for doubt in job.doubts]
-        rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in prepared.refused]
-        job_groups += groups([job for job in prepared.jobs if job.run.name not in finished])
+        rows += [(name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in refused]
+        job_groups += groups([job for job in jobs if job.run.name not in finished])
     warnings = list(dict.fromkeys(doubts))
     title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
     note = "".join((_note(rows, job_groups), *(f" WARNING: {warning}." for warning in warnings)))

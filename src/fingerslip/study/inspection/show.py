@@ -25,11 +25,12 @@ from fingerslip.slip.windows import LATENCY, READINGS, TIMES, defines_time, even
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.storage.files import write_bytes, write_text
 from fingerslip.study.definition.runs import read_runs
-from fingerslip.study.opened import open_study
-from fingerslip.study.storage.reporting import read_results, read_stored_run, study_tables
-from fingerslip.study.storage.summary import read_manifest
-from fingerslip.study.storage.values import read_run_values, value_rows
+from fingerslip.study.scripted import open_study
+from fingerslip.study.storage.reporting import read_results, read_run_values, read_stored_run, study_tables, value_rows
+from fingerslip.study.storage.store import read_manifest
 from fingerslip.tables.table import Cell, Column, Measured, Table, to_csv
+
+_CATALOGUE = Column("name"), Column("after")
 
 
 def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
@@ -41,7 +42,11 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
         from fingerslip.study.inspection.check import draw_specimen
 
         draw_specimen(target, figure)
-    return _tables(target) if target else (presets_table(), materials_table())
+    if target:
+        return _tables(target)
+    note = "In study files: materials: {REGION: {preset: NAME}}."
+    materials = tuple((name, material_header(name)["citation"]) for name in material_names())
+    return presets_table(), Table("Materials", _CATALOGUE, materials, note)
 
 
 def _tables(target: str) -> tuple[Table, ...]:
@@ -49,7 +54,12 @@ def _tables(target: str) -> tuple[Table, ...]:
     if path.is_dir():
         return _show_result(path)
     if path.suffix in (".yaml", ".yml"):
-        return (_study_table(path),)
+        plan = read_runs(path)
+        assumed_first = sorted(
+            value_rows(plan.runs, plan.given), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED)
+        )
+        rows = tuple((value.path, value.value, value.source, value.note) for value in assumed_first)
+        return (Table(f"{path}: {plan.study.title}", COLUMNS, rows, "The assumed values come first."),)
     if target in preset_names():
         presets = presets_of(target)
         return (_preset_table(target, presets.header(target), presets.table(target)),)
@@ -62,28 +72,12 @@ def _tables(target: str) -> tuple[Table, ...]:
 def presets_table() -> Table:
     """Return the presets that ship."""
     rows = tuple((name, presets_of(name).header(name)["citation"]) for name in preset_names())
-    return Table("Presets", (Column("name"), Column("after")), rows, "fingerslip show NAME lists all values.")
-
-
-def materials_table() -> Table:
-    """Return the materials that ship."""
-    rows = tuple((name, material_header(name)["citation"]) for name in material_names())
-    return Table(
-        "Materials", (Column("name"), Column("after")), rows, "In study files: materials: {REGION: {preset: NAME}}."
-    )
+    return Table("Presets", _CATALOGUE, rows, "fingerslip show NAME lists all values.")
 
 
 def _preset_table(name: str, header: Mapping[str, str], values: Sequence[PresetValue]) -> Table:
     rows = tuple((row.path, row.value, row.source, row.note) for row in values)
     return Table(f"{name}: {header['citation']}", COLUMNS, rows, f"{header['published']} {header['claims_not']}")
-
-
-def _study_table(path: Path) -> Table:
-    expansion = read_runs(path)
-    shown_values = value_rows(expansion.runs, expansion.given)
-    values = sorted(shown_values, key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
-    rows = tuple((value.path, value.value, value.source, value.note) for value in values)
-    return Table(f"{path}: {expansion.study.title}", COLUMNS, rows, "The assumed values come first.")
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
@@ -163,7 +157,7 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     study = open_study(folder).result
     if method == "linear":
         return _linear(study, output)
-    from fingerslip.report.figures.samples import indices_figure
+    from fingerslip.report.figures.study import indices_figure
     from fingerslip.report.figures.style import figure_bytes
 
     results = sensitivities(study, output, method)

@@ -12,15 +12,14 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, read_history
 from fingerslip.parameters import from_mapping
 from fingerslip.published import published_set
-from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
+from fingerslip.report.content import MOST_RUNS, OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
 from fingerslip.report.labels import run_title
-from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.report.scene.options import SceneOptions, Served, require_free
 from fingerslip.report.tables.runs import swept_paths
 from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.study.storage.reporting import read_results, read_stored_run, slide_starts
-from fingerslip.study.storage.summary import read_manifest
+from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
@@ -80,8 +79,8 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
 
 def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) -> None:
     # Libraries that draw are slow to load: what is wrong with the results is said before.
-    from fingerslip.report.figures.catalogue import draw_of_run, draw_of_study
     from fingerslip.report.figures.style import looking, save_figure
+    from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 
     with looking(choice.style):
         if isinstance(subject, StudySubject):
@@ -152,7 +151,7 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
 def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> None:
     import matplotlib as mpl
 
-    from fingerslip.report.figures.film import Film, film_frames
+    from fingerslip.report.figures.motion import Film, film_frames
     from fingerslip.vision.video import write_video
 
     film = Film(**choice.film)

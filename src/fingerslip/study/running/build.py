@@ -1,25 +1,36 @@
-"""From a run to the model that is simulated."""
+"""From a run to the model that is simulated, checked and ready to be computed."""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fingerslip.contact.counterfaces import BuiltInCounterface
+from fingerslip.contact.friction import weakens
+from fingerslip.dynamics.recording.steps import step_count
+from fingerslip.dynamics.step.sharing import first_alike, groups_to_share, material_key, same_body, same_matrix
+from fingerslip.dynamics.system.checks import inspect_model
+from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.errors import InputError
+from fingerslip.fe.space import Space, build_space
 from fingerslip.mesh.source import InspectedMesh
 from fingerslip.model.model import Model, Recording
 from fingerslip.model.programme import phase_travel
+from fingerslip.model.timing import Adaptive
 from fingerslip.parameters import kinds_of
 from fingerslip.parameters.dotted import join_path
+from fingerslip.results import RefusedRun
 from fingerslip.specimens.choice import SPECIMENS
-from fingerslip.study.definition.runs import Run
+from fingerslip.study.definition.runs import Plan, Run
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.running.cost import require_mesh_memory
+from fingerslip.study.running.cost import basis_saves, most_together, require_mesh_memory
 from fingerslip.units import millimetres
 
 # A file in millimetres that is read as metres is a thousand times too large.
@@ -35,11 +46,8 @@ _CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
 
 
 def build_mesh(run: Run) -> Any:
-    """Build or read the mesh of a run.
-
-    Units: returns [m].
-    """
-    with _name_errors(run):
+    """Build or read the mesh [m] of a run."""
+    with name_errors(run):
         require_mesh_memory(run.study.mesh, run.specimen)
         mesh = run.study.mesh.build(run.specimen)
         _check_extent(mesh, run)
@@ -48,27 +56,21 @@ def build_mesh(run: Run) -> Any:
 
 def inspect_mesh(run: Run) -> InspectedMesh:
     """Build or read the mesh of a run, with tables of what is worth knowing of it; errors as of :func:`build_mesh`."""
-    with _name_errors(run):
+    with name_errors(run):
         require_mesh_memory(run.study.mesh, run.specimen)
         inspected = run.study.mesh.inspect(run.specimen)
         _check_extent(inspected.mesh, run)
     return inspected
 
 
-def mesh_key(run: Run) -> str:
-    """Return what decides the mesh of a run, hashed: runs with the same key share one mesh."""
-    with _name_errors(run):
-        return run.study.mesh.key(run.specimen)
-
-
 def build_model(run: Run, mesh: Any = None) -> Model:
     """Make the model of a run."""
-    with _name_errors(run):
+    with name_errors(run):
         return _model(run, build_mesh(run) if mesh is None else mesh)
 
 
 @contextlib.contextmanager
-def _name_errors(run: Run) -> Iterator[None]:
+def name_errors(run: Run) -> Iterator[None]:
     """Name the run in errors, and their places as the study file calls them."""
     try:
         yield
@@ -153,3 +155,104 @@ def _check_extent(mesh: Any, run: Run) -> None:
         fault = f"the body is {extent:.4g} m large, too large for {beside}"
         repair = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
         raise InputError("mesh.file", fault, "needs coordinates in metres", repair)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run with its model, ready to be computed."""
+
+    run: Run  # the run
+    model: Model  # its model
+    identity: str  # hash of its inputs
+    folder: Path  # where its results go
+    doubts: tuple[str, ...] = ()  # what is doubtful in the model
+
+
+#: Meshes and their spaces by what decides them.
+_Meshes = dict[str, tuple[Any, Space]]
+
+
+def prepare_samples(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
+    """Build and check the models of runs as :func:`prepare`, and return the samples whose values make no model, too."""
+    meshes: _Meshes = {}
+    jobs: list[Job] = []
+    refused = list(plan.refused)
+    for run in runs:
+        try:
+            jobs.append(_job(plan, run, meshes))
+        except InputError as error:
+            refused.append(RefusedRun(run.name, run.swept, run.sampled, str(error)))
+            if not run.sampled or len(refused) == len(plan.runs) + len(plan.refused):
+                raise
+    return choose_bases(jobs), tuple(refused)
+
+
+def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
+    """Build and check the models of runs; runs with the same mesh inputs share one mesh."""
+    meshes: _Meshes = {}
+    return choose_bases([_job(plan, run, meshes) for run in runs])
+
+
+def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
+    mesh, space = meshes.get(run.mesh_key, (None, None))
+    mesh = build_mesh(run) if mesh is None else mesh
+    model = build_model(run, mesh)
+    with name_errors(run):
+        space = space or build_space(mesh)
+        checked_model = inspect_model(model, space)
+    meshes[run.mesh_key] = mesh, space
+    return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, checked_model))
+
+
+def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
+    """Decide where a study says ``basis: automatic``: for a reduced basis where the runs that share it save time."""
+    first = first_alike([job.model for job in jobs], same_body, material_key)
+    decided = list(jobs)
+    for leader in dict.fromkeys(first):
+        alike = [number for number, other in enumerate(first) if other == leader]
+        undecided = [number for number in alike if jobs[number].run.study.dynamics.basis == "automatic"]
+        if undecided:
+            saves = _saves([jobs[number].model for number in alike])
+            for number in undecided:
+                decided[number] = _decide(jobs[number], reduced=saves)
+    return tuple(decided)
+
+
+def _saves(models: Sequence[Model]) -> bool:
+    """Tell whether a basis saves time in all motions of a body together."""
+    if any(_needs_mesh(model) for model in models):
+        return False
+    checked_model = inspect_model(models[0])
+    nodes = {node for candidate in checked_model.candidates for node in candidate.nodes.tolist()}
+    # The first of several motions with a matrix may try out how many normal modes suffice, and is computed again.
+    first = first_alike(models, same_matrix)
+    steps = sum(
+        step_count(model) for number, model in enumerate(models) if first[number] != number or first.count(number) == 1
+    )
+    return basis_saves(checked_model.free.size, checked_model.space.dim * len(nodes), steps, checked_model.space.dim)
+
+
+def _needs_mesh(model: Model) -> bool:
+    """Tell whether a model has to be computed on the mesh.
+
+    That is so for all that :func:`~fingerslip.dynamics.reduced.basis.compute_in_basis` refuses, and where friction
+    weakens as nodes slip: such slip multiplies differences, however small, so that no tolerance holds.
+    """
+    weak = any(weakens(contact.friction) for contact in model.contacts)
+    relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
+    damped = any(body.dampers for body in model.bodies.values())
+    moved = bool(model.support_motions)
+    return weak or relaxes or damped or moved or model.is_finite or isinstance(model.time, Adaptive)
+
+
+def _decide(job: Job, *, reduced: bool) -> Job:
+    dynamics = dataclasses.replace(job.run.study.dynamics, basis="reduced" if reduced else "full")
+    study = dataclasses.replace(job.run.study, dynamics=dynamics)
+    model = dataclasses.replace(job.model, basis=dynamics.reduced)
+    return dataclasses.replace(job, run=dataclasses.replace(job.run, study=study), model=model)
+
+
+def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
+    """Put jobs into groups that are computed together, where `at_once` groups can be computed at once."""
+    shared = groups_to_share([job.model for job in jobs], at_once, most_together)
+    return [[jobs[number] for number in group] for group in shared]

@@ -27,9 +27,8 @@ from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.results import stored_result
 from fingerslip.storage.files import new_folder, writing
 from fingerslip.study.definition.runs import Run
-from fingerslip.study.running.build import build_model
-from fingerslip.study.running.compute import compute_group
-from fingerslip.study.running.plan import Job, Outcome, groups
+from fingerslip.study.running.build import Job, build_model, groups
+from fingerslip.study.running.compute import Outcome, compute_group
 from fingerslip.study.running.progress import StudyProgress
 
 # Groups that wait for each core of the cluster, so that no worker waits for this process.

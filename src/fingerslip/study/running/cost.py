@@ -40,7 +40,7 @@ _SECONDS_PER_UNKNOWN_AND_STEP = {2: 2.5e-7, 3: 2e-6}
 # How many times as much large strain takes: measured with studies/finite_strain.yaml and finite_strain_3d.yaml.
 _TIMES_AT_LARGE_STRAIN = {2: 8.0, 3: 6.0}
 
-# CPU seconds of a reduced basis, measured with the shipped studies by tests/benchmarks/bench_basis.py: for every
+# CPU seconds of a reduced basis, measured with the shipped studies by tests/benchmarks/bench_variants.py: for every
 # unknown of the mesh and static response, for the cube of the constraint modes (eigenvectors), and for every unknown
 # (normal modes). CPU seconds of a step by which mesh and basis differ, for every unknown and for the square of the
 # responses. Only an estimate that is half as large again counts as a saving.

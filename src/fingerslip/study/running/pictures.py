@@ -19,43 +19,43 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerslip.errors import DamagedError, FingerslipError
+from fingerslip.errors import FingerslipError
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.parameters import as_mapping
 from fingerslip.report.page.sensor import write_tracking
 from fingerslip.results import HISTORY
-from fingerslip.storage.files import digest, new_folder, read_json, write_json
-from fingerslip.study.definition.cameras import CameraSettings
-from fingerslip.study.running.plan import Job, Plan
+from fingerslip.storage.files import digest, holds, new_folder, write_json
+from fingerslip.study.definition.runs import Plan
+from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import CAMERAS, ERRORS
 from fingerslip.study.storage.store import read_run
 from fingerslip.vision.cameras.camera import Camera, true_tracks
-from fingerslip.vision.cameras.looks import (
+from fingerslip.vision.cameras.pixel import (
     BRIGHT_ON_DARK,
     DARK_ON_BRIGHT,
     HARSH_LIGHT,
     Lighting,
     PixelCamera,
     SensorNoise,
+    film,
 )
-from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
 from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_errors
-from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
-from fingerslip.vision.tracks import write_tracks
+from fingerslip.vision.tracks import write_tracks, write_tracks_csv
 from fingerslip.vision.video import open_frames
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
+    from fingerslip.study.running.build import Job
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
 
     A report shows its first runs in detail, of many the first one, and the model of the first run with each mesh.
     """
-    from fingerslip.report.page.content import detailed_of
+    from fingerslip.report.content import detailed_of
 
     if plan.study.sample:
         return {}
@@ -92,20 +92,17 @@ def draw_runs(
         if drawing is not None and not stopped():
             # Whatever goes wrong here goes wrong in the report too, which tells the user.
             with contextlib.suppress(Exception):
-                pictures[job.run.name] = _drawn(job, drawing)
+                # What draws is slow to import, and a worker of a sweep mostly draws nothing.
+                from fingerslip.report.content import RunSubject
+                from fingerslip.report.labels import run_title
+                from fingerslip.report.page.pictures import draw_ahead
+
+                result, history = read_run(job.folder), read_history(job.folder / HISTORY)
+                title = run_title(result, drawing.title)
+                run = RunSubject(history, result.events, name=result.name, title=title)
+                mesh = job.model.mesh if drawing.model else None
+                pictures[job.run.name] = draw_ahead(run, mesh, contact=drawing.contact)
     return pictures
-
-
-def _drawn(job: Job, drawing: Drawing) -> RunPictures:
-    # What draws is slow to import, and a worker of a sweep mostly draws nothing.
-    from fingerslip.report.figures.kinds import RunSubject
-    from fingerslip.report.labels import run_title
-    from fingerslip.report.page.pictures import draw_ahead
-
-    result, history = read_run(job.folder, {}), read_history(job.folder / HISTORY)
-    title = run_title(result, drawing.title)
-    run = RunSubject(history, result.events, name=result.name, title=title)
-    return draw_ahead(run, job.model.mesh if drawing.model else None, contact=drawing.contact)
 
 
 _FORMAT = 1
@@ -119,7 +116,7 @@ def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]
     for name, result in plan.finished_runs().items() if plan.study.cameras else ():
         for kind, settings in plan.study.cameras.items():
             folder, key = plan.folder / name / CAMERAS / kind, digest([_FORMAT, result.identity, as_mapping(settings)])
-            if _has_film(folder, key):
+            if holds(folder / ERRORS, "key", key):
                 continue
             try:
                 filmed = film_history(read_history(plan.folder / name / HISTORY), kind, settings, folder, key)
@@ -191,14 +188,6 @@ def _points(
 
 
 _TIERS = {"pixel": _pixels, "point": _points}
-
-
-def _has_film(folder: Path, key: str) -> bool:
-    try:
-        stored: Mapping[str, Any] = read_json(folder / ERRORS, "run the study again")
-    except (FileNotFoundError, DamagedError):
-        return False
-    return bool(stored["key"] == key)
 
 
 def _said(errors: TrackErrors) -> str:

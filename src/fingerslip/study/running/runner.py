@@ -5,36 +5,27 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from collections.abc import Collection, Generator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
-from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
-from fingerslip.storage.files import check_folder, clean_stale, remove_empty
+from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty
 from fingerslip.study.definition.expressions import derive
-from fingerslip.study.running.plan import Computed, Job, Outcome, Plan, Prepared, plan_studies
+from fingerslip.study.definition.runs import Plan, plan_studies
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.storage.reporting import REPORT, film_keys, report_key, write_report
-from fingerslip.study.storage.summary import (
-    read_manifest,
-    read_uncertainties,
-    refused_in,
-    write_manifest,
-    write_sensitivity,
-    write_summary,
-)
+from fingerslip.study.storage.reporting import REPORT, film_keys, write_report
+from fingerslip.study.storage.store import read_manifest, read_uncertainties, refused_in, write_results
 
 if TYPE_CHECKING:
-    from fingerslip.report.page.content import RunPictures
+    from fingerslip.report.content import RunPictures
+    from fingerslip.study.running.build import Job
+    from fingerslip.study.running.compute import Outcome
     from fingerslip.study.running.pictures import Drawing
-
-#: Computes jobs, and yields what became of each group of them.
-Outcomes: TypeAlias = "Generator[Outcome, None, None]"
-Engine: TypeAlias = "Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing]], Outcomes]"
 
 
 class StudyFailedError(FingerslipError):
@@ -148,8 +139,8 @@ def run_plans(
         check_folder(plan.folder)
     prepared = [_prepare(plan, force=force) for plan in plans]
     with progress or StudyProgress() as reporter:
-        engine = _engine(workers, scheduler)
-        outcomes = [_execute(plan, todo, engine, reporter) for plan, todo in zip(plans, prepared, strict=True)]
+        engine = Engine(reporter, workers, scheduler)
+        outcomes = [_execute(plan, *todo, engine) for plan, todo in zip(plans, prepared, strict=True)]
     results = tuple(result for result, _ in outcomes)
     errors = {name: error for _, failures in outcomes for name, error in failures.items()}
     if errors:
@@ -157,40 +148,43 @@ def run_plans(
     return results
 
 
-def _prepare(plan: Plan, *, force: bool) -> Prepared:
+def _prepare(plan: Plan, *, force: bool) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
     """Build and check what is to be computed; where nothing is, nothing that does so is loaded."""
     finished = {} if force else plan.finished_runs()
     runs = [run for run in plan.runs if run.name not in finished]
     if not runs:
-        return Prepared((), plan.refused)
-    from fingerslip.study.running.prepare import prepare_samples
+        return (), plan.refused
+    from fingerslip.study.running.build import prepare_samples
 
     return prepare_samples(plan, runs)
 
 
-def _engine(workers: int, scheduler: str | None) -> Engine:
-    """Return what computes jobs: local processes, or the workers of a Dask scheduler."""
+@dataclass(frozen=True)
+class Engine:
+    """What computes jobs: local processes, or the workers of a Dask scheduler."""
 
-    def compute_here(jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing]) -> Outcomes:
+    progress: StudyProgress  # receives the progress
+    workers: int  # number of cores
+    scheduler: str | None = None  # address of the scheduler
+
+    def compute(self, jobs: Sequence[Job], drawings: Mapping[str, Drawing]) -> Generator[Outcome, None, None]:
+        """Compute jobs, and yield what became of each group of them."""
+        if self.scheduler is not None:
+            from fingerslip.study.running.cluster import compute_on_cluster
+
+            return compute_on_cluster(jobs, self.scheduler, self.progress)
+        from fingerslip.study.running.compute import compute_all
         from fingerslip.study.running.cost import compile_ahead
-        from fingerslip.study.running.pool import compute_all
 
-        compile_ahead([job.model for job in jobs], progress)
-        return compute_all(jobs, workers, progress, drawings)
-
-    def compute_there(jobs: Sequence[Job], progress: StudyProgress, _: Mapping[str, Drawing]) -> Outcomes:
-        from fingerslip.study.running.cluster import compute_on_cluster
-
-        return compute_on_cluster(jobs, str(scheduler), progress)
-
-    return compute_here if scheduler is None else compute_there
+        compile_ahead([job.model for job in jobs], self.progress)
+        return compute_all(jobs, self.workers, self.progress, drawings)
 
 
 def _execute(
-    plan: Plan, prepared: Prepared, engine: Engine, progress: StudyProgress
+    plan: Plan, jobs: Sequence[Job], refused: tuple[RefusedRun, ...], engine: Engine
 ) -> tuple[StudyResult, dict[str, FingerslipError]]:
     """Compute what is to be computed of one study, and write it up."""
-    jobs, refused, stem = prepared.jobs, prepared.refused, plan.source.stem
+    progress, stem = engine.progress, plan.source.stem
     to_compute = tuple(job.run.name for job in jobs)
     left_out = {*to_compute, *(sample.name for sample in refused)}
     unchanged = tuple(run.name for run in plan.runs if run.name not in left_out)
@@ -205,65 +199,65 @@ def _execute(
 
         drawings = drawings_of(plan, jobs)
     try:
-        done = compute_jobs(plan, jobs, engine, progress, drawings)
+        failures, pictures = compute_jobs(plan, jobs, engine, drawings)
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished_runs(), refused, report="")
         raise
-    failures = dict(done.failures)
+    computed = tuple(name for name in to_compute if name not in failures)
     if plan.study.cameras:
         from fingerslip.study.running.pictures import film_runs
 
         failures |= film_runs(plan, progress)
-    computed = tuple(name for name in to_compute if name not in done.failures)
-    result = write_up(plan, refused, done.pictures, whole=(*computed, *unchanged))
+    result = write_up(plan, refused, pictures, whole=(*computed, *unchanged))
     result = dataclasses.replace(result, computed=computed, unchanged=unchanged)
     return result, {f"{stem}/{name}": error for name, error in failures.items()}
 
 
 def compute_jobs(
-    plan: Plan,
-    jobs: Sequence[Job],
-    engine: Engine | int,
-    progress: StudyProgress,
-    drawings: Mapping[str, Drawing] = MappingProxyType({}),
-) -> Computed:
-    """Compute jobs of a study, with an engine or so many local processes; what is unfinished at the end is removed.
+    plan: Plan, jobs: Sequence[Job], engine: Engine, drawings: Mapping[str, Drawing] = MappingProxyType({})
+) -> tuple[dict[str, FingerslipError], dict[str, RunPictures]]:
+    """Compute jobs of a study, and return what went wrong and what was drawn, by the names of the runs.
 
-    It is also removed after Ctrl-C. One job that fails does not keep the others from being computed.
+    What is unfinished at the end is removed, also after Ctrl-C. One job that fails does not keep the others from being
+    computed.
     """
     created = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
-    computed = Computed()
+    failures: dict[str, FingerslipError] = {}
+    pictures: dict[str, RunPictures] = {}
     for job in jobs:
         try:
             stored_result(job.folder)
         except DamagedError as error:
-            progress.say(f"{plan.source.stem}/{job.run.name}: {error.file} {error.found}; the run is computed again")
+            engine.progress.say(
+                f"{plan.source.stem}/{job.run.name}: {error.file} {error.found}; the run is computed again"
+            )
         except ResultError:  # there is nothing yet
             pass
     try:
         if jobs:
-            compute = _engine(engine, None) if isinstance(engine, int) else engine
-            with contextlib.closing(compute(jobs, progress, drawings)) as outcomes:
-                progress.begin([job.run.name for job in jobs])
+            with contextlib.closing(engine.compute(jobs, drawings)) as outcomes:
+                engine.progress.begin([job.run.name for job in jobs])
                 for outcome in outcomes:
-                    _report(outcome, computed, progress)
+                    failures |= _report(outcome, engine.progress)
+                    pictures |= outcome.pictures
     finally:
         clean_stale(plan.folder)
         remove_empty(*created)
-    return computed
+    return failures, pictures
 
 
-def _report(outcome: Outcome, computed: Computed, progress: StudyProgress) -> None:
-    """Report jobs as done or failed, and keep their errors and pictures."""
+def _report(outcome: Outcome, progress: StudyProgress) -> dict[str, FingerslipError]:
+    """Report jobs as done or failed, and return their errors."""
+    failures = {}
     for job in outcome.jobs:
         error = outcome.errors.get(job.run.name)
         if isinstance(error, MemoryError):
             error = ResultError(f"{job.run.where}: not enough memory; use larger elements or --workers 1")
         if isinstance(error, FingerslipError):
-            computed.failures[job.run.name] = error
+            failures[job.run.name] = error
         progress.finish(job.run.name, "failed" if error else "done")
-    computed.pictures.update(outcome.pictures)
+    return failures
 
 
 def write_up(
@@ -279,7 +273,8 @@ def write_up(
     uncertainties = read_uncertainties(plan.folder, identities)
     about = f"{plan.study.title}\n{plan.study.description}"
     films = film_keys(plan.folder, list(finished))
-    key = report_key(about, plan.study.compare, identities, uncertainties, plan.given, films)
+    # All that a report shows: an unchanged one is not made again.
+    key = digest([about, list(plan.study.compare), identities, uncertainties, list(plan.given), films])
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
@@ -295,7 +290,7 @@ def _write_tables(
     runs = []
     for run in (run for run in plan.runs if run.name in finished):
         uncertainty = uncertainties.get(run.name, {})
-        result = dataclasses.replace(finished[run.name], values=flatten(run.plain_values()), uncertainty=uncertainty)
+        result = dataclasses.replace(finished[run.name], values=run.flat_values, uncertainty=uncertainty)
         derived = {name: derive(name, text, result) for name, text in plan.study.derived.items()}
         runs.append(dataclasses.replace(result, derived=derived))
     sample = plan.study.sample
@@ -310,8 +305,5 @@ def _write_tables(
         design=sample.design if sample else {},
     )
     if runs:
-        write_summary(study)
-        if sample:
-            write_sensitivity(study)
-        write_manifest(plan.source, study, report, given=plan.given)
+        write_results(plan.source, study, report, plan.given)
     return study

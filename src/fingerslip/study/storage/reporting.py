@@ -1,10 +1,11 @@
-"""From the stored runs of a study to its tables, figures and page; nothing is solved here."""
+"""From the stored runs of a study to its values, tables, figures and page; nothing is solved here."""
 
 from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,31 +14,181 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
 from fingerslip.history import read_history, stored_phases
+from fingerslip.materials.choice import MATERIALS, PRESET, material_of
+from fingerslip.parameters import Leaf, walk_values
+from fingerslip.parameters.dotted import is_below, known_part
+from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.published import published_set
 from fingerslip.report.tables.compare import compare_table
+from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.report.tables.runs import events_table
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.results import HISTORY, RUN, RunResult, StudyResult
 from fingerslip.slip.windows import slide_window
-from fingerslip.storage.files import digest, new_folder, read_json, write_bytes
-from fingerslip.study.storage.store import read_run
-from fingerslip.study.storage.summary import (
+from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.specimens.protocol import ModelUse, Specimen
+from fingerslip.storage.files import new_folder, read_json, write_bytes
+from fingerslip.study.definition.runs import Run, read_runs
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study
+from fingerslip.study.storage.store import (
     MANIFEST,
     identities,
     read_convergences,
     read_manifest,
+    read_run,
     read_uncertainties,
-    stored_manifest,
     stored_study,
 )
-from fingerslip.study.storage.values import read_run_values, value_rows
 from fingerslip.tables.table import Table
+from fingerslip.units import Unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fingerslip.report.content import Film, ReportContent, RunPictures
     from fingerslip.report.page.comparison import ComparedStudy
-    from fingerslip.report.page.content import Film, ReportContent, RunPictures
+
+STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
+
+# Values of a sweep that a cell of a table shows.
+_MOST_VALUES = 12
+
+# Keys of a study file that describe the study and no run.
+_ABOUT = ("title", *NOT_OF_A_RUN)
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A shown value of one run, and its text in the unit of its field, for joining it with the texts of other runs."""
+
+    shown: ShownValue
+    text: str
+
+
+def read_run_values(path: Path) -> Run:
+    """Read a run with all its values from its ``run.yaml``."""
+    return read_runs(path).runs[0]
+
+
+def value_rows(runs: Sequence[Run], paths: Collection[str] | None = None) -> tuple[ShownValue, ...]:
+    """Return every value of some runs of one study, in the order of the study file."""
+    result: dict[str, list[_Row]] = {}
+    for run in runs:
+        for row in _rows(run, paths):
+            result.setdefault(row.shown.path, []).append(row)
+    values = []
+    for path, rows in result.items():
+        texts = list(dict.fromkeys(row.text for row in rows))
+        if len(texts) == 1 and len(rows) == len(runs):
+            values.append(rows[0].shown)
+            continue
+        partly = f"in {len(rows)} of {len(runs)} runs" if len(rows) < len(runs) else ""
+        notes = dict.fromkeys(text for text in (partly, *(row.shown.note for row in rows)) if text)
+        listed = ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
+        values.append(ShownValue(path, listed, SWEPT, "; ".join(notes)))
+    return tuple(values)
+
+
+def _rows(run: Run, paths: Collection[str] | None) -> Iterator[_Row]:
+    if run.specimen is not None:
+        yield from _specimen_rows(run, run.specimen, paths)
+    if _is_solid(run.study) and run.study.formulation is None:
+        yield _row("formulation", "solid", "derived", "three-dimensional elements")
+    named = {f"materials.{name}": entry for name, entry in run.study.materials.items() if isinstance(entry, Mapping)}
+    for path, entry in named.items():
+        yield _row(f"{path}.{PRESET}", str(entry[PRESET]), STUDY_FILE)
+        origin = _origin_of(MATERIALS, str(entry[PRESET]), path)
+        yield from (_row_of(path, leaf, origin, paths) for leaf in walk_values(material_of(entry)))
+    for leaf in walk_values(run.study):
+        is_named = any(is_below(leaf.path, path) for path in named)
+        if not is_named and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
+            is_given = not leaf.is_default if paths is None else any(is_below(path, leaf.path) for path in paths)
+            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if is_given else DEFAULT)
+
+
+def _row(path: str, value: str, source: str, note: str = "") -> _Row:
+    return _Row(ShownValue(path, value, source, note), value)
+
+
+def _specimen_rows(run: Run, specimen: Specimen, paths: Collection[str] | None) -> Iterator[_Row]:
+    """Yield the values of the specimen: the preset's with their sources, others with the preset's value beside."""
+    kind = str(run.study.specimen_kind)
+    presets, values = SPECIMENS[kind], getattr(run.study, kind)
+    name, origins = str(values["preset"]), {}
+    yield _row(f"{kind}.preset", name, STUDY_FILE)
+    for layer, material in (values.get("materials") or {}).items():
+        if isinstance(material, Mapping) and PRESET in material:
+            path, shipped = f"{kind}.materials.{layer}", str(material[PRESET])
+            yield _row(f"{path}.{PRESET}", shipped, STUDY_FILE)
+            origins[path] = _origin_of(MATERIALS, shipped, path)
+    whole = _origin_of(presets, name, kind)
+    for leaf in walk_values(specimen):
+        if reason := _unused_reason(leaf.path, run.study, specimen):
+            yield _row(f"{kind}.{leaf.path}", _text(leaf.value, leaf.unit), NOT_USED, reason)
+            continue
+        element = next((origin for path, origin in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
+        yield _row_of(kind, leaf, element, paths)
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """The values of a preset, by their paths in the study: as its file says them, and as they are."""
+
+    entries: Mapping[str, PresetValue]
+    values: Mapping[str, Any]
+
+
+def _origin_of(presets: Presets[Any], name: str, path: str) -> _Origin:
+    """Return the values of a preset that stands at a path in a study."""
+    return _Origin(
+        {f"{path}.{entry.path}": entry for entry in presets.table(name)},
+        {f"{path}.{leaf.path}": leaf.value for leaf in walk_values(presets.read(name))},
+    )
+
+
+def _row_of(group: str, leaf: Leaf, origin: _Origin, paths: Collection[str] | None) -> _Row:
+    """Return the row of a value in a group that starts from a preset: with its source, or the preset's value beside."""
+    path, text = f"{group}.{leaf.path}", _text(leaf.value, leaf.unit)
+    source, untouched = known_part(path, origin.entries), paths is None or path not in paths
+    entry = origin.entries.get(source)
+    is_preset = leaf.value == origin.values.get(path) and untouched
+    if is_preset and entry:
+        # Of a list the preset has one source for all values in it.
+        return _Row(ShownValue(path, entry.value if source == path else text, entry.source, entry.note), text)
+    # A law that the preset does not have brings its own defaults.
+    brought = leaf.is_default and path not in origin.values and untouched
+    return _row(path, text, DEFAULT if is_preset or brought else STUDY_FILE, f"preset: {entry.value}" if entry else "")
+
+
+def _unused_reason(path: str, study: Study, specimen: Specimen) -> str:
+    """Return why a run does not use a value of its specimen; empty for one that it uses."""
+    group, _, rest = path.partition(".")
+    if group in ("formulation", "depth") and getattr(study, group) is not None:
+        return f"the study gives its own {group}"
+    if group == "materials" and rest.partition(".")[0] in study.materials:
+        return "the study gives its own material"
+    use = ModelUse(
+        dim=3 if _is_solid(study) else 2,
+        meshed=study.mesh.needs_specimen,
+        held=not study.supports,
+        groups=frozenset(study.record.all_groups),
+    )
+    return specimen.unused_reason(path, use)
+
+
+def _is_solid(study: Study) -> bool:
+    return study.formulation == "solid" or study.mesh.dim == 3
+
+
+def _text(value: object, unit: Unit | None) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(_text(item, unit) for item in value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return f"{value:.10g}" if unit is None else unit.format(value)
+    return str(value)
+
 
 #: File in the folder of a study.
 REPORT = "report.html"
@@ -49,12 +200,7 @@ _FILM_REPAIR = "remove its folder and run the study again"
 
 def read_results(folder: str | Path) -> StudyResult:
     """Read the finished runs of a study back."""
-    folder = Path(folder)
-    manifest = stored_manifest(folder)
-    uncertainties = read_uncertainties(folder, identities(manifest))
-    return stored_study(
-        folder, manifest, (read_run(folder / name, uncertainties.get(name, {})) for name in manifest["runs"])
-    )
+    return stored_study(Path(folder), read_run)
 
 
 def read_stored_run(folder: str | Path) -> RunResult:
@@ -63,7 +209,7 @@ def read_stored_run(folder: str | Path) -> RunResult:
     runs = read_manifest(folder).get("runs")
     if runs:
         raise ResultError(f"{folder}: holds a study; needs the folder of one of its runs: {', '.join(runs)}")
-    run = read_run(folder, {})
+    run = read_run(folder)
     uncertainties = read_uncertainties(folder.parent, {folder.name: run.identity})
     return dataclasses.replace(run, uncertainty=uncertainties.get(folder.name, {}))
 
@@ -72,13 +218,8 @@ def study_tables(study: StudyResult) -> tuple[Table, ...]:
     """Return the tables that the command line prints of a study: its events, or what its samples come to."""
     if study.ranges:
         return sample_tables(study, [published_set(name) for name in study.compare])
-    return event_tables(study.runs, study.compare)
-
-
-def event_tables(runs: Sequence[RunResult], compare: Sequence[str]) -> tuple[Table, ...]:
-    """Return the table of events, and one beside each published set that has events."""
-    beside = (compare_table(runs, published_set(name)) for name in compare)
-    return (events_table(runs), *(table for table in beside if table.rows))
+    beside = (compare_table(study.runs, published_set(name)) for name in study.compare)
+    return (events_table(study.runs), *(table for table in beside if table.rows))
 
 
 def report_again(folder: str | Path) -> tuple[Table, ...]:
@@ -86,17 +227,6 @@ def report_again(folder: str | Path) -> tuple[Table, ...]:
     stored = read_results(folder)
     write_report(stored)
     return study_tables(stored)
-
-
-def report_key(
-    title: str,
-    compare: Sequence[str],
-    inputs: Mapping[str, str],
-    uncertainties: Mapping[str, Mapping[str, float]],
-    *more: Sequence[str],
-) -> str:
-    """Return a hash of all that a report shows, so that an unchanged one is not made again."""
-    return digest([title, list(compare), dict(inputs), dict(uncertainties), *map(list, more)])
 
 
 def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None = None) -> None:
@@ -112,8 +242,8 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    from fingerslip.report.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.assemble import notes_html
-    from fingerslip.report.page.content import MOST_RUNS, ReportContent
     from fingerslip.report.page.samples import representatives
     from fingerslip.study.running.build import build_mesh
 
@@ -177,30 +307,28 @@ def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
 
 def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film, ...]:
     """Read the films of the runs whose histories are shown, as far as a report shows them."""
-    return tuple(
-        _film(run, path.parent, history) for run, history in histories.items() for path in _stored_films(folder / run)
-    )
+    # Pictures and videos are slow to load, and few studies have cameras.
+    from fingerslip.report.content import Film
+    from fingerslip.vision.tracks import read_tracks
+
+    films = []
+    for run, history in histories.items():
+        for path in _stored_films(folder / run):
+            camera, numbers = path.parent, read_json(path, _FILM_REPAIR)
+            truth, tracks = read_tracks(camera / "truth.nc"), read_tracks(camera / "tracks" / "matched.nc")
+            displayed = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
+            frames = _frames(camera / "video.avi", truth, history)
+            films.append(Film(run, camera.name, tracks, truth, displayed, frames))
+    return tuple(films)
 
 
 def _stored_films(run: Path) -> list[Path]:
     return sorted(run.glob(f"{CAMERAS}/*/{ERRORS}"))
 
 
-def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
-    # Pictures and videos are slow to load, and few studies have cameras.
-    from fingerslip.report.page.content import Film
-    from fingerslip.vision.tracks import read_tracks
-
-    numbers = read_json(folder / ERRORS, _FILM_REPAIR)
-    truth = read_tracks(folder / "truth.nc")
-    displayed = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
-    tracks = read_tracks(folder / "tracks" / "matched.nc")
-    return Film(run, folder.name, tracks, truth, displayed, _frames(folder / "video.avi", truth, history))
-
-
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
     """Return the frames that a report shows by their times [s]; none without a video or a slide."""
-    from fingerslip.report.figures.sensor import film_times
+    from fingerslip.report.figures.markers import film_times
     from fingerslip.vision.video import read_frames
 
     window, times = slide_window(history), truth["time"].values

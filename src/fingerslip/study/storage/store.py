@@ -1,7 +1,4 @@
-"""The folder of a run: what tells its inputs apart, which programs made it, how it is written and read back.
-
-Beside the runs of a study are their reduced bases, made once for each body, whatever run needs it first.
-"""
+"""The folder of a study's results: runs, reduced bases, a row for each run, what made them, how they converge."""
 
 from __future__ import annotations
 
@@ -11,34 +8,47 @@ import io
 import logging
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NotRequired
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
-from fingerslip.errors import ResultError
+from fingerslip.errors import DamagedError, ResultError
 from fingerslip.history import write_history
 from fingerslip.parameters.dotted import flatten
-from fingerslip.results import HISTORY, RUN, RunResult, result_of, stored_result, write_result
+from fingerslip.report.tables.runs import summary_table
+from fingerslip.report.tables.samples import sensitivity_rows
+from fingerslip.results import (
+    HISTORY,
+    RUN,
+    Quantity,
+    RefusedRun,
+    RunResult,
+    StudyResult,
+    result_of,
+    stored_result,
+    write_result,
+)
+from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import measures
 from fingerslip.slip.front import edge_warning
 from fingerslip.slip.measures import resolution_warnings
-from fingerslip.storage.files import alone, digest, write_bytes, writing
+from fingerslip.storage.files import alone, digest, read_json, write_bytes, write_json, write_text, writing
 from fingerslip.study.definition.file import read_mapping, write_mapping
 from fingerslip.study.definition.runs import Run
-from fingerslip.study.running.build import mesh_key
+from fingerslip.tables.table import to_csv
+from fingerslip.uncertainty import Convergence, Series
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 9
 
 _logger = logging.getLogger("fingerslip.study")
 
@@ -50,14 +60,6 @@ _CHECKSUM = 64
 _MADE_AGAIN = "%s: cannot be used (%s); the basis is made again"
 # Bases that are kept: those of the bodies of one sweep. One of the paper's fingertip in 3D takes 0.5 GB.
 _MOST_BASES = 8
-
-
-def identity(run: Run) -> str:
-    """Return the hash of everything that decides the result of a run: its values, its mesh files, the program."""
-    values = {key: value for key, value in run.plain_values().items() if key != "title"}
-    values["mesh"] = {"hash": mesh_key(run)}
-    made_by = {"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}
-    return digest([made_by, values])
 
 
 def mesh_hash(mesh: Any) -> str:
@@ -75,10 +77,7 @@ def mesh_size(mesh: Any) -> float:
 
 
 def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> None:
-    """Write the files of a run, and log its measures.
-
-    Units: seconds [s].
-    """
+    """Write the files of a run that took so many seconds, and log its measures."""
     result = dataclasses.replace(
         result_of(history, run.name, run.swept),
         identity=inputs,
@@ -88,7 +87,13 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
         versions=versions(),
         sampled=run.sampled,
     )
-    _log_result(result, history.attrs)
+    for name, value in history.attrs.items():
+        _logger.info("%s: %s", name, value)
+    for measure in measures.MEASURES:
+        _logger.info("%s: %s", measure.label, measure.text(result.numbers[measure.key]))
+    for warning in (edge_warning({result.name: result.edge}), *resolution_warnings({result.name: result.numbers})):
+        if warning:
+            _logger.warning("%s", warning)
     write_history(history, folder / HISTORY)
     with writing(folder):
         write_mapping(run.plain_values(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
@@ -96,20 +101,10 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
     write_result(result, folder)
 
 
-def read_run(folder: Path, uncertainty: Mapping[str, float]) -> RunResult:
+def read_run(folder: Path, uncertainty: Mapping[str, float] = MappingProxyType({})) -> RunResult:
     """Read a finished run back, with all its values."""
     result = stored_result(folder)
     return dataclasses.replace(result, values=flatten(read_mapping(folder / RUN)), uncertainty=uncertainty)
-
-
-def _log_result(result: RunResult, attributes: Mapping[Any, Any]) -> None:
-    for name, value in attributes.items():
-        _logger.info("%s: %s", name, value)
-    for measure in measures.MEASURES:
-        _logger.info("%s: %s", measure.label, measure.text(result.numbers[measure.key]))
-    for warning in (edge_warning({result.name: result.edge}), *resolution_warnings({result.name: result.numbers})):
-        if warning:
-            _logger.warning("%s", warning)
 
 
 def write_snapshots(history: xr.Dataset, folder: Path) -> None:
@@ -192,3 +187,235 @@ class BasisFolder:
     def alone(self, key: str) -> AbstractContextManager[None]:
         """Let one process at a time into a block that looks for a basis and makes it where there is none."""
         return alone(self.folder / f".{key}.lock")
+
+
+#: Files in the folder of a study.
+MANIFEST, SUMMARY, SENSITIVITY = "manifest.json", "summary.csv", "sensitivity.csv"
+
+#: Name of the folder in a study's results that holds the refined runs, their tables and figures.
+CONVERGENCE = "convergence"
+_CONVERGENCE_FILE = "convergence.json"
+
+_REPAIR = "run the study again"
+
+
+class _Run(TypedDict):
+    identity: str
+    mesh_hash: str
+    wall_time_s: pydantic.FiniteFloat
+    versions: dict[str, str]
+
+
+class _Refused(TypedDict):
+    swept: dict[str, Any]
+    sampled: dict[str, Any]
+    reason: str
+
+
+class _Stored(TypedDict):
+    """What the manifest of a study holds."""
+
+    study: str
+    title: str
+    description: NotRequired[str]
+    compare: list[str]
+    given: list[str]
+    ranges: NotRequired[dict[str, list[Any]]]
+    design: NotRequired[dict[str, Any]]
+    refused: NotRequired[dict[str, _Refused]]
+    versions: dict[str, str]
+    commit: str | None
+    wall_time_s: pydantic.FiniteFloat
+    report: str
+    derived: dict[str, dict[str, tuple[pydantic.FiniteFloat | None, str]]]
+    runs: dict[str, _Run]
+
+
+_STORED: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(_Stored)
+
+
+def write_results(source: Path, study: StudyResult, report: str, given: Sequence[str] = ()) -> None:
+    """Write a row for each run, what each sampled value does to each slip time, and what made the results."""
+    write_text(study.folder / SUMMARY, to_csv(summary_table(study.runs, study.refused)))
+    samples = {}
+    if study.ranges:
+        write_text(study.folder / SENSITIVITY, to_csv(sensitivity_rows(fits_of(study))))
+        samples = {
+            "ranges": {path: list(ends) for path, ends in study.ranges.items()},
+            "design": dict(study.design),
+            "refused": {
+                sample.name: {"swept": dict(sample.swept), "sampled": dict(sample.sampled), "reason": sample.reason}
+                for sample in study.refused
+            },
+        }
+    manifest = {
+        "study": source.name,
+        "title": study.title,
+        **({"description": study.description} if study.description else {}),
+        "compare": list(study.compare),
+        "given": list(given),
+        **samples,
+        "versions": dict(versions()),
+        "commit": commit(),
+        "wall_time_s": round(sum(run.seconds for run in study.runs), 3),
+        "report": report,
+        "derived": {
+            run.name: {name: [quantity.value, quantity.unit] for name, quantity in run.derived.items()}
+            for run in study.runs
+            if run.derived
+        },
+        "runs": {
+            run.name: {
+                "identity": run.identity,
+                "mesh_hash": run.mesh_hash,
+                "wall_time_s": round(run.seconds, 3),
+                "versions": dict(run.versions),
+            }
+            for run in study.runs
+        },
+    }
+    write_json(study.folder / MANIFEST, manifest)
+
+
+def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
+    """Return the samples that were not computed."""
+    return tuple(
+        RefusedRun(name, dict(reason["swept"]), dict(reason["sampled"]), reason["reason"])
+        for name, reason in manifest.get("refused", {}).items()
+    )
+
+
+def stored_study(folder: Path, read: Callable[[Path], RunResult]) -> StudyResult:
+    """Read the results of a study back, each run by `read` from its folder."""
+    manifest = stored_manifest(folder)
+    uncertainties = read_uncertainties(folder, identities(manifest))
+    runs = []
+    for name in manifest["runs"]:
+        quantities = manifest["derived"].get(name, {}).items()
+        derived = {label: Quantity(label, unit, value) for label, (value, unit) in quantities}
+        uncertainty = uncertainties.get(name, {})
+        runs.append(dataclasses.replace(read(folder / name), uncertainty=uncertainty, derived=derived))
+    return StudyResult(
+        folder,
+        tuple(manifest["compare"]),
+        tuple(runs),
+        unchanged=tuple(manifest["runs"]),
+        title=manifest["title"],
+        description=manifest.get("description", ""),
+        ranges={path: tuple(ends) for path, ends in manifest.get("ranges", {}).items()},
+        refused=refused_in(manifest),
+        design=dict(manifest.get("design", {})),
+    )
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Return what made the results of a study; empty where there are none, or where the file is damaged."""
+    try:
+        return stored_manifest(folder)
+    except ResultError:
+        return {}
+
+
+def stored_manifest(folder: Path) -> dict[str, Any]:
+    """Return what made the results of a study."""
+    needed = f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote"
+    try:
+        return read_json(folder / MANIFEST, _REPAIR, _STORED)
+    except (FileNotFoundError, NotADirectoryError):
+        raise ResultError(needed) from None
+    except DamagedError as error:
+        raise ResultError(f"{needed}: {error}") from None
+
+
+def identities(manifest: Mapping[str, Any]) -> dict[str, str]:
+    """Return the hash of the inputs of every run in a manifest, by its name."""
+    return {name: str(run["identity"]) for name, run in manifest["runs"].items()}
+
+
+@dataclass(frozen=True)
+class RunConvergence:
+    """The convergence of every number of one run."""
+
+    run: str  # its name
+    identity: str  # hash of its inputs
+    quantities: Mapping[str, Convergence]  # by key, see :func:`fingerslip.results.quantities`
+
+
+def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence]) -> None:
+    """Write the convergence of the runs of a study into its results."""
+    values = {
+        name: {
+            "identity": convergence.identity,
+            "quantities": {key: _quantity_mapping(quantity) for key, quantity in convergence.quantities.items()},
+        }
+        for name, convergence in convergences.items()
+    }
+    with writing(folder):
+        (folder / CONVERGENCE).mkdir(exist_ok=True)
+    write_json(folder / CONVERGENCE / _CONVERGENCE_FILE, values)
+
+
+def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, RunConvergence]:
+    """Read back the convergence of the runs with these inputs."""
+    try:
+        stored = read_json(folder / CONVERGENCE / _CONVERGENCE_FILE, "run fingerslip converge again")
+    except (FileNotFoundError, NotADirectoryError):
+        return {}
+    except DamagedError as error:
+        _warn(f"{error}; without it no uncertainties are known")
+        return {}
+    return {
+        name: RunConvergence(
+            name, run["identity"], {key: _quantity(of_run) for key, of_run in run["quantities"].items()}
+        )
+        for name, run in stored.items()
+        if run["identity"] == identities.get(name)
+    }
+
+
+def _quantity(stored: Mapping[str, Any]) -> Convergence:
+    sources = {
+        setting: Series(setting, tuple(source["sizes"]), tuple(source["values"]))
+        for setting, source in stored["sources"].items()
+    }
+    return Convergence(stored["name"], stored["unit"], stored["value"], sources)
+
+
+@functools.cache
+def _warn(message: str) -> None:
+    """Warn once, however often the file is read."""
+    _logger.warning("%s", message)
+
+
+def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str, dict[str, float]]:
+    """Return the known uncertainties of the runs with these inputs: run, then key, to the number [SI]."""
+    return {
+        name: {
+            key: quantity.uncertainty
+            for key, quantity in convergence.quantities.items()
+            if quantity.uncertainty is not None
+        }
+        for name, convergence in read_convergences(folder, identities).items()
+    }
+
+
+def _quantity_mapping(convergence: Convergence) -> dict[str, Any]:
+    """Return how a number converges as plain data, with what follows from its values."""
+    refinements = convergence.refinements
+    return {
+        "name": convergence.quantity,
+        "unit": convergence.unit,
+        "value": convergence.value,
+        "uncertainty": convergence.uncertainty,
+        "converges": not convergence.unsettled_settings,
+        "sources": {
+            setting: {
+                "sizes": list(series.sizes),
+                "values": list(series.values),
+                **{
+                    name: getattr(refinements[setting], name) for name in ("behaviour", "order", "limit", "uncertainty")
+                },
+            }
+            for setting, series in convergence.sources.items()
+        },
+    }

@@ -26,10 +26,10 @@ from fingerslip.model.programme import Phase, Press
 from fingerslip.model.rigid_bodies import RigidBody
 from fingerslip.specimens.tactip.profile import MarkerPlaces
 from fingerslip.storage.files import digest
-from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import Run
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.running.build import build_mesh, build_model, mesh_key
+from fingerslip.study.running.build import build_mesh, build_model
 from fingerslip.study.storage.store import BasisFolder
 
 Floats = NDArray[np.float64]
@@ -66,15 +66,12 @@ def load_rate(plate: RigidBody) -> float:
 
 
 def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
-    """Return what decides the body of a run, hashed.
-
-    Units: deepest [m].
-    """
+    """Return what decides the body of a run under plates that are pressed down to the deepest [m], hashed."""
     values = run.plain_values()
     values_of_body = {name: values.get(name) for name in _OF_BODY}
     specimen = values.get(run.study.specimen_kind or "", {})
     contact = run.study.all_contacts[0].boundary
-    return digest(_VERSION, mesh_key(run), values_of_body, specimen, contact, settings.hidden, settings.patch, deepest)
+    return digest(_VERSION, run.mesh_key, values_of_body, specimen, contact, settings.hidden, settings.patch, deepest)
 
 
 def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> tuple[str, StaticBody]:
@@ -96,18 +93,13 @@ def shared_key(runs: Sequence[Run], settings: TrialSettings) -> str:
 
 def _one_body(runs: Sequence[Run], settings: TrialSettings) -> tuple[str, Run, float]:
     """Return the key of the body of all runs, one of these, and the deepest press of all [m]."""
-    deepest = max(map(_press, runs))
+    deepest = max(sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press)) for run in runs)
     keys = {body_key(run, settings, deepest): run for run in runs}
     if len(keys) > 1:
         fault = f"have {len(keys)} different sensors or meshes"
         raise InputError("sweep, sample", fault, "needs one in all trials of a data set", "make a study for each")
     ((key, run),) = keys.items()
     return key, run, deepest
-
-
-def _press(run: Run) -> float:
-    """Return how deep the plate is pressed in a run [m]."""
-    return sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press))
 
 
 def _make(run: Run, settings: TrialSettings, reach: float) -> StaticBody:

@@ -9,15 +9,12 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials, open_trials
-from fingerslip.detect.trials import FILES, write_trial
-from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
+from fingerslip.detect.trials import FILES, MANIFEST, TrialSet, gather_trials, open_trials, write_trial
+from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.parameters import as_mapping
-from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, new_folder, read_json
-from fingerslip.study.definition.cameras import TrialSettings
+from fingerslip.storage.files import alone, check_replaceable, clean_stale, digest, holds, new_folder
 from fingerslip.study.definition.runs import read_runs
-from fingerslip.study.definition.spec import Study
-from fingerslip.study.running.pool import end_with_parent, without_main_module
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.store import commit
 
@@ -52,16 +49,24 @@ def simulate_trials(
     """
     source, final = Path(path), Path(output)
     check_replaceable(final, MANIFEST)
-    expansion = read_runs(source)
-    study, runs = expansion.study, expansion.runs
-    settings = _settings(study, source)
+    runs_of_study = read_runs(source)
+    study, runs = runs_of_study.study, runs_of_study.runs
+    if study.trials is None:
+        raise InputError(f"{source}: trials", "is missing", "needs directions and cameras", "write trials: {}")
+    if study.repeats is not None:
+        repair = "write a sample whose count is directions times repeats"
+        raise InputError(f"{source}: repeats", "is given with trials", "needs samples in their place", repair)
+    settings = study.trials
     # What simulates and films is slow to load: what is wrong with a study is said before.
     from fingerslip.study.trials.bodies import shared_body, shared_key
     from fingerslip.study.trials.trials import card_notes, trial_plans
 
     plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
     key = shared_key(runs, settings)
-    keys = {plan.name: _trial_key(plan, settings, key) for plan in plans}
+    keys = {}
+    for plan in plans:
+        values = {name: value for name, value in plan.run.plain_values().items() if name != "title"}
+        keys[plan.name] = digest([_VERSION, key, plan.number, plan.direction, as_mapping(settings), values])
     work = final.with_name(f"{final.name}.unfinished")
     # Who makes the same data set beside waits, and finds it whole: this folder is removed at the end.
     with alone(work / ".lock"):
@@ -79,20 +84,6 @@ def simulate_trials(
         return trials
 
 
-def _settings(study: Study, source: Path) -> TrialSettings:
-    if study.trials is None:
-        raise InputError(f"{source}: trials", "is missing", "needs directions and cameras", "write trials: {}")
-    if study.repeats is not None:
-        repair = "write a sample whose count is directions times repeats"
-        raise InputError(f"{source}: repeats", "is given with trials", "needs samples in their place", repair)
-    return study.trials
-
-
-def _trial_key(plan: TrialPlan, settings: TrialSettings, body: str) -> str:
-    values = {name: value for name, value in plan.run.plain_values().items() if name != "title"}
-    return digest([_VERSION, body, plan.number, plan.direction, as_mapping(settings), values])
-
-
 def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
     """Tell whether a data set is there, undamaged, with these trials of the same inputs."""
     try:
@@ -108,11 +99,7 @@ def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
 
 def _is_there(folder: Path, key: str) -> bool:
     """Tell whether a trial is there, of the same inputs."""
-    try:
-        mapping: Any = read_json(folder / FILES[3], "compute the trial again")
-    except (FileNotFoundError, DamagedError):
-        return False
-    return bool(mapping.get("inputs") == key)
+    return holds(folder / FILES[3], "inputs", key)
 
 
 _Shared: TypeAlias = "tuple[TrialSettings, StaticBody, Mapping[str, Any], Mapping[str, str], Path]"
@@ -135,9 +122,11 @@ def _outcomes(
 ) -> Iterator[tuple[str, FingerslipError | None]]:
     """Yield the name of each trial when it is done, with its error."""
     if workers == 1 or len(plans) < 2:
-        _begin(shared)
+        _given[:] = [shared]
         yield from map(_simulate, plans)
         return
+    from fingerslip.study.running.compute import without_main_module
+
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(shared,)) as pool:
         try:
@@ -153,12 +142,10 @@ def _outcomes(
 _given: list[_Shared] = []
 
 
-def _begin(shared: _Shared) -> None:
-    _given[:] = [shared]
-
-
 def _begin_worker(shared: _Shared) -> None:
-    _begin(shared)
+    from fingerslip.study.running.compute import end_with_parent
+
+    _given[:] = [shared]
     end_with_parent()
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,13 +27,14 @@ from fingerslip.errors import InputError
 from fingerslip.model.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
-from fingerslip.study.definition.cameras import TrialSettings
 from fingerslip.study.definition.runs import Run
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.trials.bodies import load_rate, plate_of, programme_of, turned_whole
 from fingerslip.version import __version__
 from fingerslip.vision.cameras.camera import Pose, interpolate
-from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, PositionErrors, pair_tracks, plate_mark
+from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair, pair_tracks, plate_mark
+from fingerslip.vision.comparison import PositionErrors
 from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:
@@ -51,40 +53,21 @@ def card_notes(study: Study, settings: TrialSettings, body: StaticBody) -> str:
     ranges = study.sample.ranges if study.sample else {}
     plate = plate_of(study)
     falls = plate is not None and bool(plate.free)
-    does = (
-        "carries half a plate, which falls along its plane of symmetry"
+    template = resources.files("fingerslip").joinpath("data", "templates", "trials.md").read_text(encoding="utf-8")
+    notes = template.format(
+        motion="carries half a plate, which falls along its plane of symmetry"
         if falls
-        else "slides along its plane of symmetry"
+        else "slides along its plane of symmetry",
+        step=1e3 * study.time.stepping.step,
+        settings=settings,
+        patches=len(body.nodes),
+        patch=1e3 * settings.patch,
+        ranges="".join(f"| `{path}` | {low} to {high} |\n" for path, (low, high) in ranges.items()),
+        noise=" to ".join(f"{value:g}" for value in settings.noise),
+        shift=1e3 * settings.shift,
+        pixel=1e3 * settings.metres_per_pixel,
     )
-    noise = " to ".join(f"{value:g}" for value in settings.noise)
-    return "\n".join(
-        [
-            "## What these trials are",
-            "",
-            f"Simulated, not measured: half an upright sensor {does}, without inertia,",
-            f"in steps of {1e3 * study.time.stepping.step:g} ms, joined by straight lines. The other half",
-            f"is its mirror image; directions: {settings.directions}, this motion turned about the axis.",
-            "",
-            "**Strains are small.** That is wrong by 14 % of the normal force at 2 mm of indentation and 27 % at 3 mm",
-            "(docs/tactip.md): the kind of slip is shown, not its travel and not its force.",
-            f"Contact: {len(body.nodes)} patches of {1e3 * settings.patch:g} mm with constant traction.",
-            "",
-            "## What is assumed",
-            "",
-            "The paper prints none of these values. Each trial draws its own from the range, evenly:",
-            "",
-            "| value | range |",
-            "|---|---|",
-            *(f"| `{path}` | {low} to {high} |" for path, (low, high) in ranges.items()),
-            f"| standard deviation of positions | {noise} px |",
-            f"| camera beside the axis, along both axes | up to {1e3 * settings.shift:g} mm |",
-            f"| camera turned about its axis | up to {settings.turn:.3g} rad |",
-            "",
-            f"A pixel is {1e3 * settings.metres_per_pixel:.4g} mm; {settings.frame_rate:.4g} frames a second.",
-            "The tilt of the plate lies in the plane of its motion. External markers are seen where they touch when",
-            "the film begins. Forces and loads in the conditions are those of the whole sensor.",
-        ]
-    )
+    return notes.rstrip("\n")
 
 
 @dataclass(frozen=True)
@@ -123,7 +106,10 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     contact = study.all_contacts[0].contact(3)
     step, plate = study.time.stepping.step, plate_of(study)
     motion = static_motion(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
-    span = _filmed_span(plan, settings, motion)
+    press, hold, task = _phases(plan)
+    begin = phase_duration(press) + hold.duration
+    # When the film begins and ends, in the time of the run.
+    span = begin - settings.rest, min(begin + phase_duration(task), float(motion.time[-1]))
     markers = _markers(plan, settings, body, motion, span)
     cameras = drawn_cameras(settings, eyes, markers)
     tracks = pair_tracks(cameras, markers)
@@ -152,13 +138,6 @@ def _falls(plan: TrialPlan) -> bool:
     return plate is not None and bool(plate.free)
 
 
-def _filmed_span(plan: TrialPlan, settings: TrialSettings, motion: StaticMotion) -> tuple[float, float]:
-    """Return when the film begins and ends, in the time of the run [s]."""
-    press, hold, task = _phases(plan)
-    begin = phase_duration(press) + hold.duration
-    return begin - settings.rest, min(begin + phase_duration(task), float(motion.time[-1]))
-
-
 def _phases(plan: TrialPlan) -> tuple[Press, Hold, Slide | Hold]:
     """Return the phases of the run of a trial; a plate that is free falls in a second hold."""
     match programme_of(plan.run.study):
@@ -182,9 +161,13 @@ def _markers(
     half, whole = modelled_places(sensor), marker_places(sensor.markers)
     rest = np.array([site.position for site in sensor.sites(RECORDED, 3)])
     moved, count = rest + motion.displacement, len(half.ring)
-    touching = _touching(rest[count:], settings, body, motion, span[0])
+    # External markers touch the plate when the film begins where the patch next to them does.
+    step = int(np.searchsorted(motion.time, span[0] - 1e-9))
+    touching = body.positions[motion.rows][motion.state[step] != OPEN]
+    beside = np.linalg.norm(rest[count:, None] - touching, axis=2)
+    touches = beside.min(axis=1, initial=np.inf) <= settings.patch
     camera = motion.counterface * (0.0, 1.0, 0.0) if _falls(plan) else motion.counterface
-    outside = np.where(touching[:, None], moved[:, count:] - camera[:, None], np.nan)
+    outside = np.where(touches[:, None], moved[:, count:] - camera[:, None], np.nan)
     both = [turned_whole(positions, half, whole, plan.direction) for positions in (moved[:, :count], outside)]
     tracks = make_tracks(np.concatenate(both, axis=1), motion.time, units="m")
     times = np.concatenate([span[:1], motion.time[(motion.time > span[0]) & (motion.time < span[1])], span[1:]])
@@ -216,17 +199,6 @@ def _sensor(plan: TrialPlan) -> TacTip:
     return sensor
 
 
-def _touching(
-    rest: Floats, settings: TrialSettings, body: StaticBody, motion: StaticMotion, time: float
-) -> NDArray[np.bool_]:
-    """Tell which external markers touch the plate when the film begins: the patch next to them does."""
-    step = int(np.searchsorted(motion.time, time - 1e-9))
-    touching = body.positions[motion.rows][motion.state[step] != OPEN]
-    beside = np.linalg.norm(rest[:, None] - touching, axis=2)
-    result: NDArray[np.bool_] = beside.min(axis=1, initial=np.inf) <= settings.patch
-    return result
-
-
 def _labels(
     motion: StaticMotion,
     filmed: tuple[xr.Dataset, xr.Dataset | None],
@@ -255,10 +227,17 @@ def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[st
     contact = study.all_contacts[0].contact(3)
     law = contact.friction
     x, y, _ = contact.counterface.unit_normal
+    if isinstance(task, Slide):
+        doing: dict[str, Any] = {"task": "slide", "speed": task.speed, "travel": task.distance}
+    else:
+        plate = plate_of(study)
+        assert plate is not None  # a second hold is refused without one
+        # The model is half of the sensor.
+        doing = {"task": "pour", "load_rate": 2.0 * load_rate(plate)}
     return {
         "indentation": press.depth,
         "direction": plan.direction,
-        **_task(plan, task),
+        **doing,
         "friction_coefficient": law.coefficient,
         **{f"friction_{name}": value for name, value in vars(law).items() if name != "static"},
         "tilt": math.atan2(float(x), float(y)),
@@ -270,15 +249,6 @@ def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[st
         "camera_turn": eyes.turn,
         "metres_per_pixel": settings.metres_per_pixel,
     }
-
-
-def _task(plan: TrialPlan, task: Slide | Hold) -> dict[str, Any]:
-    """Return what the plate does; its loads are those of the whole sensor, of which the model is half."""
-    if isinstance(task, Slide):
-        return {"task": "slide", "speed": task.speed, "travel": task.distance}
-    plate = plate_of(plan.run.study)
-    assert plate is not None  # a second hold is refused without one
-    return {"task": "pour", "load_rate": 2.0 * load_rate(plate)}
 
 
 def _forces(motion: StaticMotion, start: float) -> dict[str, float]:
@@ -319,24 +289,17 @@ def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
 
 
 def drawn_cameras(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> CameraPair:
-    """Return the cameras of a trial, which look at its markers.
-
-    Units: markers [m].
-    """
+    """Return the cameras of a trial, which look at its markers [m]."""
     cameras = {}
     for kind in ("internal", "external"):
         markers_of_kind = markers.isel(marker=np.flatnonzero(markers["kind"].values == kind))
         heights = markers_of_kind["position"].values[0, :, 1]
         camera = settings.camera(kind, heights, frame_rate=settings.frame_rate, exposure=0.0)
-        cameras[kind] = dataclasses.replace(camera, pose=_shift_pose(camera.pose, eyes))
+        pose, (x, z) = camera.pose, eyes.shift
+        position, target = ((at[0] + x, at[1], at[2] + z) for at in (pose.position, pose.target))
+        up = np.cos(eyes.turn) * np.asarray(pose.up) + np.sin(eyes.turn) * pose.rotation[0]
+        pose = Pose(position, target, (float(up[0]), float(up[1]), float(up[2])))
+        cameras[kind] = dataclasses.replace(camera, pose=pose)
     share = eyes.noise / MEASURED_ERRORS.noise
     errors = PositionErrors(eyes.noise, share * MEASURED_ERRORS.bias, MEASURED_ERRORS.correlation)
     return CameraPair(cameras["internal"], cameras["external"], errors, eyes.seed)
-
-
-def _shift_pose(pose: Pose, eyes: Eyes) -> Pose:
-    x, z = eyes.shift
-    position, target = ((at[0] + x, at[1], at[2] + z) for at in (pose.position, pose.target))
-    side = np.sin(eyes.turn) * pose.rotation[0]
-    up = np.cos(eyes.turn) * np.asarray(pose.up) + side
-    return Pose(position, target, (float(up[0]), float(up[1]), float(up[2])))

@@ -6,7 +6,6 @@ same time. The heights, views, rates and exposures of real sensors are not publi
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -16,27 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from fingerslip.errors import InputError
 from fingerslip.parameters import Length, parameters
 from fingerslip.units import Unit
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, fisheye_for_view, pinhole_for_view
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, lens_for_view
 from fingerslip.vision.tracks import check_tracks, tracks_like
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "Camera",
-    "Pose",
-    "aimed_camera",
-    "external_camera",
-    "frame_times",
-    "image_attributes",
-    "image_points",
-    "internal_camera",
-    "interpolate",
-    "pixels_of",
-    "pixels_per_metre",
-    "seen_kind",
-    "true_tracks",
-]
 
 Floats = NDArray[np.float64]
 FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
@@ -285,7 +268,7 @@ def internal_camera(
     [329.5, 259.5]
     """
     pose = Pose((0.0, target + distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, -1.0))
-    return Camera(_lens(lens, size, view_width, distance), pose, "internal", frame_rate, exposure)
+    return Camera(lens_for_view(lens, *size, view_width, distance), pose, "internal", frame_rate, exposure)
 
 
 def external_camera(
@@ -304,18 +287,8 @@ def external_camera(
     ----------
     distance : float
         Depth of the lens below the target [m].
-    view_width : float
-        Length along x that the image shows at the target [m].
-    target : float, optional
-        Height y of the point on the axis that it looks at [m].
-    size : (int, int), optional
-        Width and height of the image [px].
-    lens : {'pinhole', 'fisheye'}, optional
-        Kind of the lens, without distortion of its own.
-    frame_rate : float, optional
-        Frames a second [1/s].
-    exposure : float, optional
-        Exposure of a frame [s].
+    view_width, target, size, lens, frame_rate, exposure : optional
+        As of :func:`internal_camera`.
 
     Returns
     -------
@@ -328,7 +301,7 @@ def external_camera(
         Where a length is not above 0, or the lens is of another kind.
     """
     pose = Pose((0.0, target - distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, 1.0))
-    return Camera(_lens(lens, size, view_width, distance), pose, "external", frame_rate, exposure)
+    return Camera(lens_for_view(lens, *size, view_width, distance), pose, "external", frame_rate, exposure)
 
 
 def aimed_camera(kind: str, heights: ArrayLike, distance: float, view_width: float, **more: Any) -> Camera:
@@ -337,10 +310,3 @@ def aimed_camera(kind: str, heights: ArrayLike, distance: float, view_width: flo
     if kind == "internal":
         return internal_camera(distance, view_width, target=float(np.nanmean(seen)), **more)
     return external_camera(distance, view_width, target=float(np.nanmin(seen)), **more)
-
-
-def _lens(kind: str, size: tuple[int, int], view_width: float, distance: float) -> Pinhole | Fisheye:
-    makers: dict[str, Callable[..., Pinhole | Fisheye]] = {"pinhole": pinhole_for_view, "fisheye": fisheye_for_view}
-    if kind not in makers:
-        raise InputError("lens", f"got {kind!r}", f"needs one of {', '.join(makers)}")
-    return makers[kind](*size, view_width, distance)

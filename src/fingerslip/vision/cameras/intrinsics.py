@@ -1,27 +1,36 @@
-"""Intrinsics of a camera: from points in its own frame to pixels and back, by OpenCV's pinhole and fisheye models.
+"""Intrinsics of a camera: from points in its own frame to pixels and back, and files of them.
+
+The models are OpenCV's pinhole and fisheye. Calibration files, YAML or JSON with ``camera_matrix`` and
+``distortion_coefficients``, are those that OpenCV's FileStorage writes, those of ROS (which name the model and the size
+of the image), and plain nested lists under the names that calibration scripts use.
 
 The camera's frame has x to the right, y down and z forwards, from the centre of the lens. Pixels count from the middle
 of the first one, as in OpenCV. Distortion acts on x/z and y/z [-] and grows with the distance from the axis up to a
-largest one, beyond which the polynomials fold the picture back onto itself; what is beyond has no image. Only the rays
-of a pinhole with distortion need OpenCV to be installed.
+largest one, beyond which the polynomials fold the picture back onto itself; what is beyond has no image. Only a pinhole
+with distortion needs OpenCV to be installed.
 """
 
 from __future__ import annotations
 
 import functools
+import json
 import math
-from typing import Annotated
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pydantic
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, ResultError, shorten
 from fingerslip.parameters import Number, parameters
+from fingerslip.parameters.yaml_text import parse_document
+from fingerslip.storage.files import write_text
 from fingerslip.vision.video import opencv
-
-__all__ = ["Fisheye", "Pinhole", "PositiveNumber", "fisheye_for_view", "pinhole_for_view"]
 
 Floats = NDArray[np.float64]
 PixelCount = Annotated[int, pydantic.Field(ge=1, le=100_000)]
@@ -42,12 +51,13 @@ class _Lens:
     centre_x: Number
     centre_y: Number
     distortion: tuple[Number, ...] = ()
+    coefficient_counts: ClassVar[tuple[int, ...]]  # how many coefficients there may be
 
     def __post_init__(self) -> None:
         """Check the number of coefficients."""
-        counts = (0, 4) if isinstance(self, Fisheye) else (0, 4, 5, 8, 12)
-        if len(self.distortion) not in counts:
-            fault, allowed = f"got {len(self.distortion)} coefficients", f"needs one of {', '.join(map(str, counts))}"
+        if len(self.distortion) not in self.coefficient_counts:
+            fault = f"got {len(self.distortion)} coefficients"
+            allowed = f"needs one of {', '.join(map(str, self.coefficient_counts))}"
             repair = "leave zeros at the end out; the tilt of a sensor is not modelled"
             raise InputError("distortion", fault, allowed, repair)
 
@@ -89,6 +99,8 @@ class Pinhole(_Lens):
     [319.5, 289.5]
     """
 
+    coefficient_counts = (0, 4, 5, 8, 12)
+
     def project(self, points: Floats) -> Floats:
         """Return pixels (..., 2) of points (..., 3) [m] in the camera's frame; NaN behind it and beyond the lens."""
         points = np.asarray(points, dtype=np.float64)
@@ -99,39 +111,27 @@ class Pinhole(_Lens):
         """Return unit vectors (..., 3) of the rays that pixels (..., 2) see; NaN where the lens images none."""
         plane = self._plane(pixels)
         if any(self.distortion) and plane.size:
-            plane = self._undistort(plane)
+            cv2, distorted = opencv(), plane
+            # OpenCV 4 has another name for it where one says how exact it should be.
+            iterate = getattr(cv2, "undistortPointsIter", cv2.undistortPoints)
+            once, stop = np.eye(3), (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, _STEPS, 1e-4 * _EXACT)
+            pairs, distortion = plane.reshape(-1, 1, 2), np.array(self.distortion)
+            plane = iterate(pairs, once, distortion, R=once, P=once, criteria=stop).reshape(plane.shape)
+            plane[~(np.abs(self._distort(plane) - distorted) < _EXACT).all(axis=-1)] = np.nan
         rays = np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
         unit_rays: Floats = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
         return unit_rays
 
     def _distort(self, plane: Floats) -> Floats:
-        """Return where the lens puts undistorted points (..., 2) [-], NaN beyond it.
-
-        With r² = x² + y²: x' = x (1 + k1 r² + k2 r⁴ + k3 r⁶)/(1 + k4 r² + k5 r⁴ + k6 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
-        + s1 r² + s2 r⁴, and y' alike with p1 (r² + 2 y²) + 2 p2 x y + s3 r² + s4 r⁴ (OpenCV, module calib).
-        """
-        _, _, p1, p2, _, _, _, _, s1, s2, s3, s4 = _pad(self.distortion)
-        numerator, denominator, largest = _radial(self.distortion)
-        plane = np.where(np.hypot(plane[..., :1], plane[..., 1:]) > largest, np.nan, plane)
-        x, y = plane[..., 0], plane[..., 1]
-        square = x * x + y * y
-        shift_x = 2.0 * p1 * x * y + p2 * (square + 2.0 * x * x) + (s1 + s2 * square) * square
-        shift_y = p1 * (square + 2.0 * y * y) + 2.0 * p2 * x * y + (s3 + s4 * square) * square
-        radial = numerator(square) / denominator(square)
-        distorted: Floats = plane * radial[..., None] + np.stack([shift_x, shift_y], axis=-1)
+        """Return where the lens puts undistorted points (..., 2) [-], NaN beyond it."""
+        if not any(self.distortion) or not plane.size:
+            return plane
+        beyond = np.hypot(plane[..., 0], plane[..., 1]) > _largest_radius(self.distortion)
+        rays = np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1).reshape(-1, 1, 3)
+        pixels, _ = opencv().projectPoints(rays, np.zeros(3), np.zeros(3), np.eye(3), np.array(self.distortion))
+        distorted: Floats = pixels.reshape(plane.shape)
+        distorted[beyond] = np.nan
         return distorted
-
-    def _undistort(self, plane: Floats) -> Floats:
-        """Return the undistorted points (..., 2) [-] of distorted ones by OpenCV, NaN where there are none."""
-        cv2 = opencv()
-        # OpenCV 4 has another name for it where one says how exact it should be.
-        iterate = getattr(cv2, "undistortPointsIter", cv2.undistortPoints)
-        once, stop = np.eye(3), (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, _STEPS, 1e-4 * _EXACT)
-        pairs, distortion = plane.reshape(-1, 1, 2), np.array(self.distortion)
-        undistorted: Floats = iterate(pairs, once, distortion, R=once, P=once, criteria=stop).reshape(plane.shape)
-        wrong = ~(np.abs(self._distort(undistorted) - plane) < _EXACT).all(axis=-1)
-        undistorted[wrong] = np.nan
-        return undistorted
 
 
 @parameters
@@ -154,6 +154,8 @@ class Fisheye(_Lens):
     InputError
         For another number of coefficients, and for values that cannot be.
     """
+
+    coefficient_counts = (0, 4)
 
     def project(self, points: Floats) -> Floats:
         """Return pixels (..., 2) of points (..., 3) [m] in the camera's frame; NaN beyond the lens.
@@ -194,20 +196,17 @@ class Fisheye(_Lens):
         return math.sqrt(_first_root(series + 2.0 * Polynomial([0.0, 1.0]) * series.deriv()))
 
 
-def _pad(distortion: tuple[float, ...]) -> tuple[float, ...]:
-    return distortion + (0.0,) * (12 - len(distortion))
-
-
 @functools.lru_cache
-def _radial(distortion: tuple[float, ...]) -> tuple[Polynomial, Polynomial, float]:
-    """Return numerator N and denominator D of a pinhole's radial factor at r², and the largest r that has an image [-].
+def _largest_radius(distortion: tuple[float, ...]) -> float:
+    """Return the largest distance r from the axis that has an image in a pinhole [-].
 
-    The image radius r N(r²)/D(r²) rises until N D + 2 u (N' D - N D') is zero at u = r², or D is.
+    With numerator N and denominator D of the radial factor, the image radius r N(r²)/D(r²) rises until
+    N D + 2 u (N' D - N D') is zero at u = r², or D is.
     """
-    k1, k2, _, _, k3, k4, k5, k6 = _pad(distortion)[:8]
+    k1, k2, _, _, k3, k4, k5, k6 = (*distortion, *[0.0] * 4)[:8]
     numerator, denominator, u = Polynomial([1.0, k1, k2, k3]), Polynomial([1.0, k4, k5, k6]), Polynomial([0.0, 1.0])
     slope = numerator * denominator + 2.0 * u * (numerator.deriv() * denominator - numerator * denominator.deriv())
-    return numerator, denominator, math.sqrt(min(_first_root(slope), _first_root(denominator)))
+    return math.sqrt(min(_first_root(slope), _first_root(denominator)))
 
 
 def _first_root(polynomial: Polynomial) -> float:
@@ -240,18 +239,169 @@ def pinhole_for_view(width: int, height: int, view_width: float, distance: float
     >>> pinhole_for_view(640, 480, 0.064, 0.05).focal_x
     500.0
     """
-    _check_view(view_width, distance)
-    focal = width * distance / view_width
-    return Pinhole(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
+    lens: Pinhole = lens_for_view("pinhole", width, height, view_width, distance)
+    return lens
 
 
-def fisheye_for_view(width: int, height: int, view_width: float, distance: float) -> Fisheye:
-    """Return a fisheye with equal distances for equal angles that sees a given width at a given distance."""
-    _check_view(view_width, distance)
-    focal = 0.5 * width / math.atan2(0.5 * view_width, distance)
-    return Fisheye(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
-
-
-def _check_view(view_width: float, distance: float) -> None:
+def lens_for_view(kind: str, width: int, height: int, view_width: float, distance: float) -> Any:
+    """Return a pinhole, or a fisheye with equal distances for equal angles, as of :func:`pinhole_for_view`."""
+    if kind not in ("pinhole", "fisheye"):
+        raise InputError("lens", f"got {kind!r}", "needs one of pinhole, fisheye")
     if not (view_width > 0 and distance > 0):
         raise InputError("view_width, distance", f"got {view_width}, {distance}", "needs lengths > 0 in metres")
+    is_pinhole, across = kind == "pinhole", 0.5 * view_width
+    focal = width * distance / view_width if is_pinhole else 0.5 * width / math.atan2(across, distance)
+    return MODELS[kind](width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
+
+
+#: Names of lens models in files, and the model of each.
+MODELS: Mapping[str, type[Pinhole] | type[Fisheye]] = MappingProxyType(
+    {
+        "pinhole": Pinhole,
+        "plumb_bob": Pinhole,
+        "rational_polynomial": Pinhole,
+        "fisheye": Fisheye,
+        "equidistant": Fisheye,
+    }
+)
+_MATRIX = ("camera_matrix", "K", "mtx")
+_DISTORTION = ("distortion_coefficients", "dist_coeffs", "dist_coeff", "dist", "D")
+_LARGEST = 1_000_000  # bytes
+
+
+def read_calibration(path: str | Path, *, model: str | None = None, size: tuple[int, int] | None = None) -> Any:
+    """Read the intrinsics of a camera.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    model : str, optional
+        One of :data:`MODELS`, such as ``fisheye``. Without it the file says, by ``distortion_model`` or OpenCV's
+        ``fisheye_model: 1``; where it does not, the camera is a pinhole.
+    size : (int, int), optional
+        Width and height of the image [px], where the file does not say.
+
+    Returns
+    -------
+    Pinhole or Fisheye
+        The intrinsics.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be read.
+    InputError
+        Where it is no calibration.
+    """
+    values, where = _read_values(Path(path)), str(path)
+    matrix = _array(values, _MATRIX, where)
+    if matrix is None or matrix.shape != (3, 3):
+        fault = f"the keys {', '.join(values)}" if matrix is None else f"a camera matrix of shape {matrix.shape}"
+        raise InputError(where, shorten(f"has {fault}"), "needs camera_matrix with 3 x 3 numbers")
+    if matrix[0, 1] != 0 or not np.array_equal(matrix[[1, 2, 2, 2], [0, 0, 1, 2]], [0, 0, 0, 1]):
+        raise InputError(f"{where}: camera_matrix", "has a skew or another scale", "needs fx 0 cx, 0 fy cy, 0 0 1")
+    width, height = size or (values.get("image_width"), values.get("image_height"))
+    if width is None or height is None:
+        width, height = values.get("image_size", (None, None))
+    if width is None or height is None:
+        raise InputError(where, "has no image_width and image_height", "needs the size of the image", "give size=")
+    name = model or values.get("distortion_model") or ("fisheye" if values.get("fisheye_model") else "pinhole")
+    if name not in MODELS:
+        allowed = f"needs one of {', '.join(MODELS)}"
+        raise InputError(f"{where}: distortion_model", f"got {shorten(repr(name))}", allowed)
+    lens, coefficients = MODELS[name], _array(values, _DISTORTION, where)
+    focal_x, focal_y, centre_x, centre_y = matrix[[0, 1, 0, 1], [0, 1, 2, 2]].tolist()
+    try:
+        size_and_focus = int(width), int(height), focal_x, focal_y, centre_x, centre_y
+        return lens(*size_and_focus, _without_zeros(coefficients, lens.coefficient_counts))
+    except InputError as error:
+        raise error.moved(lambda place: f"{where}: {place}") from None
+
+
+def _read_values(path: Path) -> Mapping[str, Any]:
+    """Return the keys and values of a file in JSON or YAML, also where OpenCV's tags and first line are in it."""
+    try:
+        content = path.read_bytes()[: _LARGEST + 1]
+        text = content.decode("utf-8")
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror}); name a calibration file") from error
+    except UnicodeDecodeError as error:
+        raise InputError(str(path), "is no text", "needs a calibration file in YAML or JSON") from error
+    if len(content) > _LARGEST:
+        raise InputError(str(path), "is larger than 1 MB", "needs a calibration file in YAML or JSON")
+    text = re.sub(r"\A\s*%YAML[: ]1\.\d\s*\n", "", text).replace("!!opencv-matrix", "")
+    try:
+        # The tabs of JSON are no YAML.
+        values = json.loads(text) if text.lstrip().startswith("{") else parse_document(text, str(path)).content
+    except json.JSONDecodeError as error:
+        raise InputError(str(path), f"is no JSON ({shorten(str(error))})", "needs a calibration file") from None
+    if not isinstance(values, Mapping):
+        raise InputError(str(path), "has no keys", "needs camera_matrix and distortion_coefficients")
+    return values
+
+
+def _array(values: Mapping[str, Any], names: Sequence[str], where: str) -> Floats | None:
+    """Return the matrix under the first name that is there; None where there is none."""
+    name = next((name for name in names if name in values), None)
+    if name is None:
+        return None
+    content = values[name]
+    try:
+        if isinstance(content, Mapping):
+            return np.array(content["data"], dtype=np.float64).reshape(content["rows"], content["cols"])
+        array = np.array(content, dtype=np.float64)
+    except (KeyError, TypeError, ValueError):
+        allowed = "needs rows, cols and data, or lists of numbers"
+        raise InputError(f"{where}: {name}", f"got {shorten(repr(content))}", allowed) from None
+    return array.reshape(3, 3) if name in _MATRIX and array.size == 9 else array
+
+
+def _without_zeros(distortion: Floats | None, counts: Sequence[int]) -> tuple[float, ...]:
+    """Return coefficients without zeros at the end, as many as a lens may have; none where there are none."""
+    if distortion is None or not distortion.any():
+        return ()
+    last = int(np.flatnonzero(distortion)[-1]) + 1
+    count = next((count for count in counts if count >= last), last)
+    return (*distortion.ravel().tolist(), *[0.0] * count)[:count]
+
+
+def write_calibration(intrinsics: Pinhole | Fisheye, path: str | Path) -> None:
+    """Write intrinsics in the form that OpenCV's FileStorage reads, whole or not at all.
+
+    Parameters
+    ----------
+    intrinsics : Pinhole or Fisheye
+        The intrinsics.
+    path : path
+        A file that ends in ``.json``, or any other for YAML.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written.
+    """
+    is_fisheye = isinstance(intrinsics, Fisheye)
+    plain = {
+        "image_width": intrinsics.width,
+        "image_height": intrinsics.height,
+        "distortion_model": "fisheye" if is_fisheye else "pinhole",
+        **({"fisheye_model": 1} if is_fisheye else {}),
+    }
+    arrays = {
+        "camera_matrix": intrinsics.camera_matrix,
+        "distortion_coefficients": np.array([intrinsics.distortion or (0.0,) * 4]),
+    }
+    matrices = {
+        name: {"rows": array.shape[0], "cols": array.shape[1], "dt": "d", "data": array.ravel().tolist()}
+        for name, array in arrays.items()
+    }
+    if Path(path).suffix.lower() == ".json":
+        stored = {name: {"type_id": "opencv-matrix", **matrix} for name, matrix in matrices.items()}
+        text = json.dumps({**plain, **stored}, indent=4)
+    else:
+        lines = ["%YAML:1.0", "---", *(f"{name}: {value}" for name, value in plain.items())]
+        for name, matrix in matrices.items():
+            lines += [f"{name}: !!opencv-matrix", *(f"   {key}: {value}" for key, value in matrix.items())]
+        text = "\n".join(lines)
+    write_text(Path(path), f"{text}\n")

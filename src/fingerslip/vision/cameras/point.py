@@ -11,8 +11,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import Fraction, NonNegativeNumber, Number, parameters
-from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
+from fingerslip.parameters import parameters
 from fingerslip.vision.cameras.camera import (
     Camera,
     frame_times,
@@ -22,30 +21,12 @@ from fingerslip.vision.cameras.camera import (
     pixels_per_metre,
     true_tracks,
 )
-from fingerslip.vision.cameras.looks import PixelCamera
-from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.cameras.pixel import PixelCamera, frames_of
+from fingerslip.vision.comparison import PositionErrors, position_errors
 from fingerslip.vision.tracks import make_tracks, tracks_like
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "MEASURED_ERRORS",
-    "PUBLISHED_FRAME_RATE",
-    "CameraPair",
-    "Locate",
-    "PointCamera",
-    "PositionErrors",
-    "following",
-    "measure_errors",
-    "metres_per_pixel",
-    "pair_tracks",
-    "plate_mark",
-    "point_tracks",
-    "position_errors",
-    "window_centroids",
-]
-
 
 Floats = NDArray[np.float64]
 Frame = NDArray[np.uint8]
@@ -53,61 +34,9 @@ Frame = NDArray[np.uint8]
 #: Finds markers in frames: gets the frames and where the markers are in the first (n_markers, 2) [px], returns their
 #: positions (n_frames, n_markers, 2) [px], NaN where lost.
 Locate = Callable[[Iterator[Frame], Floats], Floats]
-_FEWEST = 3
 _FLOOR, _CLEAR = 0.2, 6.0
 # Positions of pairs are rounded to this share of a pixel, far below their noise, so that files are small.
 _ROUNDING = 1.0 / 1024.0
-
-
-@parameters
-class PositionErrors:
-    """Statistics of the errors of marker positions, over both axes and all markers.
-
-    Parameters
-    ----------
-    noise : float
-        Root mean square of what changes from frame to frame, along an axis [px].
-    bias : float
-        Root mean square over the markers of what stays, along an axis [px].
-    correlation : float
-        Correlation of what changes with the same one frame later [-]; 0 for white noise.
-    lost : float
-        Share of the markers that are lost in a frame [-].
-    """
-
-    noise: NonNegativeNumber
-    bias: NonNegativeNumber = 0.0
-    correlation: Annotated[Number, pydantic.Field(gt=-1, lt=1)] = 0.0
-    lost: Fraction = 0.0
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the whole error along an axis [px]."""
-        return float(np.hypot(self.noise, self.bias))
-
-
-def position_errors(tracks: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
-    """Return the statistics of the errors of tracks."""
-    if tracks["position"].shape != truth["position"].shape or (tracks["marker"].values != truth["marker"].values).any():
-        shapes = f"got {dict(tracks.sizes)} beside {dict(truth.sizes)}"
-        raise InputError("found, truth", shapes, "needs the same times and markers in both")
-    errors = tracks["position"].values - truth["position"].values
-    visible = ~np.isnan(truth["position"].values).any(axis=2)
-    lost = float(np.isnan(errors[visible]).any(axis=1).mean()) if visible.any() else 0.0
-    counts = (~np.isnan(errors)).sum(axis=0)
-    enough = (counts >= _FEWEST).all(axis=1)
-    if not enough.any():
-        raise InputError("found", "has no marker in three frames", "needs some, to tell noise from what stays")
-    errors, counts = errors[:, enough], counts[enough]
-    means = np.nanmean(errors, axis=0)
-    changing = errors - means
-    variance = float(np.nansum(changing**2) / (counts - 1).sum())
-    # The mean of a few frames has a share of the noise itself.
-    staying = float((means**2).mean() - variance * (1.0 / counts).mean())
-    products, squares = np.nanmean(changing[1:] * changing[:-1]), np.nanmean(changing**2)
-    correlation = products / squares if squares > 0 and np.isfinite(products) else 0.0
-    bias = np.sqrt(max(staying, 0.0))
-    return PositionErrors(np.sqrt(variance), bias, float(np.clip(correlation, -0.999, 0.999)), lost)
 
 
 def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate) -> PositionErrors:
@@ -237,22 +166,17 @@ def point_tracks(point_camera: PointCamera, tracks: xr.Dataset) -> xr.Dataset:
     shape = truth["position"].shape
     errors, random = point_camera.errors, np.random.default_rng([point_camera.seed, 2])
     position = truth["position"].values + errors.bias * random.standard_normal(shape[1:])
-    position += errors.noise * _noise(random.standard_normal(shape), errors.correlation)
+    noise = random.standard_normal(shape)
+    if errors.correlation and len(noise):
+        from scipy import signal
+
+        # The first value has the variance of all others already.
+        noise[1:] *= np.sqrt(1.0 - errors.correlation**2)
+        noise = signal.lfilter([1.0], [1.0, -errors.correlation], noise, axis=0)
+    position += errors.noise * noise
     position[random.random(shape[:2]) < errors.lost] = np.nan
     source = f"point camera, seed {point_camera.seed}"
     return tracks_like(truth, position, truth["time"].values, attributes=truth.attrs | {"source": source})
-
-
-def _noise(white: Floats, correlation: float) -> Floats:
-    """Return noise of unit variance whose neighbours along the first axis are correlated, from white noise."""
-    if correlation == 0 or white.shape[0] == 0:
-        return white
-    from scipy import signal
-
-    # The first value has the variance of all others already.
-    driven = np.concatenate([white[:1], np.sqrt(1.0 - correlation**2) * white[1:]])
-    noise: Floats = signal.lfilter([1.0], [1.0, -correlation], driven, axis=0)
-    return noise
 
 
 @dataclass(frozen=True)

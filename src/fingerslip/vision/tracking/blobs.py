@@ -12,8 +12,6 @@ from scipy.spatial import cKDTree
 
 from fingerslip.vision.video import opencv
 
-__all__ = ["Blobs", "blobs_of", "field_of", "reduced_to"]
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
@@ -43,6 +41,13 @@ class Blobs:
     def select(self, rows: Flags | NDArray[np.intp]) -> Blobs:
         """Return some of the blobs."""
         return Blobs(self.position[rows], self.strength[rows], self.radius[rows])
+
+    def inside(self, mask: Flags | None) -> Blobs:
+        """Return the blobs on the pixels of a mask (height, width) that count; all without one."""
+        if mask is None:
+            return self
+        columns, rows = np.rint(self.position).astype(np.intp).T
+        return self.select(mask[rows.clip(0, len(mask) - 1), columns.clip(0, mask.shape[1] - 1)])
 
 
 def reduced_to(image: NDArray[np.generic], radius: float) -> tuple[NDArray[np.generic], int]:
@@ -101,8 +106,7 @@ def field_of(image: Floats, mask: Flags | None, polarity: float) -> Blobs:
     noise = float(np.median(np.abs(np.diff(image, axis=1)))) / (0.6745 * math.sqrt(2.0))
     scales = [blobs_of(image, radius, polarity, max(_FAINTEST, 3.5 * noise / radius)) for radius in _RADII]
     blobs = Blobs(*(np.concatenate([getattr(s, n) for s in scales]) for n in ("position", "strength", "radius")))
-    columns, rows = np.rint(blobs.position).astype(np.intp).T
-    blobs = blobs if mask is None else blobs.select(mask[rows, columns])
+    blobs = blobs.inside(mask)
     if not len(blobs.strength):
         return blobs
     # What lies within a stronger blob, and is not much smaller, is a part of it.
@@ -129,7 +133,4 @@ def field_of(image: Floats, mask: Flags | None, polarity: float) -> Blobs:
     blobs = blobs_of(image, radius, polarity, typical / _STRENGTHS)
     apart, usual = cKDTree(field.position).query(blobs.position)[0], blobs.strength / typical
     near = (apart < 0.5 * radius) | ((apart < _WITHIN * spacing) & (usual > _AS_STRONG) & (usual < _STRENGTHS))
-    if mask is not None:
-        columns, rows = np.rint(blobs.position).astype(np.intp).T
-        near &= mask[rows, columns]
-    return blobs.select(near)
+    return blobs.select(near).inside(mask)

@@ -17,11 +17,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingerslip.vision.tracking.blobs import Blobs, blobs_of, reduced_to
+from fingerslip.vision.tracking.layouts import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
-from fingerslip.vision.tracking.neighbours import assign, common_shift, consistent, expected_displacement
 from fingerslip.vision.video import opencv
-
-__all__ = ["State", "follow", "rest_state"]
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -122,11 +120,7 @@ def _blobs(markers: Markers, image: Frame, mask: Flags | None, window: tuple[sli
     """Return the blobs of the markers' size and about their strength in a window of an image."""
     least = _FAINT * light * float(np.median(markers.strength))
     blobs = blobs_of(image[window], markers.size, markers.polarity, least)
-    blobs = dataclasses.replace(blobs, position=blobs.position + _corner(window))
-    if mask is None:
-        return blobs
-    columns, rows = np.rint(blobs.position).astype(np.intp).T
-    return blobs.select(mask[rows.clip(0, len(mask) - 1), columns.clip(0, mask.shape[1] - 1)])
+    return dataclasses.replace(blobs, position=blobs.position + _corner(window)).inside(mask)
 
 
 def _flown(markers: Markers, state: State, image: Frame, window: tuple[slice, slice]) -> Floats:

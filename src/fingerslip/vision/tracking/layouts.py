@@ -1,4 +1,7 @@
-"""Numbers of markers by their layout: concentric rings, hexagonal lattices, square grids, or rows of free markers."""
+"""How markers lie: what the neighbours of each say of where it is, and their numbers by their layout.
+
+Layouts are concentric rings, hexagonal lattices, square grids, or rows of free markers.
+"""
 
 from __future__ import annotations
 
@@ -9,15 +12,105 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 
-__all__ = ["LayoutName", "Topology", "check_layout", "layout_of", "misfits", "topology"]
-
 Floats = NDArray[np.float64]
-Integers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
+Integers = NDArray[np.intp]
+
+_COUNT = 8
+_BINS = 6  # bins of shifts that are counted, to a distance between markers
+_ROUNDS = 4
+# So many neighbours that are displaced alike, within this share of what is allowed, are enough.
+_SOME, _ALIKE = 2, 0.25
+
+
+def nearest_neighbours(points: Floats) -> tuple[Integers, Floats]:
+    """Return the nearest neighbours (n, k) of points (n, 2) [px], and the distance (n,) to the first [px]."""
+    count = min(_COUNT, len(points) - 1)
+    if count < 1:
+        return np.empty((len(points), 0), dtype=np.intp), np.full(len(points), np.inf)
+    distances, indices = cKDTree(points).query(points, k=count + 1)
+    return indices[:, 1:].astype(np.intp), distances[:, 1].astype(np.float64)
+
+
+def expected_displacement(displacement: Floats, usable: Flags, neighbours: Integers) -> tuple[Floats, Integers]:
+    """Return the median of the neighbours' displacements, NaN where none is usable, and how many there are.
+
+    Arrays: displacement (n, 2) [px]; usable (n,); neighbours (n, k); returns (n, 2) [px], (n,).
+    """
+    count = usable[neighbours].sum(axis=1)
+    if not neighbours.shape[1]:
+        return np.full_like(displacement, np.nan), count
+    # What is not usable comes last.
+    values = np.sort(np.where(usable[neighbours][..., None], displacement[neighbours], np.inf), axis=1)
+    rows = np.arange(len(displacement))
+    middle = 0.5 * (values[rows, np.maximum(count - 1, 0) // 2] + values[rows, np.maximum(count, 1) // 2 * (count > 1)])
+    return np.where(count[:, None] > 0, middle, np.nan), count
+
+
+def consistent(displacement: Floats, sure: Flags, neighbours: Integers, allowed: Floats) -> Flags:
+    """Tell which markers are displaced as their neighbours are: about as the median of them, or as some of them.
+
+    Where a contact slips in part, markers at its edge go with the few on their side. Arrays: displacement (n, 2) [px];
+    sure (n,); neighbours (n, k); allowed (n,) [px].
+    """
+    accepted = sure.copy()
+    for _ in range(_ROUNDS):
+        expected, count = expected_displacement(displacement, accepted, neighbours)
+        far = accepted & (count > 2) & (np.linalg.norm(displacement - expected, axis=1) > allowed)
+        apart = np.linalg.norm(displacement[neighbours[far]] - displacement[far, None], axis=2)
+        alike = (accepted[neighbours[far]] & (apart < _ALIKE * allowed[far, None])).sum(axis=1)
+        far[far] = alike < _SOME
+        if not far.any():
+            break
+        accepted &= ~far
+    return accepted
+
+
+def common_shift(points: Floats, candidates: Floats, spacing: float) -> Floats:
+    """Return the shift (2,) [px] at which most points (n, 2) [px] have a candidate (m, 2) [px].
+
+    Markers that move by more than half their distance look like others that moved the other way, so nothing local tells
+    the two apart. The pattern as a whole does, because it ends somewhere.
+    """
+    shifts = (candidates[None] - points[:, None]).reshape(-1, 2)
+    cells = np.rint(shifts * (_BINS / spacing)).astype(np.intp)
+    low = cells.min(axis=0) - 1
+    size = cells.max(axis=0) - low + 2
+    votes = np.zeros(size, dtype=np.intp)
+    np.add.at(votes, tuple((cells - low).T), 1)
+    # Neighbouring cells vote together.
+    near = np.sum([np.roll(votes, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0)
+    best = np.array(np.unravel_index(int(near.argmax()), near.shape)) + low
+    return np.asarray(shifts[np.abs(cells - best).max(axis=1) <= 1].mean(axis=0))
+
+
+def assign(expected: Floats, reach: Floats, candidates: Floats) -> tuple[Integers, Integers]:
+    """Match markers and candidates one to one so that the sum of all distances, in shares of the reach, is smallest.
+
+    A marker that is not matched counts as one at the end of its reach. Arrays: expected (n, 2), reach (n,),
+    candidates (m, 2) [px]; returns (k,), (k,).
+
+    Examples
+    --------
+    Two markers want the same candidate: the sum decides.
+
+    >>> import numpy as np
+    >>> expected, candidates = np.array([[0.0, 0.0], [10.0, 0.0]]), np.array([[6.0, 0.0], [15.0, 0.0]])
+    >>> rows, columns = assign(expected, np.full(2, 8.0), candidates)
+    >>> rows.tolist(), columns.tolist()
+    ([0, 1], [0, 1])
+    """
+    apart = np.linalg.norm(expected[:, None] - candidates[None], axis=2) / reach[:, None]
+    rows, columns = linear_sum_assignment(np.minimum(apart, 1.0))
+    near = apart[rows, columns] < 1.0
+    return rows[near], columns[near]
+
+
 LayoutName = Literal["auto", "rings", "hex", "grid", "free"]
 
 # A gap between sorted radii of this share of the distance between neighbours separates two rings.
@@ -70,12 +163,17 @@ def topology(points: Floats, layout: LayoutName) -> Topology:
         row = np.cumsum(np.diff(points[by_height, 1], prepend=-np.inf) > gap)[np.argsort(by_height)]
         return Topology("free", np.lexsort((points[:, 0], row)), None, None)
     centre = _centre(points)
-    if layout == "grid":
-        cell, is_on = _lattice(points, centre, _STEPS["grid"])
-        off = int((~is_on).sum())
-        fault = f"{off} of {len(points)} markers are not on the square grid" if off else ""
-        return Topology(layout, np.lexsort((cell[:, 0], cell[:, 1], ~is_on)), None, None, fault)
-    ring, complaint = _circles(points, centre) if layout == "rings" else _hexagons(points, centre)
+    if layout == "rings":
+        ring, complaint = _circles(points, centre)
+    else:
+        cell, is_on = _lattice(points, centre, _STEPS[layout])
+        off, words = int((~is_on).sum()), "square grid" if layout == "grid" else "hexagonal lattice"
+        complaint = f"{off} of {len(points)} markers are not on the {words}" if off else ""
+        if layout == "grid":
+            return Topology(layout, np.lexsort((cell[:, 0], cell[:, 1], ~is_on)), None, None, complaint)
+        # Those on no lattice are in a ring of their own.
+        ring = np.maximum(np.abs(cell).max(axis=1), np.abs(cell.sum(axis=1)))
+        ring[~is_on] = ring[is_on].max() + 1
     dx, dy = (points - centre).T
     # Rounding keeps the marker on the x axis first in its ring, wherever noise puts it.
     angle = np.arctan2(dy, dx) % (2.0 * math.pi)
@@ -99,22 +197,12 @@ def layout_of(points: Floats) -> LayoutName:
 
 def misfits(points: Floats, layout: LayoutName) -> Flags:
     """Tell which points (n, 2) [px] do not fit a layout closely: reflections among markers, where they are few."""
-    if layout == "rings":
-        return _out_of_rings(points)
-    if layout == "free" or len(points) < _FEWEST:
-        return np.zeros(len(points), dtype=bool)
-    return ~_lattice(points, _centre(points), _STEPS[layout], _CLOSE)[1]
-
-
-def _out_of_rings(points: Floats) -> Flags:
-    """Tell which points (n, 2) [px] are no part of evenly spaced rings.
-
-    Of two that are too near, it is the one without which the ring is even.
-    """
     odd = np.zeros(len(points), dtype=bool)
-    if len(points) < _FEWEST:
+    if layout == "free" or len(points) < _FEWEST:
         return odd
     centre = _centre(points)
+    if layout != "rings":
+        return ~_lattice(points, centre, _STEPS[layout], _CLOSE)[1]
     ring, _ = _circles(points, centre)
     for members in (np.flatnonzero(ring == number) for number in range(1, int(ring.max()) + 1)):
         odd[members if len(members) < _FEWEST else _uneven(points, centre, members)] = True
@@ -122,7 +210,7 @@ def _out_of_rings(points: Floats) -> Flags:
 
 
 def _uneven(points: Floats, centre: Floats, members: Integers) -> Integers:
-    """Return those members of a ring that stand between its others."""
+    """Return those members of a ring that stand between its others; of two that are too near, one is such."""
     dx, dy = (points[members] - centre).T
     angle, radius = np.arctan2(dy, dx), np.hypot(dx, dy)
     order = np.argsort(angle)
@@ -165,15 +253,6 @@ def _circles(points: Floats, centre: Floats) -> tuple[Integers, str]:
     outer = counts[counts > 1]
     uneven = len(outer) > 1 and bool((np.diff(outer) <= 0).any())
     return ring, f"rings have {', '.join(map(str, counts))} markers, not more outwards" if uneven else ""
-
-
-def _hexagons(points: Floats, centre: Floats) -> tuple[Integers, str]:
-    """Return the hexagonal ring of each marker; those on no lattice are in one of their own."""
-    cell, is_on = _lattice(points, centre, _STEPS["hex"])
-    ring = np.maximum(np.abs(cell).max(axis=1), np.abs(cell.sum(axis=1)))
-    off = int((~is_on).sum())
-    ring[~is_on] = ring[is_on].max() + 1
-    return ring, f"{off} of {len(points)} markers are not on the hexagonal lattice" if off else ""
 
 
 def _lattice(

@@ -15,8 +15,6 @@ from fingerslip.vision.tracking.blobs import field_of
 from fingerslip.vision.tracking.layouts import LayoutName, layout_of, misfits, topology
 from fingerslip.vision.tracking.markers import Markers, known_markers
 
-__all__ = ["Reference", "first_frames", "reference_of"]
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Frame = NDArray[np.uint8]

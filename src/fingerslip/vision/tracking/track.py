@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,11 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError, InputError
-from fingerslip.vision.cameras.calibration import read_calibration
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.layouts import LayoutName, check_layout
-from fingerslip.vision.tracking.neighbours import expected_displacement, nearest_neighbours
+from fingerslip.vision.tracking.layouts import LayoutName, check_layout, expected_displacement, nearest_neighbours
 from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
 from fingerslip.vision.tracks import make_tracks, seen
 from fingerslip.vision.video import (
@@ -34,23 +32,6 @@ from fingerslip.vision.video import (
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = [
-    "Lost",
-    "MarkerStream",
-    "SeenMarkers",
-    "TrackingWarning",
-    "jumps",
-    "lens_of",
-    "lost_intervals",
-    "noise_at_rest",
-    "open_markers",
-    "seen_count",
-    "seen_share",
-    "track_markers",
-    "undistort_pixels",
-]
-
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -147,14 +128,6 @@ def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -
     return allowed
 
 
-def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) -> Pinhole | Fisheye:
-    """Return intrinsics, from a file where a path is given; the size is the width and height of the image [px]."""
-    if isinstance(calibration, str | Path):
-        lens: Pinhole | Fisheye = read_calibration(calibration, size=size)
-        return lens
-    return calibration
-
-
 def undistort_pixels(lens: Pinhole | Fisheye, position: Floats) -> Floats:
     """Return pixels (..., 2) of a pinhole with the same camera matrix and no distortion; NaN for what it cannot see."""
     rays = lens.directions(position)
@@ -247,11 +220,24 @@ def track_markers(
         frame_rate=frame_rate,
         channel=channel,
     )
-    lens = None if calibration is None else lens_of(calibration, (stream.shape[1], stream.shape[0]))
+    lens = calibration
+    if isinstance(lens, str | Path):
+        lens = read_calibration(lens, size=(stream.shape[1], stream.shape[0]))
     tracks = _tracks(stream, lens, rest_frames)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
     return tracks
+
+
+#: Dimensions, unit and meaning of what tracks of a video have beside what all tracks have.
+_OF_VIDEOS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
+    "reference": (("marker", "axis"), "px", "mean position in the rest frames"),
+    "rest_noise": (("marker", "axis"), "px", "standard deviation of the position at rest"),
+    "radius": (("marker",), "px", "radius of the markers at rest"),
+    "frame_state": (("time",), "", ", ".join(f"{number} {state}" for number, state in enumerate(STATES))),
+    "visible": (("time",), "", "markers that were seen, and blobs like them that no marker has"),
+    "image_position": (("time", "marker", "axis"), "px", "position in the frames, with the lens's distortion"),
+}
 
 
 def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: int) -> xr.Dataset:
@@ -264,7 +250,6 @@ def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: i
         broken = str(error)
     image_position = np.array([row.position for row in rows], dtype=np.float64)
     position = image_position if lens is None else undistort_pixels(lens, image_position)
-    states = np.array([row.state for row in rows], dtype=np.int8)
     tracks = make_tracks(
         position,
         np.arange(len(rows)) / frames.frame_rate,
@@ -284,28 +269,21 @@ def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: i
             "warnings": "\n".join([*reference.warnings, *_complaints(stream, rows, position, rest_frames, broken)]),
         },
     )
-    tracks = tracks.assign(_at_rest(position[:rest_frames], reference.markers.radius))
-    states_meaning = {"long_name": ", ".join(f"{number} {state}" for number, state in enumerate(STATES))}
-    meaning = {"long_name": "markers that were seen, and blobs like them that no marker has"}
-    visible = np.array([row.visible for row in rows], dtype=np.int32)
-    tracks = tracks.assign(frame_state=("time", states, states_meaning), visible=("time", visible, meaning))
-    if lens is None:
-        return tracks
-    meaning = {"units": "px", "long_name": "position in the frames, with the lens's distortion"}
-    return tracks.assign(image_position=(("time", "marker", "axis"), image_position, meaning))
-
-
-def _at_rest(position: Floats, radius: Floats) -> dict[str, tuple[tuple[str, ...], Floats, dict[str, str]]]:
-    """Return variables of tracks from positions in the rest frames (t, n, 2) and radii (n,) of markers [px]."""
+    values = {
+        "radius": reference.markers.radius,
+        "frame_state": np.array([row.state for row in rows], dtype=np.int8),
+        "visible": np.array([row.visible for row in rows], dtype=np.int32),
+    }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that were not seen at rest
-        mean, noise = np.nanmean(position, axis=0), np.nanstd(position, axis=0, ddof=1)
-    dims = ("marker", "axis")
-    return {
-        "reference": (dims, mean, {"units": "px", "long_name": "mean position in the rest frames"}),
-        "rest_noise": (dims, noise, {"units": "px", "long_name": "standard deviation of the position at rest"}),
-        "radius": (dims[:1], radius, {"units": "px", "long_name": "radius of the markers at rest"}),
-    }
+        values["reference"] = np.nanmean(position[:rest_frames], axis=0)
+        values["rest_noise"] = np.nanstd(position[:rest_frames], axis=0, ddof=1)
+    if lens is not None:
+        values["image_position"] = image_position
+    for name, array in values.items():
+        dims, unit, meaning = _OF_VIDEOS[name]
+        tracks[name] = (dims, array, {"units": unit, "long_name": meaning} if unit else {"long_name": meaning})
+    return tracks
 
 
 def _complaints(
@@ -333,17 +311,12 @@ def _complaints(
     visible, followed = float(np.median([row.visible for row in rows])), position.shape[1]
     if visible > _MORE * followed:
         yield f"{name}: {followed} markers are followed, where {visible:.0f} blobs like them are visible in most frames"
-    moved = _movement(position[:rest])
+    # How far the markers move together, in the frames that show all of them.
+    whole = position[:rest][np.isfinite(position[:rest]).all(axis=(1, 2))]
+    middles = np.median(whole - whole.mean(axis=0), axis=1) if len(whole) > 1 else np.zeros((1, 2))
+    moved = float(np.linalg.norm(np.ptp(middles, axis=0)))
     if moved > _MOVED:
         yield f"{name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
-
-
-def _movement(position: Floats) -> float:
-    """Return how far the markers move together (t, n, 2) [px], in the frames that show all of them."""
-    whole = position[np.isfinite(position).all(axis=(1, 2))]
-    if len(whole) < 2:
-        return 0.0
-    return float(np.linalg.norm(np.ptp(np.median(whole - whole.mean(axis=0), axis=1), axis=0)))
 
 
 @dataclass(frozen=True)

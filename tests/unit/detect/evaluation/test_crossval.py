@@ -24,7 +24,7 @@ from fingerslip.detect.evaluation.crossval import (
 )
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples, grouped_folds
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 

@@ -26,8 +26,8 @@ from fingerslip.detect.evaluation.inquiries import (
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.samples import Samples, grouped_folds, samples_of
-from fingerslip.detect.training import train
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.training import Detector
+from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.vision.tracks import check_tracks
 from unit.detect.conftest import MOTION, SAMPLING
@@ -82,8 +82,7 @@ def test_what_cannot_be_is_refused(name: str, amount: float, trials: TrialSet) -
         disturb(trials.tracks(trials.names[0]), name, amount)
 
 
-def test_more_is_lost_with_more_disturbance(trials: TrialSet) -> None:
-    detector = train(trials, trials.onsets(), "logistic", motion=MOTION, sampling=SAMPLING, names=trials.names[:8])
+def test_more_is_lost_with_more_disturbance(detector: Detector, trials: TrialSet) -> None:
     levels = [("lost", 0.0), ("lost", 0.6), ("noise", 20.0), ("slower", 2)]
     plain, lost, noisy, slower = robustness_of(detector, trials, trials.onsets(), trials.names[8:12], levels)
     assert plain.unusable == 0.0

@@ -14,23 +14,20 @@ from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
 from fingerslip.materials.prony import PronyTerm
-from problems.blocks import distorted
+from problems.blocks import KINDS, distorted
 
 SOFT, STIFF = NeoHookean(3.0, 0.45, 1.0), MooneyRivlin(1.0, 1.0, 0.4, poisson_ratio=0.48)
 
 POWERS = (OgdenTerm(1.0, 1.3), OgdenTerm(0.1, 5.0), OgdenTerm(-0.2, -2.0))
 LAWS = (SOFT, STIFF, Ogden(POWERS, 1.0, poisson_ratio=0.4))
 
-_IN_THE_PLANE = [("Q4", "selective"), ("Q4", "full"), ("T3", "full"), ("T3", "nodal"), ("T6", "full")]
-
-_IN_SPACE = [("H8", "selective"), ("H8", "full"), ("T4", "full"), ("T4", "nodal"), ("T10", "full")]
-
-KINDS = [
-    *((*kind, formulation) for formulation in ("plane_strain", "plane_stress") for kind in _IN_THE_PLANE),
-    *((*kind, "solid") for kind in _IN_SPACE),
-]
-
 EVERY = pytest.mark.parametrize(("element", "integration", "formulation"), KINDS)
+EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+STEP = 0.05
+TERMS = (PronyTerm(0.3, 0.1), PronyTerm(0.25, 0.4))
+RELAXING = tuple(replace(law, prony=TERMS) for law in LAWS)
+# A displacement gradient, of which 2D takes a part.
+GRADIENT = np.array([[0.3, 0.2, 0.1], [-0.1, -0.2, 0.0], [0.1, 0.1, 0.1]])
 
 
 def body(element, integration="selective", formulation="plane_strain", *, law=SOFT, beside=None, depth=1.0):
@@ -49,11 +46,15 @@ def moved(bulk, amount, seed=0):
     return np.random.default_rng(seed).uniform(-amount, amount, bulk.space.n_dofs)
 
 
-TERMS = (PronyTerm(0.3, 0.1), PronyTerm(0.25, 0.4))
+def stretched(bulk):
+    """Return the gradient (dim, dim) of a uniform deformation, and its displacement (n_dofs,)."""
+    gradient = GRADIENT[: bulk.space.dim, : bulk.space.dim]
+    return gradient, (bulk.space.positions @ gradient.T).ravel()
 
-RELAXING = tuple(replace(law, prony=TERMS) for law in LAWS)
 
-STEP = 0.05
+def slopes(of, at, change):
+    """Return the central difference of a function of the displacement along a small change."""
+    return (of(at + change) - of(at - change)) / 2
 
 
 def relaxing_body(kind, law=RELAXING[0], **others):

@@ -23,7 +23,6 @@ from fingerslip.mesh.scan.build import (
     deviation,
     layer_quality,
     scan_cells,
-    scan_tables,
     skin_range,
 )
 from fingerslip.mesh.scan.layered import LayerSizes, _bodies, _wanted_sizes, build_from_surfaces
@@ -72,16 +71,6 @@ def test_key_follows_content_and_settings_but_not_the_folder(tmp_path: Path):
     assert scan("b", "another skin").key() != first
 
 
-def test_mesh_and_its_tables_come_from_one_scan(monkeypatch: pytest.MonkeyPatch):
-    made = mesh_of_a_scan()
-    monkeypatch.setattr(build, "mesh_scan", lambda settings: made if settings is SCAN else None)
-    assert SCAN.build() is made.mesh
-    found = SCAN.inspect()
-    assert found.mesh is made.mesh
-    assert [table.title for table in found.tables] == ["", "Distance of the mesh from the scan", "Repairs"]
-    assert found.suffix == ".vtu"
-
-
 def test_a_flat_skin_has_no_size(tmp_path: Path) -> None:
     points = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], dtype=float)
     meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
@@ -89,15 +78,21 @@ def test_a_flat_skin_has_no_size(tmp_path: Path) -> None:
         scan_cells(dataclasses.replace(SCAN, skin=str(tmp_path / "skin.vtu")))
 
 
-def test_tables_are_in_millimetres() -> None:
-    quality, distances, repairs = scan_tables(mesh_of_a_scan())
+def test_mesh_and_its_tables_in_millimetres_come_from_one_scan(monkeypatch: pytest.MonkeyPatch) -> None:
+    scan = mesh_of_a_scan()
+    monkeypatch.setattr(build, "mesh_scan", lambda settings: scan if settings is SCAN else None)
+    assert SCAN.build() is scan.mesh
+    inspected = SCAN.inspect()
+    assert (inspected.mesh, inspected.suffix) == (scan.mesh, ".vtu")
+    quality, distances, repairs = inspected.tables
+    assert [table.title for table in inspected.tables] == ["", "Distance of the mesh from the scan", "Repairs"]
     (row,) = quality.rows
     assert row[:3] == ("tissue", 5, pytest.approx(1000.0))
     assert "8 nodes, 5 cells; boundaries: skin" in quality.note
     assert distances.rows == (("skin", pytest.approx(0.02), pytest.approx(0.07)),)
     assert "0.9 to 1.1 mm, mean 1 mm" in distances.note
     assert repairs.rows == (("skin.stl", 1, 94, 1, 1, pytest.approx(15.6)),)
-    for table in (quality, distances, repairs):
+    for table in inspected.tables:
         assert {len(row) for row in table.rows} == {len(table.columns)}
 
 

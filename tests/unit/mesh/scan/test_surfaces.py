@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import meshio
@@ -57,13 +56,6 @@ def test_wrong_unit_names_the_right_one(tmp_path: Path, written, read, repair: s
         read_surface(tmp_path / "skin.stl", read)
 
 
-def test_write_to_missing_folder_or_unknown_suffix(tmp_path: Path):
-    with pytest.raises(MeshError, match="folder"):
-        write_surface(ellipsoid(), tmp_path / "none" / "skin.stl")
-    with pytest.raises(MeshError, match="cannot be written"):
-        write_surface(ellipsoid(), tmp_path / "skin.nothing")
-
-
 def test_loop_goes_around_the_hole():
     holed = with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3)
     (loop,) = boundary_loops(holed)
@@ -111,16 +103,10 @@ def test_closed_surface_winds_once_or_not_at_all(point):
         assert number == pytest.approx(1.0 if distance < 1 else 0.0, abs=1e-9)
 
 
-def test_octant_is_an_eighth():
-    corners = np.eye(3)[None]
-    assert winding_numbers(corners, np.zeros((1, 3)))[0] == pytest.approx(1 / 8, rel=1e-12)
-
-
-def test_turned_surface_winds_the_other_way():
-    assert winding_numbers(UNIT_BALL.corners[:, ::-1], np.zeros((1, 3)))[0] == pytest.approx(-1.0)
-
-
-def test_nested_surfaces_add_up():
+def test_solid_angles_add_up():
+    centre = np.zeros((1, 3))
+    assert winding_numbers(np.eye(3)[None], centre)[0] == pytest.approx(1 / 8, rel=1e-12)
+    assert winding_numbers(UNIT_BALL.corners[:, ::-1], centre)[0] == pytest.approx(-1.0)
     both = together(UNIT_BALL, ellipsoid((0.5, 0.5, 0.5)))
     assert winding_numbers(both.corners, np.array([[0.0, 0, 0], [0.8, 0, 0]])) == pytest.approx([2.0, 1.0])
 
@@ -185,19 +171,15 @@ def test_any_turned_triangles_are_turned_back(seed: int, share: float):
     check_enclosure(repaired)
 
 
-def test_triangles_that_share_no_points_are_joined():
+def test_triangles_that_share_no_points_are_joined_and_two_pieces_are_both_turned_outwards():
     apart = Surface(WHOLE.corners.reshape(-1, 3), np.arange(WHOLE.triangles.size).reshape(-1, 3))
     repaired, repairs = repair_surface(apart)
     assert repairs == Repairs(0, 0, (), ())
     assert len(repaired.points) == len(WHOLE.points)
     assert repaired.volume == pytest.approx(WHOLE.volume)
     check_enclosure(repaired)
-
-
-def test_two_pieces_are_both_turned_outwards():
     other = ellipsoid((3e-3, 3e-3, 3e-3), (0.0, 30e-3, 0.0))
-    dirty = together(WHOLE, dataclasses.replace(other, triangles=other.triangles[:, ::-1]))
-    repaired, repairs = repair_surface(dirty)
+    repaired, repairs = repair_surface(together(WHOLE, Surface(other.points, other.triangles[:, ::-1])))
     assert repairs.turned_triangles == len(other.triangles)
     # Volume about a common point adds up for closed pieces.
     assert repaired.volume == pytest.approx(WHOLE.volume + other.volume)
@@ -214,14 +196,11 @@ def test_hole_is_closed_on_the_sphere_that_it_was_in():
     assert np.linalg.norm(repaired.points[-1]) == pytest.approx(10e-3, abs=0.03e-3)
 
 
-def test_large_hole_stays_open_and_is_reported():
+def test_large_hole_stays_open_and_is_reported_and_debris_is_dropped():
     repaired, repairs = repair_surface(with_hole(WHOLE, (0.0, 0.0, 7e-3), 4e-3), largest_hole=5e-3)
     assert repairs.closed_holes == ()
     assert len(repairs.open_holes) == len(boundary_loops(repaired)) == 1
     assert repairs.open_holes[0] > 5e-3
-
-
-def test_debris_is_dropped():
     repaired, repairs = repair_surface(together(WHOLE, ellipsoid((2e-4,) * 3, (0.0, 9e-3, 0.0), 20)))
     assert repairs.dropped_pieces == 1
     assert len(repaired.points) == len(WHOLE.points)
@@ -255,26 +234,17 @@ def flat(shape: str) -> np.ndarray:
     return points
 
 
-NOWHERE = np.where(np.eye(3) > 0.0, np.nan, np.eye(3))
-
-
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (None, "no such file"),
-        (b"\x00\x01 no surface", "cannot be read"),
         ((np.eye(3), "line", [[0, 1]]), "has line, needs triangles"),
-        ((NOWHERE, "triangle", [[0, 1, 2]]), "no numbers"),
         ((flat("point"), "triangle", [[0, 1, 2], [2, 3, 5]]), "has no triangle with an area, needs the surface of a"),
         ((flat("line"), "triangle", [[0, 1, 2], [1, 2, 5]]), "has no triangle with an area"),
     ],
 )
 def test_files_that_are_no_surface(tmp_path: Path, content, message: str):
     file = tmp_path / "skin.vtu"
-    if isinstance(content, bytes):
-        file.write_bytes(content)
-    elif content is not None:
-        meshio.write(file, meshio.Mesh(content[0], [content[1:]]))
+    meshio.write(file, meshio.Mesh(content[0], [content[1:]]))
     with pytest.raises(MeshError, match=message):
         read_surface(file)
 

@@ -9,10 +9,10 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import InputError, ResultError
-from fingerslip.report.figures.catalogue import RUN_FIGURES, STUDY_DRAWERS, draw_of_run, draw_of_study
-from fingerslip.report.figures.film import Film, film_frames
-from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
+from fingerslip.report.content import OF_RUNS, OF_STUDIES, RUN_FIGURES, STUDY_FIGURES, STYLES, RunSubject, StudySubject
+from fingerslip.report.figures.motion import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
+from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, _HAS, draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.slip import Events, SlipEvents
 from unit.report.page.contents import two_runs
@@ -23,8 +23,9 @@ EVENTS = Events(slip=SlipEvents(incipient=0.06, overall=0.09))
 
 
 def test_kinds_are_those_that_can_be_drawn() -> None:
-    assert OF_RUNS.keys() <= RUN_FIGURES.keys()
-    assert list(OF_STUDIES) == list(STUDY_DRAWERS)
+    assert list(RUN_FIGURES) == list(_DRAW_RUNS)
+    assert list(STUDY_FIGURES) == list(_DRAW_STUDIES)
+    assert {need for kind in (*RUN_FIGURES.values(), *STUDY_FIGURES.values()) for need in kind.needs} == {*_HAS}
     assert not OF_RUNS.keys() & OF_STUDIES.keys()
     assert all((*OF_RUNS.values(), *OF_STUDIES.values()))
     assert list(LOOKS) == list(STYLES)
@@ -42,7 +43,7 @@ def test_figures_of_a_run_are_drawn_or_refused_with_those_that_fit(kind: str) ->
     if solid:
         with pytest.raises(InputError, match=f"'{kind}' shows runs of three, this one has two dimensions, needs one"):
             draw_of_run(kind, RunSubject(make(Process()), Events()))
-    elif kind not in {"deformed", "forces", "energy"}:
+    elif RUN_FIGURES[kind].dimensions == 2:
         with pytest.raises(InputError, match=f"'{kind}' shows runs of two, this one has three dimensions"):
             draw_of_run(kind, RunSubject(block_history("T4"), Events()))
 
@@ -53,7 +54,7 @@ def test_figures_of_a_study_are_drawn(kind: str) -> None:
     subject = StudySubject(
         content.study.runs,
         {"block": block_history("T4")} if solid else content.titled_histories(),
-        {"block": Events()} if solid else content.titled_events(),
+        {"block": Events()} if solid else content.subject().events,
         starts={"0.4": 1.0, "0.6": 1.0},
         path="contact.friction_coefficient",
     )
@@ -106,7 +107,7 @@ def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch: pyte
     assert np.allclose(drawn[:, 1], 1e-3 * history["normal_traction"].values[-1])
     assert above.texts[0].get_text() == f"{times[-1]:.3f} s"
     assert repr(plot) == f"<HistoryPlot: {times.size} records, 0 to {times[-1]:g} s>"
-    monkeypatch.setattr("fingerslip.report.figures.browse._FRAMES", 3)
+    monkeypatch.setattr("fingerslip.report.figures.motion._FRAMES", 3)
     page = plot._repr_html_()
     assert 'type="range"' in page, "notebooks get a slider that needs no kernel"
     assert page.count("data:image/png;base64") == 3

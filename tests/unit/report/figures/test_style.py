@@ -16,29 +16,32 @@ from matplotlib.lines import Line2D
 
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import EVENT_COLOURS
-from fingerslip.report.figures.contact import energy_figure, force_figure, force_overview_figure, slip_maps_figure
-from fingerslip.report.figures.marks import (
+from fingerslip.report.figures.signals import (
+    energy_figure,
+    force_figure,
+    force_overview_figure,
+    slip_maps_figure,
+    strain_energy_density_figure,
+)
+from fingerslip.report.figures.style import (
+    add_legend,
+    columns_for,
     event_keys,
+    figure_bytes,
+    figure_grid,
     is_held,
+    join_title,
     limit_to_slides,
     mark_events,
     mark_run,
     name_events,
     name_run,
-    shown_time,
-    shown_times,
-    shown_until,
-)
-from fingerslip.report.figures.receptors import strain_energy_density_figure
-from fingerslip.report.figures.style import (
-    add_legend,
-    columns_for,
-    figure_bytes,
-    figure_grid,
-    join_title,
     run_panels,
     save_figure,
     say,
+    shown_time,
+    shown_times,
+    shown_until,
     with_style,
 )
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
@@ -174,14 +177,14 @@ def test_events_that_happened_are_marked_in_their_colours_and_have_keys() -> Non
     assert colours == {1.5: EVENT_COLOURS["incipient"], 1.7: EVENT_COLOURS["overall"]}
     assert set(EVENT_NAMES) == set(EVENT_COLOURS)
     assert len(set(EVENT_COLOURS.values())) == 4
-    keys = event_keys([SlipEvents(overall=1.0), None, SlipEvents(incipient=1.0)])
+    keys = event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
     assert list(keys) == ["slide starts", "incipient", "overall"]
     assert list(event_keys()) == ["slide starts", "incipient", "three-quarter", "overall"]
 
 
 def test_run_is_marked_and_named_at_its_slide_and_its_events() -> None:
     _, axes = single_panel()
-    mark_run(axes, HISTORY, None)
+    mark_run(axes, HISTORY, SlipEvents())
     assert marked(axes) == [WINDOW.start]
     mark_run(axes, HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
     assert marked(axes) == [WINDOW.start, WINDOW.start, WINDOW.start + 0.5]
@@ -189,7 +192,7 @@ def test_run_is_marked_and_named_at_its_slide_and_its_events() -> None:
     name_run([axes], HISTORY, EVENTS.slip)
     assert texts(axes) == ["slide starts", "incipient", "three-quarter", "overall"]
     _, bare = single_panel()
-    name_run([bare], NO_SLIDE, None)
+    name_run([bare], NO_SLIDE, SlipEvents())
     name_events(bare, None, SlipEvents())
     assert not bare.texts
 
@@ -213,7 +216,7 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel() ->
 def test_time_shown_reaches_from_before_the_slides_to_after_overall_slip() -> None:
     window = SlideWindow(1.0, 3.0, 0, 10)
     assert shown_until([window], [SlipEvents(overall=1.8)]) == pytest.approx(1.8 + 0.35 * 0.8)
-    assert shown_until([window, window], [SlipEvents(overall=1.8), None]) == 3.0
+    assert shown_until([window, window], [SlipEvents(overall=1.8), SlipEvents()]) == 3.0
     assert shown_until([], []) is None
     start, early = WINDOW.start, {"run": Events(slip=SlipEvents(overall=WINDOW.start + 0.1))}
     _, axes = single_panel()

@@ -8,7 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from fingerslip.report.page.content import ReportContent
+from fingerslip.report.content import ReportContent
 from fingerslip.results import RunResult, StudyResult, result_of
 from unit.synthetic import Process, make
 

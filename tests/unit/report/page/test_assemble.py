@@ -11,13 +11,11 @@ import xarray as xr
 
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.published import published_set
-from fingerslip.report.figures.catalogue import has_receptors
-from fingerslip.report.figures.kinds import RunSubject
+from fingerslip.report.content import MOST_RUNS, Film, RunSubject
 from fingerslip.report.page import assemble
 from fingerslip.report.page.assemble import run_section, study_report
-from fingerslip.report.page.content import MOST_RUNS, Film
 from fingerslip.report.page.page import Report, ReportSection, render_page
-from fingerslip.report.page.pictures import hero_pictures, model_pictures, run_pictures, swept_pictures
+from fingerslip.report.page.pictures import has_receptors, hero_pictures, model_pictures, run_pictures, swept_pictures
 from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, result_of
@@ -65,10 +63,10 @@ def test_standard_report_has_its_sections_and_figures() -> None:
         "Citations",
     ]
     assert [picture.name for picture in report.hero] == [
-        "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
+        "latency-contact-friction-coefficient", "events-contact-friction-coefficient"
     ]  # fmt: skip
     side_by_side = section_of(report, "The runs side by side")
-    assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "forces", "acceleration-peaks"]
+    assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "force-ratios", "acceleration-peaks"]
     assert [table.title for table in side_by_side.tables] == ["Measures"]
     assert len(report.sections[-2].pictures) == 6
     assert report.sections[-2].folded
@@ -81,7 +79,7 @@ def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_tab
     history = make(Process()).drop_dims("site")
     report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))
     assert [section.title for section in report.sections] == [
-        "Slip events", "How slip events are defined", "In motion", "Energy balance", "A <study>", "Citations",
+        "Slip events", "How slip events are defined", "In motion", "Energy balance", "A <study>", "Citations"
     ]  # fmt: skip
     events = report.sections[0]
     assert [table.title for table in events.tables] == [
@@ -129,7 +127,7 @@ def test_runs_without_a_history_are_in_the_tables_only() -> None:
     assert len(report.sections[0].tables[0].rows) == 2
 
 
-def test_every_swept_value_gives_latencies_and_event_times() -> None:
+def test_every_swept_value_that_differs_gives_latencies_and_event_times() -> None:
     swept = [{"time.step": "5 ms", "fingertip.fingerprint.enabled": on} for on in (False, True)]
     swept += [{"time.step": "10 ms", "fingertip.fingerprint.enabled": False}]
     runs = tuple(RunResult(str(number), values, Events()) for number, values in enumerate(swept))
@@ -140,12 +138,8 @@ def test_every_swept_value_gives_latencies_and_event_times() -> None:
         "latency-fingertip-fingerprint-enabled",
         "events-fingertip-fingerprint-enabled",
     ]
-
-
-def test_a_value_that_is_the_same_in_all_runs_is_not_drawn() -> None:
-    runs = tuple(RunResult(str(mu), {"contact.friction_coefficient": 0.6}, Events()) for mu in (1, 2))
-    report = study_report(content_of(runs, {}))
-    assert report.pictures == ()
+    same = tuple(RunResult(str(number), {"contact.friction_coefficient": 0.6}, Events()) for number in (1, 2))
+    assert study_report(content_of(same, {})).pictures == ()
 
 
 def test_refined_runs_have_a_section_of_their_own() -> None:
@@ -160,18 +154,12 @@ def test_refined_runs_have_a_section_of_their_own() -> None:
     assert "Numerical uncertainty" not in [section.title for section in without.sections]
 
 
-def test_values_are_shown_in_their_groups() -> None:
-    report = study_report(content_of((RunResult("run", {}, Events()),), {}, values=VALUES))
-    (table,) = section_of(report, "Values and their sources").tables
-    assert [row[0] for row in table.rows] == ["fingertip.depth", "fingertip.layers.skin_thickness"]
-
-
 @pytest.mark.parametrize(("count", "detailed"), [(12, 12), (15, 1)])
 def test_a_long_study_has_few_runs_in_detail(monkeypatch: pytest.MonkeyPatch, count: int, detailed: int) -> None:
     table = Table("t", (Column("a"),), ((1,),))
     monkeypatch.setattr(assemble, "run_section", lambda _, run: ReportSection(run.name, (), (table,)))
-    monkeypatch.setattr(assemble, "_side_by_side_section", lambda _: ReportSection("overview"))
-    monkeypatch.setattr(assemble, "hero_pictures", lambda _: ())
+    for name in ("overview_pictures", "swept_pictures", "hero_pictures"):
+        monkeypatch.setattr(assemble, name, lambda *_: ())
     history = make(Process())
     runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(count))
     report = study_report(content_of(runs, {run.name: history for run in runs}))
@@ -199,7 +187,7 @@ def test_section_of_a_run_has_events_measures_and_pictures_under_its_name(monkey
     assert [table.title for table in section.tables] == ["Slip events", "Measures", "Acceleration peaks"]
     assert ("number of slides", "", 1) in section.tables[1].rows
     assert [picture.name for picture in section.pictures] == [
-        "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density", "a-energy",
+        "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density", "a-energy"
     ]  # fmt: skip
     assert section.pictures[0].figure.axes[0].get_title(loc="left") == "x 1"
     assert all(picture.figure.get_suptitle().endswith(": x 1") for picture in section.pictures[1:])
@@ -244,7 +232,7 @@ def test_a_study_in_space_has_a_report() -> None:
 def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_contact() -> None:
     content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
     assert [picture.name for picture in hero_pictures(content)] == [
-        "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
+        "latency-contact-friction-coefficient", "events-contact-friction-coefficient"
     ]  # fmt: skip
     times = swept_pictures(content)[1].figure
     assert times.get_supylabel() == "time from the start of the slide [s]"
@@ -256,8 +244,8 @@ def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_c
 def test_histories_and_events_are_found_by_title_and_only_runs_with_a_history_are_drawn() -> None:
     content = two_runs()
     titles = ["friction coefficient 0.4", "friction coefficient 0.6"]
-    assert list(content.titled_histories()) == list(content.titled_events()) == titles
-    assert content.titled_events()[titles[1]] == content.study.runs[1].events
+    assert list(content.titled_histories()) == list(content.subject().events) == titles
+    assert content.subject().events[titles[1]] == content.study.runs[1].events
     untitled = dataclasses.replace(content, study=dataclasses.replace(content.study, title=""))
     assert (content.title, untitled.title) == ("A <study>", "study")
     runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(MOST_RUNS + 3))

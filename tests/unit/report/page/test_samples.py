@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 
 from fingerslip.published import published_set
+from fingerslip.report.content import ReportContent
 from fingerslip.report.page.assemble import study_report
-from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import render_page
 from fingerslip.report.page.samples import (
     published_times,

@@ -13,7 +13,7 @@ from unit.report.scenes import block_history
 
 @pytest.mark.parametrize(("element", "name"), [
     ("Q4", "QUAD"), ("T3", "TRIANGLE"), ("T6", "QUADRATIC_TRIANGLE"),
-    ("H8", "HEXAHEDRON"), ("T4", "TETRA"), ("T10", "QUADRATIC_TETRA"),
+    ("H8", "HEXAHEDRON"), ("T4", "TETRA"), ("T10", "QUADRATIC_TETRA")
 ])  # fmt: skip
 def test_both_libraries_know_every_element_under_these_names(element: str, name: str) -> None:
     kind = CELL_TYPES[element]

@@ -71,12 +71,7 @@ def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_s
 
 
 def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen() -> None:
-    solid = RunResult(
-        "run",
-        {},
-        UNRECORDED,
-        values={**SOLID.values[0].conditions, **SOLID.values[0].programme},
-    )
+    solid = RunResult("run", {}, UNRECORDED, values={**SOLID.values[0].conditions, **SOLID.values[0].programme})
     rows = {row[:2]: row[2:] for row in compare_table([solid], SOLID).rows}
     assert rows["incipient", "0.90"] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
     assert rows["incipient", "0.80"] == (*[NOT_COMPARED] * 2, *[Missing.NO_EVENT] * 2, *[NOT_COMPARED] * 2)
@@ -119,7 +114,7 @@ NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, 
 def test_a_number_has_its_uncertainty_by_setting_and_its_verdict() -> None:
     row = texts(convergence_table({"slip.overall": GOOD}, "run"))[0]
     assert row == [
-        "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step",
+        "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step"
     ]  # fmt: skip
 
 

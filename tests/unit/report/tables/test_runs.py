@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from fingerslip.report.tables.runs import (
     energies_table,
@@ -26,7 +25,7 @@ from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import Events, Peak, PeakTable, measures
 from fingerslip.slip import windows as names
 from fingerslip.slip.measures import Measure
-from fingerslip.tables.table import Measured, Missing, texts, to_csv, to_markdown, to_rich
+from fingerslip.tables.table import Measured, Missing, texts, to_csv, to_markdown
 from fingerslip.units import Unit
 from unit.report.scenes import block_history
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
@@ -78,15 +77,6 @@ def test_a_reading_that_was_not_recorded_is_told_from_an_event_that_did_not_happ
     assert to_markdown(table).splitlines()[4] == "| acceleration peaks | n/r | n/a | n/r | n/r | n/r |"
     for text in ("none: the event did not happen", "n/r: not recorded in this run", "n/a: not applicable"):
         assert text in table.legend
-
-
-def test_units_survive_the_terminal() -> None:
-    console = Console(width=150, record=True, file=io.StringIO())
-    console.print(to_rich(events_table(RUNS)))
-    text = console.export_text()
-    assert "[s]" in text
-    assert "[ms]" in text
-    assert "none: the event did not happen" in text
 
 
 def test_peaks_are_ranked() -> None:

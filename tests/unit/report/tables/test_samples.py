@@ -73,11 +73,7 @@ def test_sensitivities_have_units_errors_and_changes() -> None:
     clearance = fit.effects[0]
     noisy = [dataclasses.replace(clearance, error=error) for error in (0.0456, 0.000321, 2.3)]
     table = sensitivity_table(dataclasses.replace(fit, effects=tuple(noisy)))
-    assert [row[3] for row in texts(table)] == [
-        "-0.500 ± 0.046 s/mm",
-        "-0.50000 ± 0.00032 s/mm",
-        "-0.500 ± 2.300 s/mm",
-    ]
+    assert [row[3] for row in texts(table)] == ["-0.500 ± 0.046 s/mm", "-0.50000 ± 0.00032 s/mm", "-0.500 ± 2.300 s/mm"]
 
 
 def test_rows_for_programs_have_all_digits() -> None:

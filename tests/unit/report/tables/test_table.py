@@ -206,10 +206,7 @@ def test_columns_that_lack_as_much_become_as_wide() -> None:
     interval = "0.893 [0.855, 0.930]"
     columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
     lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
-    assert [line.split() for line in lines][-4:-2] == [
-        ["no_slip", *["0.893", "[0.855,"] * 3],
-        ["0.930]"] * 3,
-    ]
+    assert [line.split() for line in lines][-4:-2] == [["no_slip", *["0.893", "[0.855,"] * 3], ["0.930]"] * 3]
 
 
 def test_long_names_in_lists_break_where_their_parts_meet() -> None:

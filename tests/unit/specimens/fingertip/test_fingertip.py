@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -17,17 +18,16 @@ from fingerslip.specimens.protocol import ModelUse
 from unit.fingers import change, change_solid
 
 
-def test_it_is_meshed_in_sections_and_in_space():
+def test_it_is_meshed_in_sections_and_in_3d_and_materials_and_receptors_change_no_mesh():
     assert Fingertip.mesh_sources == (fs.MeshSizes, fs.SolidSizes)
     assert change().default_mesh == fs.MeshSizes()
     assert change_solid().default_mesh == fs.SolidSizes()
-
-
-def test_materials_and_receptors_change_no_mesh():
     softer = {"materials": {"tissue": {"youngs_modulus": "20 kPa"}}}
     deeper = {"receptors": {"fa_ii_depth": "4 mm"}}
     assert change(**softer).shape == change(**deeper).shape == change().shape
     assert change(**softer) != change()
+    thicker = dataclasses.replace(change(), depth=2e-3)
+    assert (type(thicker), thicker.depth) == (Fingertip, 2e-3)
 
 
 @pytest.mark.parametrize(
@@ -51,34 +51,26 @@ def test_a_rigid_phalanx_is_held_as_a_whole_and_an_elastic_one_at_its_back(dim):
     assert change(phalanx={"rigid": False}).supports(dim) == {"phalanx_dorsal": axes}
 
 
-def test_only_the_receptors_asked_for_are_sites():
+def test_only_the_groups_asked_for_are_sites_reference_nodes_last():
     finger, solid = change(), change_solid()
     assert finger.sites((), 2) == ()
     assert finger.sites(RECEPTOR_KINDS, 2) == receptor_sites(finger)
     assert {site.kind for site in finger.sites(("FA-II", "SA-I"), 2)} == {"SA-I", "FA-II"}
-    assert solid.sites(("FA-I",), 3) == tuple(s for s in solid_receptor_sites(solid) if s.kind == "FA-I")
+    receptors = tuple(site for site in solid_receptor_sites(solid) if site.kind == "FA-I")
+    assert solid.sites(("FA-I",), 3) == receptors
+    assert solid.sites(("FA-I", "reference_nodes"), 3) == (*receptors, *reference_sites(solid))
 
 
-def test_reference_nodes_are_sites_in_space_and_come_after_the_receptors():
-    finger = change_solid()
-    assert finger.sites(("reference_nodes",), 3) == reference_sites(finger)
-    both = finger.sites(("FA-I", "reference_nodes"), 3)
-    assert [site.kind == "FA-I" for site in both] == sorted((site.kind == "FA-I" for site in both), reverse=True)
-    with pytest.raises(InputError, match=r"record.reference_nodes: without a fingertip in 3D, .* T4 or T10"):
-        finger.sites(("reference_nodes",), 2)
-
-
-def test_groups_that_it_does_not_have_are_refused():
-    with pytest.raises(
-        InputError, match=r"a fingertip has no 'whisker', needs some of FA-I, .*, reference_nodes, external_markers"
-    ):
-        change().sites(("FA-I", "whisker"), 2)
-
-
-def test_changed_numbers_are_still_a_specimen():
-    finger = dataclasses.replace(change(), depth=2e-3)
-    assert type(finger) is Fingertip
-    assert finger.depth == 2e-3
+@pytest.mark.parametrize(
+    ("finger", "groups", "message"),
+    [
+        (change_solid(), ("reference_nodes",), r"record.reference_nodes: without a fingertip in 3D, .* T4 or T10"),
+        (change(), ("FA-I", "whisker"), r"a fingertip has no 'whisker', needs some of FA-I, .*, external_markers"),
+    ],
+)
+def test_groups_that_a_section_does_not_have_are_refused(finger, groups, message):
+    with pytest.raises(InputError, match=message):
+        finger.sites(groups, 2)
 
 
 COARSE = fs.MeshSizes(contact_size=0.15e-3, bulk_size=0.9e-3)
@@ -96,20 +88,14 @@ def with_smaller(finger: Fingertip, path: str) -> Fingertip:
     """Return a finger with another value at a path: a smaller number, the other truth value."""
     values = as_mapping(finger)
     *groups, last = path.split(".")
-    inner = values
-    for group in groups:
-        inner = inner[group]
+    inner = functools.reduce(lambda group, name: group[name], groups, values)
     value = inner[last]
-    inner[last] = not value if isinstance(value, bool) else smaller(value)
-    return from_mapping(Fingertip, values)
-
-
-def smaller(value: object) -> object:
     if isinstance(value, str):
         number, _, unit = value.partition(" ")
-        return f"{0.97 * float(number)!r} {unit}"
-    assert isinstance(value, int | float)
-    return 0.97 * value
+        inner[last] = f"{0.97 * float(number)!r} {unit}"
+    else:
+        inner[last] = not value if isinstance(value, bool) else 0.97 * value
+    return from_mapping(Fingertip, values)
 
 
 SECTIONS = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from importlib import resources
 from typing import Any
 
 import pytest
@@ -18,7 +19,7 @@ from fingerslip.specimens.fingertip import (
     preset_names,
     preset_table,
 )
-from fingerslip.specimens.fingertip.numbers import Fingerprint, Layers, Ridges, RidgeZone, skin_room
+from fingerslip.specimens.fingertip.numbers import Fingerprint, Layers, Ridges, skin_room
 from unit.fingers import change, change_solid
 
 HARD = {"youngs_modulus": "170 MPa", "poisson_ratio": 0.3, "density": "1300 kg/m^3"}
@@ -61,28 +62,14 @@ def test_wrong_combinations_are_one_clear_error(groups, message):
         change(**groups)
 
 
-def test_ridges_that_are_off_are_not_checked():
-    assert not change(ridges={"enabled": False, "intermediate_height": "5 mm"}).ridges.enabled
-
-
-def test_outline_and_zone_are_those_of_the_chosen_section():
+def test_derived_numbers_are_those_of_the_chosen_section_and_switches():
     along, across = change(), change(section="transverse")
     assert (along.outline, along.zone) == (along.sagittal, along.sagittal.zone)
     assert (across.outline, across.zone) == (across.transverse, across.transverse.zone)
-
-
-ZONE = RidgeZone(-12e-3, 7e-3, 1e-3)
-
-
-def test_dermis_is_what_the_epidermis_leaves_of_the_skin():
+    assert not change(ridges={"enabled": False, "intermediate_height": "5 mm"}).ridges.enabled
     assert Layers(1.5e-3, 0.5e-3).dermis_thickness == pytest.approx(1e-3)
-
-
-def test_mean_height_of_ridges_is_that_of_two_half_squared_cosines():
+    # Two half squared cosines.
     assert Ridges(True, 0.47e-3, 0.15e-3, 0.1e-3).mean_height == pytest.approx(0.0625e-3)
-
-
-def test_angles_are_read_in_degrees():
     assert Fingerprint(True, "0.47 mm", "0.1 mm", "180 deg").phase == pytest.approx(3.14159265)
 
 
@@ -109,7 +96,7 @@ def test_skin_without_room_is_named_before_the_receptors_in_it() -> None:
     assert caught.value.repair == "make the skin thinner or change phalanx.sagittal.distal_end"
 
 
-def test_preset_in_space_keeps_the_sections_of_the_plane_one():
+def test_preset_in_3d_keeps_the_sections_of_that_in_2d():
     plane, solid = preset("wang2014-2d"), preset("wang2014-3d")
     # The half height of the section is calibrated, that of the fingertip in 3D is not.
     assert dataclasses.replace(plane.sagittal, half_height=6.5e-3) == solid.sagittal
@@ -165,21 +152,15 @@ def test_preset_holds_what_is_published():
 @pytest.mark.parametrize("name", [NAME, "wang2014-3d"])
 def test_every_value_of_the_preset_has_a_source(name):
     table = preset_table(name)
+    references = resources.files("fingerslip").joinpath("references.bib").read_text()
     # What a preset leaves out, such as the nail, has no source either.
     given = {leaf.path for leaf in walk_values(preset(name))}
     assert {row.path for row in table} == given
     assert {row.source for row in table} == {"assumed", "wang2014", "corniani2024"}
+    assert all(row.source == "assumed" or f"{{{row.source}," in references for row in table)
     assert all(row.note for row in table)
     assumed = [row.source == "assumed" for row in table]
     assert assumed == sorted(assumed, reverse=True)
-
-
-def test_sources_are_in_the_references():
-    from importlib import resources
-
-    references = resources.files("fingerslip").joinpath("references.bib").read_text()
-    sources = {row.source for row in preset_table(NAME)} - {"assumed"}
-    assert all(f"{{{source}," in references for source in sources)
 
 
 def test_header_says_what_the_set_does_not_claim():

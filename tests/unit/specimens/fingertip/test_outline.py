@@ -15,12 +15,17 @@ from unit.fingers import SECTIONS, change, shoelace
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_lowest_point_is_the_origin_of_arc_length(section):
+def test_lowest_point_is_the_origin_of_arc_length_and_tangents_are_those_of_the_points(section):
     finger = change(section=section)
     curve = outline_curve(finger)
     lowest = int(curve.points[:, 1].argmin())
     assert curve.arc_length[lowest] == pytest.approx(0.0, abs=1e-12)
     assert curve.points[lowest] == pytest.approx([0.0, -finger.outline.half_height], abs=1e-9)
+    chords = np.diff(curve.points, axis=0)
+    chords /= np.linalg.norm(chords, axis=1, keepdims=True)
+    assert np.linalg.norm(curve.tangents, axis=1) == pytest.approx(1.0)
+    # The parabola of the pad has no curvature break at its lowest point large enough to show over one chord.
+    assert np.abs(0.5 * (curve.tangents[1:] + curve.tangents[:-1]) - chords).max() < 2e-3
 
 
 def test_sagittal_outline_goes_through_its_dimensions():
@@ -31,9 +36,13 @@ def test_sagittal_outline_goes_through_its_dimensions():
     assert np.interp(-16e-3, *curve.points[palmar].T) == pytest.approx(-3e-3, abs=1e-8)
 
 
-def test_transverse_outline_has_the_area_of_its_ellipse():
+def test_transverse_outline_has_the_area_and_the_circumference_of_its_ellipse():
     curve = outline_curve(change(section="transverse"))
+    circumference = 4 * 8e-3 * ellipe(1 - (6.5 / 8) ** 2)
     assert shoelace(curve.points[:-1]) == pytest.approx(np.pi * 8e-3 * 6.5e-3, rel=1e-6)
+    assert curve.arc_length[[0, -1]] == pytest.approx([-circumference / 2, circumference / 2], rel=1e-7)
+    assert curve.closed
+    assert curve.points[0] == pytest.approx(curve.points[-1], abs=1e-15)
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -43,25 +52,6 @@ def test_offset_curve_keeps_its_distance(section, depth):
     inner = at_depth(curve, np.linspace(-15e-3, 20e-3, 100), depth)
     distance, _ = cKDTree(curve.points).query(inner)
     assert distance == pytest.approx(depth, rel=1e-3, abs=2e-6)
-
-
-def test_transverse_outline_has_the_circumference_of_its_ellipse():
-    curve = outline_curve(change(section="transverse"))
-    circumference = 4 * 8e-3 * ellipe(1 - (6.5 / 8) ** 2)
-    assert np.ptp(curve.arc_length) == pytest.approx(circumference, rel=1e-7)
-    assert curve.arc_length[[0, -1]] == pytest.approx([-circumference / 2, circumference / 2], rel=1e-7)
-    assert curve.closed
-    assert curve.points[0] == pytest.approx(curve.points[-1], abs=1e-15)
-
-
-@pytest.mark.parametrize("section", SECTIONS)
-def test_tangents_are_those_of_the_points(section):
-    curve = outline_curve(change(section=section))
-    chords = np.diff(curve.points, axis=0)
-    chords /= np.linalg.norm(chords, axis=1, keepdims=True)
-    assert np.linalg.norm(curve.tangents, axis=1) == pytest.approx(1.0)
-    # The parabola of the pad has no curvature break at its lowest point large enough to show over one chord.
-    assert np.abs(0.5 * (curve.tangents[1:] + curve.tangents[:-1]) - chords).max() < 2e-3
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -133,19 +123,13 @@ def test_fingerprint_crests_are_above_the_intermediate_ridges():
     assert surface_depth(shifted, np.array([0.0]))[0] == pytest.approx(0.05e-3)
 
 
-def test_ridges_and_ripples_fade_to_nothing_outside_their_zone():
-    fingertip = change(fingerprint={"enabled": True})
-    outside = np.array([-20e-3, -12e-3, 7e-3, 15e-3])
-    assert np.all(surface_depth(fingertip, outside) == 0)
-    assert np.all(interface_depth(fingertip, outside) == 0.5e-3)
-    assert fade(fingertip.zone, np.array([-11e-3, 0.0, 6e-3])) == pytest.approx(1.0)
-
-
-def test_layers_without_ridges_and_ripples_are_plain():
-    fingertip = change(ridges={"enabled": False})
-    s = np.linspace(-10e-3, 5e-3, 50)
-    assert np.all(interface_depth(fingertip, s) == 0.5e-3)
-    assert np.all(surface_depth(fingertip, s) == 0)
+def test_layers_are_plain_outside_the_zone_and_where_ridges_and_ripples_are_off():
+    within, outside = np.linspace(-10e-3, 5e-3, 50), np.array([-20e-3, -12e-3, 7e-3, 15e-3])
+    plain = change(ridges={"enabled": False})
+    for fingertip, s in ((change(fingerprint={"enabled": True}), outside), (plain, within)):
+        assert np.all(interface_depth(fingertip, s) == 0.5e-3)
+        assert np.all(surface_depth(fingertip, s) == 0)
+    assert fade(plain.zone, np.array([-11e-3, 0.0, 6e-3])) == pytest.approx(1.0)
 
 
 def test_ridges_and_ripples_fade_smoothly_over_their_length():

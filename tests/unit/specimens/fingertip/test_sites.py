@@ -26,20 +26,15 @@ def depths(fingertip, sites):
     return distance
 
 
-def test_receptors_are_at_their_depths():
-    fingertip = preset("wang2014-2d")
-    sites = receptor_sites(fingertip)
+def test_receptors_are_at_their_depths_and_on_the_interface_where_ridges_are_off():
+    ridged, plain = preset("wang2014-2d"), change(ridges={"enabled": False})
+    sites, flat = receptor_sites(ridged), receptor_sites(plain)
     mean, foot = 0.5e-3, 0.0625e-3
     expected = {"FA-I": mean + 0.1e-3 - foot, "SA-I": mean + 0.15e-3 - foot, "FA-II": 3e-3, "SA-II": 1.4e-3}
     for kind, depth in expected.items():
-        assert depths(fingertip, of_kind(sites, kind)) == pytest.approx(depth, abs=1e-7)
-
-
-def test_receptors_are_on_the_interface_where_ridges_are_off():
-    fingertip = change(ridges={"enabled": False})
-    sites = receptor_sites(fingertip)
-    assert depths(fingertip, of_kind(sites, "FA-I") + of_kind(sites, "SA-I")) == pytest.approx(0.5e-3, abs=1e-7)
-    assert [s.name for s in sites] == [s.name for s in receptor_sites(preset("wang2014-2d"))]
+        assert depths(ridged, of_kind(sites, kind)) == pytest.approx(depth, abs=1e-7)
+    assert depths(plain, of_kind(flat, "FA-I") + of_kind(flat, "SA-I")) == pytest.approx(0.5e-3, abs=1e-7)
+    assert [site.name for site in flat] == [site.name for site in sites]
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -88,11 +83,12 @@ def test_receptors_are_those_of_the_section_on_a_plain_interface():
     assert all(site.position == pytest.approx((*other.position, 0.0)) for site, other in zip(solid, flat, strict=True))
 
 
-def test_sites_are_in_the_mesh():
-    sites = (*reference_sites(FINGER), *solid_receptor_sites(FINGER))
-    nodes = site_nodes(coarse_solid(), sites)
-    away = np.linalg.norm(coarse_solid().p[:, nodes].T - [site.position for site in sites], axis=1)
+def test_sites_are_in_the_mesh_and_dots_are_nodes_of_the_skin():
+    sites, mesh = (*reference_sites(FINGER), *solid_receptor_sites(FINGER)), coarse_solid()
+    away = np.linalg.norm(mesh.p[:, site_nodes(mesh, sites)].T - [site.position for site in sites], axis=1)
     assert away.max() < 1.2e-3
+    dots = site_nodes(mesh, skin_markers(FINGER, 3e-3, 1))
+    assert set(dots) <= set(mesh.facets[:, mesh.boundaries["skin"]].ravel())
 
 
 def test_sites_stand_with_the_finger():
@@ -103,10 +99,10 @@ def test_sites_stand_with_the_finger():
     )
 
 
-def test_sections_have_no_sites_in_space():
-    for function in (reference_sites, solid_receptor_sites):
-        with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
-            function(change())
+@pytest.mark.parametrize("function", [reference_sites, solid_receptor_sites, skin_markers])
+def test_sections_have_no_sites_in_3d(function):
+    with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
+        function(change())
 
 
 def test_dots_lie_on_the_skin_and_form_a_lattice_from_below():
@@ -118,14 +114,3 @@ def test_dots_lie_on_the_skin_and_form_a_lattice_from_below():
     assert depth_below_skin(FINGER, at) == pytest.approx(np.zeros(61), abs=1e-5)
     apart = np.linalg.norm(at[:, None, [0, 2]] - at[None][:, :, [0, 2]], axis=2) + np.eye(61)
     assert apart.min(axis=1) == pytest.approx(np.full(61, 1.5e-3))
-
-
-def test_dots_are_nodes_of_the_skin():
-    mesh = coarse_solid()
-    nodes = site_nodes(mesh, skin_markers(FINGER, 3e-3, 1))
-    assert set(nodes) <= set(mesh.facets[:, mesh.boundaries["skin"]].ravel())
-
-
-def test_sections_have_no_dots():
-    with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
-        skin_markers(change())

@@ -25,14 +25,11 @@ from fingerslip.specimens.tactip.sites import GROUPS
 from fingerslip.specimens.tactip.tactip import PRESETS
 
 
-def test_a_section_is_no_solid():
+def test_a_section_is_no_solid_and_refinement_scales_both_sizes():
     with pytest.raises(InputError, match=r"part: got section with mesh.element T4"):
         SensorSolidSizes().build(PRESETS.read("tactip-ridged-2d"))
     with pytest.raises(InputError, match=r"part: got half with mesh.element Q4"):
         SensorSectionSizes().build(PRESETS.read("tactip-ridged-3d"))
-
-
-def test_refinement_scales_both_sizes():
     finer = SensorSectionSizes().refined(0.5)
     assert (finer.contact_size, finer.bulk_size) == (0.15e-3, 0.6e-3)
 
@@ -47,18 +44,14 @@ def test_sizes_at_skin_rod_gel_and_far_away():
     assert size(19.5e-3, 19e-3, 0.0) == pytest.approx(0.6e-3, rel=0.1)
 
 
-def test_a_polygon_has_its_area():
+def test_a_polygon_has_its_area_and_a_circle_in_two_pieces_its_length():
+    angle = np.linspace(0.0, np.pi, 13)
     with gmsh_session():
         tag = polygon(1e-3 * np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]))
         assert gmsh.model.occ.getMass(2, tag) == pytest.approx(2.0)
-
-
-def test_a_circle_in_two_pieces_has_its_length():
-    angle = np.linspace(0.0, np.pi, 13)
-    with gmsh_session():
-        made = smooth_curves(1e-3 * np.column_stack([np.cos(angle), np.sin(angle)]), np.array([0, 6, 12]))
-        assert len(made.points) == 3
-        assert sum(gmsh.model.occ.getMass(1, tag) for tag in made.curves) == pytest.approx(np.pi, rel=1e-3)
+        drawn = smooth_curves(1e-3 * np.column_stack([np.cos(angle), np.sin(angle)]), np.array([0, 6, 12]))
+        assert len(drawn.points) == 3
+        assert sum(gmsh.model.occ.getMass(1, tag) for tag in drawn.curves) == pytest.approx(np.pi, rel=1e-3)
 
 
 def test_outside_of_the_skin_and_face_of_the_window():
@@ -93,17 +86,16 @@ def area(mesh, region):
     return 0.5 * np.sum(x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0))
 
 
-def test_names_and_quality(ridged):
+def test_names_quality_and_every_marker_is_a_node(ridged):
     assert set(ridged.subdomains) == {"skin", "gel", "rods", "window"}
     assert set(ridged.boundaries) == {"contact", "window_face"}
     assert all(row.scaled_jacobian > 0.25 for row in quality_table(ridged))
+    assert_nodes(ridged, PRESETS.read("tactip-ridged-2d").sites(tuple(GROUPS), 2))
 
 
-def test_every_marker_is_a_node(ridged):
-    sensor = PRESETS.read("tactip-ridged-2d")
-    sites = sensor.sites(tuple(GROUPS), 2)
-    nodes = site_nodes(ridged, sites)
-    assert pytest.approx(np.array([site.position for site in sites]), abs=1e-9) == ridged.p[:, nodes].T
+def assert_nodes(mesh, sites):
+    places = np.array([site.position for site in sites])
+    assert pytest.approx(places, abs=1e-9) == mesh.p[:, site_nodes(mesh, sites)].T
 
 
 def test_regions_share_nodes_and_leave_no_gaps(ridged):
@@ -119,10 +111,8 @@ def test_regions_share_nodes_and_leave_no_gaps(ridged):
 
 def test_a_smooth_skin_is_a_half_ring():
     mesh = mesh_sensor_section(PRESETS.read("tactip-smooth-2d"), SensorSectionSizes(0.4e-3, 1e-3, element="T3"))
-    cells = mesh.t[:, mesh.subdomains["skin"]]
-    a, b, c = mesh.p[:, cells].transpose(1, 2, 0)
-    sides = b - a, c - a
-    skin = 0.5 * np.abs(sides[0][:, 0] * sides[1][:, 1] - sides[0][:, 1] * sides[1][:, 0]).sum()
+    corners = mesh.p[:, mesh.t[:, mesh.subdomains["skin"]]].transpose(2, 1, 0)
+    skin = 0.5 * np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum()
     ring = 0.5 * np.pi * (20e-3**2 - 19e-3**2) - 9 * 1e-3 * 0.5e-3
     assert skin == pytest.approx(ring, rel=5e-3)
 
@@ -171,9 +161,7 @@ def test_half_of_a_dome(small, mesh):
 
 
 def test_markers_are_nodes(small, mesh):
-    sites = small.sites(("internal_markers", "external_markers"), 3)
-    places = mesh.p[:, site_nodes(mesh, sites)].T
-    assert places == pytest.approx(np.array([site.position for site in sites]), abs=1e-9)
+    assert_nodes(mesh, small.sites(("internal_markers", "external_markers"), 3))
 
 
 @pytest.mark.slow
@@ -186,6 +174,4 @@ def test_the_whole_is_its_half_and_the_mirror_image_of_it(small, mesh):
     corners = whole.p[:, whole.t].transpose(2, 1, 0)
     volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
     assert (volume > 0.0).all() or (volume < 0.0).all()
-    sites = sensor.sites(("internal_markers", "external_markers"), 3)
-    places = whole.p[:, site_nodes(whole, sites)].T
-    assert places == pytest.approx(np.array([site.position for site in sites]), abs=1e-9)
+    assert_nodes(whole, sensor.sites(("internal_markers", "external_markers"), 3))

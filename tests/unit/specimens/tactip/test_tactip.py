@@ -15,45 +15,50 @@ from fingerslip.specimens.tactip.sites import GROUPS, marker_sites, modelled_pla
 from fingerslip.specimens.tactip.tactip import PRESETS
 
 
-def test_flanks_are_upright_for_high_ridges():
+def test_flanks_are_upright_for_high_ridges_and_rods_begin_in_the_crowns():
     assert Ridges(True, 3.3e-3, 3e-3, 4).steepness == pytest.approx(np.pi / 2)
     low = Ridges(True, 3.3e-3, 0.5e-3, 4)
     assert 2 * low.bend_radius * (1 - np.cos(low.steepness)) == pytest.approx(0.5e-3)
-
-
-def test_a_skin_that_fills_its_grooves_is_refused():
-    with pytest.raises(InputError, match="fills its grooves"):
-        Skin(1.7e-3, Ridges(True, 3.3e-3, 3e-3, 4))
-
-
-@pytest.mark.parametrize("rings", [(), (2, 8), (1, 7)])
-def test_rings_need_one_on_the_axis_and_even_ones(rings):
-    with pytest.raises(InputError, match="needs 1 on the axis"):
-        Markers("rings", rings, 1, 1e-3)
-
-
-def test_depths_of_rods_and_markers():
     sensor = PRESETS.read("tactip-ridged-2d")
-    assert sensor.rod_depth == pytest.approx(0.5e-3)
-    assert sensor.marker_depth == pytest.approx(6e-3)
+    assert (sensor.rod_depth, sensor.marker_depth) == (pytest.approx(0.5e-3), pytest.approx(6e-3))
+
+
+def changed(**changes):
+    return PRESETS.changed({"preset": "tactip-ridged-2d", **changes})
 
 
 @pytest.mark.parametrize(
-    ("changes", "found"),
+    ("make", "message"),
     [
-        ({"rods": {"embedding": "1 mm"}}, "rods.embedding: got 1 mm"),
-        ({"rods": {"radius": "1.3 mm"}}, "inside its ridge"),
-        ({"rods": {"length": "10 mm"}}, "make the rods shorter or thinner"),
-        ({"rods": {"length": "16 mm"}}, r"needs < 20 mm \(dome.radius\)"),
-        ({"markers": {"layout": "hexagonal"}}, "needs rings, as a rod begins in the crown.* take a smooth skin"),
-        ({"markers": {"spacing": "3 mm"}}, "as a ridge has each ring"),
-        ({"markers": {"rings": [1, 8, 16, 24, 32, 40]}}, "has 5 rings"),
-        ({"dome": {"height": "4 mm"}}, "from crowns to its inside"),
+        (lambda: Skin(1.7e-3, Ridges(True, 3.3e-3, 3e-3, 4)), "fills its grooves"),
+        *(
+            (lambda rings=rings: Markers("rings", rings, 1, 1e-3), "needs 1 on the axis")
+            for rings in ((), (2, 8), (1, 7))
+        ),
+        (lambda: changed(rods={"embedding": "1 mm"}), "rods.embedding: got 1 mm"),
+        (lambda: changed(rods={"radius": "1.3 mm"}), "inside its ridge"),
+        (lambda: changed(rods={"length": "10 mm"}), "make the rods shorter or thinner"),
+        (lambda: changed(rods={"length": "16 mm"}), r"needs < 20 mm \(dome.radius\)"),
+        (
+            lambda: changed(markers={"layout": "hexagonal"}),
+            "needs rings, as a rod begins in the crown.* take a smooth skin",
+        ),
+        (lambda: changed(markers={"spacing": "3 mm"}), "as a ridge has each ring"),
+        (lambda: changed(markers={"rings": [1, 8, 16, 24, 32, 40]}), "has 5 rings"),
+        (lambda: changed(dome={"height": "4 mm"}), "from crowns to its inside"),
+        (
+            lambda: PRESETS.read("tactip-ridged-2d").sites(("FA-I",), 2),
+            "a tactip has no 'FA-I', needs some of internal_markers",
+        ),
+        (
+            lambda: PRESETS.read("tactip-ridged-2d").sites(("internal_markers",), 3),
+            "got the sites of a section for 3 dimensions",
+        ),
     ],
 )
-def test_values_that_do_not_fit(changes, found):
-    with pytest.raises(InputError, match=found):
-        PRESETS.changed({"preset": "tactip-ridged-2d", **changes})
+def test_what_does_not_fit_is_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
 
 
 @pytest.mark.parametrize("name", PRESETS.names)
@@ -100,17 +105,13 @@ FLAT = Dome(5e-3, 8e-3, 15e-3)
 RIDGES = Ridges(True, 3.3e-3, 3e-3, 4)
 
 
-def test_points_of_a_dome_lie_on_circles():
+def test_points_of_a_dome_lie_on_circles_and_a_flat_sensor_is_flat_then_turns_then_rises():
     along = np.linspace(0.0, 30e-3, 7)
     points = place_points(DOME, along, np.full(7, 2e-3)) - [0.0, 20e-3]
     assert np.hypot(*points.T) == pytest.approx(18e-3)
-
-
-def test_a_flat_sensor_is_flat_then_turns_then_rises():
     along = np.array([10e-3, 15e-3 + 2.5e-3 * np.pi, 15e-3 + 2.5e-3 * np.pi + 1e-3])
-    assert place_points(FLAT, along, np.zeros(3)) == pytest.approx(
-        np.array([[10e-3, 0.0], [20e-3, 5e-3], [20e-3, 6e-3]])
-    )
+    expected = np.array([[10e-3, 0.0], [20e-3, 5e-3], [20e-3, 6e-3]])
+    assert place_points(FLAT, along, np.zeros(3)) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("dome", [DOME, FLAT, Dome(20e-3, 12e-3)])
@@ -129,15 +130,12 @@ def test_ridges_of_a_wide_dome_have_the_thickness_and_the_height_of_the_paper():
     lines = skin_lines(Dome(2.0, 2.0), Skin(1e-3, RIDGES), 3.3e-3)
     ridged = lines.outer[: lines.corners[-2] + 1]
     away = np.linalg.norm(lines.inner[: lines.corners[-2] + 1, None] - ridged[None], axis=2)
+    low = skin_lines(DOME, Skin(0.5e-3, Ridges(True, 3.3e-3, 0.5e-3, 4)), 3.3e-3)
+    assert np.linalg.norm(np.diff(low.outer, axis=0), axis=1).min() > 1e-6, "no upright flanks"
     # Splines join the points, so points alone are a little farther apart than the lines.
     assert away.min(axis=1) == pytest.approx(1e-3, rel=0.03)
     crowns, valleys = lines.outer[lines.corners[:-1:2], 1], lines.outer[lines.corners[1:-1:2], 1]
     assert valleys - crowns == pytest.approx(3e-3, rel=0.02)
-
-
-def test_low_ridges_have_no_upright_flanks():
-    lines = skin_lines(DOME, Skin(0.5e-3, Ridges(True, 3.3e-3, 0.5e-3, 4)), 3.3e-3)
-    assert np.linalg.norm(np.diff(lines.outer, axis=0), axis=1).min() > 1e-6
 
 
 SENSOR = PRESETS.read("tactip-ridged-2d")
@@ -167,24 +165,11 @@ def test_external_markers_are_flush_with_the_skin():
         assert site.kind == GROUPS["external_markers"]
 
 
-def test_a_half_is_held_at_its_plane_of_symmetry():
+def test_a_half_is_held_at_its_plane_of_symmetry_and_meshed_by_its_part():
+    half = dataclasses.replace(SENSOR, part="half")
     assert SENSOR.supports(2) == {"window": ("x", "y")}
-    assert dataclasses.replace(SENSOR, part="half").supports(3) == {"window": ("x", "y", "z"), "symmetry": ("z",)}
-
-
-def test_unknown_sites_are_refused():
-    with pytest.raises(InputError, match="a tactip has no 'FA-I', needs some of internal_markers"):
-        SENSOR.sites(("FA-I",), 2)
-    with pytest.raises(InputError, match="got the sites of a section for 3 dimensions"):
-        SENSOR.sites(("internal_markers",), 3)
-
-
-def test_the_default_mesh_follows_the_part():
-    assert SENSOR.default_mesh.element == "Q4"
-    assert dataclasses.replace(SENSOR, part="whole").default_mesh.element == "T4"
-
-
-def test_materials_change_no_mesh():
+    assert half.supports(3) == {"window": ("x", "y", "z"), "symmetry": ("z",)}
+    assert (SENSOR.default_mesh.element, half.default_mesh.element) == ("Q4", "T4")
     assert not {"materials", "depth", "formulation"} & SENSOR.shape.keys()
 
 

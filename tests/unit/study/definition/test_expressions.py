@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
 
 from fingerslip.errors import InputError
@@ -12,7 +9,7 @@ from fingerslip.results import Quantity, RunResult
 from fingerslip.slip.events import Events, SlipEvents
 from fingerslip.study.definition.expressions import check_expression, check_names, derive
 from fingerslip.study.definition.spec import read_study
-from unit.study.block import block_values
+from unit.study.block import Write, block_values
 
 RUN = RunResult(
     "run",
@@ -135,6 +132,6 @@ def test_names_are_those_of_columns(name: str) -> None:
         check_names({name: "latency"})
 
 
-def test_study_files_are_held_to_these_names(write_study: Callable[..., Path]) -> None:
+def test_study_files_are_held_to_these_names(write_study: Write) -> None:
     with pytest.raises(InputError, match=r"derived\.overall: "):
         read_study(write_study(block_values() | {"derived": {"overall": "latency"}}))

@@ -1,29 +1,26 @@
-"""Checking studies: what running them would do, without doing it."""
+"""A study before it is run: what running it would do, its mesh and its specimen's picture."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
 
-from fingerslip.errors import InputError
-from fingerslip.study.inspection.check import check_studies
+from fingerslip.errors import InputError, ResultError
+from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.quality import quality_table
+from fingerslip.study.definition.runs import plan_studies
+from fingerslip.study.inspection.check import check_plans, draw_specimen, save_mesh
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.runner import run_study
-from unit.study.block import block_values, changed
-
-Write = Callable[..., Path]
-
-
-@pytest.fixture(autouse=True)
-def compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have nothing to compile, whatever is kept on this machine."""
-    monkeypatch.setattr("fingerslip.study.running.cost._has_cache", lambda _: True)
+from unit.scans import mesh_of_a_scan, scan_values
+from unit.study.block import Write, block_values, changed
 
 
 def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
-    table = check_studies([write_study()])
+    table = check_plans(plan_studies([write_study()]))
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
     assert [row[:6] for row in table.rows] == [
         ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30, 30) for friction in (0.2, 0.4, 0.6)
@@ -35,17 +32,17 @@ def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
 
 
 def test_what_is_too_coarse_to_be_right_is_said(write_study: Write) -> None:
-    table = check_studies([write_study()])
+    table = check_plans(plan_studies([write_study()]))
     assert table.title == "Checked: no mistakes found, 3 warnings"
     assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
-    fine = check_studies([write_study(block_values() | {"time": {"step": "0.5 ms"}})])
+    fine = check_plans(plan_studies([write_study(block_values() | {"time": {"step": "0.5 ms"}})]))
     assert "steps" not in fine.note
 
 
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
 def test_steps_that_control_their_error_are_told_from_records(write_study: Write, scheme: str, fewest: int) -> None:
     path = write_study(block_values() | {"time": {"step": "auto", "output": "2 ms", "scheme": scheme}})
-    table = check_studies([path])
+    table = check_plans(plan_studies([path]))
     assert [row[4:6] for row in table.rows] == [(30, f"at least {fewest}")] * 3
     assert [row[6] for row in table.rows] == [estimated_seconds(90, fewest)] * 3
     assert table.note.startswith(
@@ -54,36 +51,104 @@ def test_steps_that_control_their_error_are_told_from_records(write_study: Write
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_finished_runs_cost_nothing(write_study: Write, tmp_path: Path) -> None:
+def test_time_is_that_of_what_is_to_do(write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
+    assert check_plans(plan_studies([write_study()])).note.startswith("3 runs, about 3.0 min")
     run_study(write_study(), results_dir=tmp_path / "results", workers=1)
-    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.4, 0.8]}}
-    path = write_study(values | {"time": {"step": "2 ms"}})
-    table = check_studies([path], tmp_path / "results")
+    path = write_study(block_values() | {"sweep": {"contact.friction_coefficient": [0.4, 0.8]}})
+    table = check_plans(plan_studies([path], tmp_path / "results"))
     assert [row[2] for row in table.rows] == ["finished", "to do"]
-
-
-def test_time_is_that_of_what_is_to_do(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
-    assert check_studies([write_study()]).note.startswith("3 runs, about 3.0 min")
-
-
-@pytest.mark.usefixtures("reports", "simulated")
-def test_time_of_finished_runs_is_not_counted(
-    write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = write_study()
-    run_study(path, results_dir=tmp_path / "results", workers=1)
-    monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
-    assert check_studies([path], tmp_path / "results").note.startswith("3 runs, about 0.1 min")
+    assert table.note.startswith("2 runs, about 1.0 min")
 
 
 def test_the_first_mistake_of_any_study_is_told(write_study: Write) -> None:
     good = write_study()
     bad = write_study(changed("contact.boundary", "pulp"), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
-        check_studies([good, bad])
+        check_plans(plan_studies([good, bad]))
 
 
 def test_groups_with_one_matrix_are_told(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fingerslip.dynamics.step.sharing._WORTH_SHARING", {2: 0, 3: 0})
-    assert "3 of those to do are computed in 1 group with one matrix each." in check_studies([write_study()]).note
+    assert (
+        "3 of those to do are computed in 1 group with one matrix each."
+        in check_plans(plan_studies([write_study()])).note
+    )
+
+
+def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) -> None:
+    (table,) = save_mesh(str(write_study()), tmp_path / "copy.msh")
+    mesh = read_mesh(tmp_path / "copy.msh")
+    assert mesh.p.shape[1] == 45
+    assert set(mesh.boundaries) == {"bottom", "top"}
+    assert table.note == "45 nodes, 32 cells; boundaries: bottom, top"
+    # Rectangles of 1.25 mm by 1.25 mm.
+    ((region, cells, jacobian, smallest, largest, aspect),) = table.rows
+    assert (region, cells) == ("block", 32)
+    assert (jacobian, smallest, largest, aspect) == pytest.approx((1.0, 90.0, 90.0, 1.0))
+
+
+def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (table,) = save_mesh("wang2014-2d")
+    mesh = read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
+    assert table.title == str(Path("meshes") / "wang2014-2d.msh")
+    assert [row[0] for row in table.rows] == ["epidermis", "dermis", "tissue", "phalanx"]
+    for row, known in zip(table.rows, quality_table(mesh), strict=True):
+        assert row[3:5] == pytest.approx(np.degrees([known.smallest_angle, known.largest_angle]))
+
+
+def test_mesh_of_a_study_goes_to_the_name_of_the_study(
+    write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_mesh(str(write_study(block_values() | {"sweep": {}}, name="mine")))
+    assert (tmp_path / "meshes" / "mine.msh").is_file()
+
+
+def test_what_is_neither_a_study_nor_a_preset_is_refused() -> None:
+    with pytest.raises(InputError, match=r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"):
+        save_mesh("wang2014-2e")
+    with pytest.raises(InputError, match=r"mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"):
+        save_mesh("nix")
+
+
+def test_a_place_that_cannot_be_written_is_named(write_study: Write, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ResultError, match=r"file/copy\.msh: cannot be written"):
+        save_mesh(str(write_study()), tmp_path / "file" / "copy.msh")
+
+
+def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = mesh_of_a_scan()
+    for name in ("skin.stl", "phalanx.stl"):
+        (tmp_path / name).write_text(name)
+    monkeypatch.setattr("fingerslip.mesh.scan.build.mesh_scan", lambda _: made)
+    monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "finger.yaml"
+    path.write_text(yaml.safe_dump(scan_values()), encoding="utf-8")
+    tables = save_mesh(str(path))
+    assert [table.title for table in tables][1:] == ["Distance of the mesh from the scan", "Repairs"]
+    assert tables[0].title == str(Path("meshes") / "finger.vtu")
+    back = read_mesh(tmp_path / "meshes" / "finger.vtu")
+    assert set(back.boundaries) == {"skin"}
+    assert len(back.subdomains["tissue"]) == 5
+
+
+def test_preset_and_study_are_drawn(tmp_path: Path) -> None:
+    study = tmp_path / "study.yaml"
+    study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
+    for number, target in enumerate(("wang2014-3d", "tactip-ridged-3d", str(study))):
+        picture = tmp_path / "new" / f"{number}.png"
+        draw_specimen(target, picture)
+        assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"needs a file that ends in \.png, \.svg, \.pdf"):
+        draw_specimen("wang2014-3d", tmp_path / "finger.doc")
+    with pytest.raises(InputError, match="preset: 'nobody' is not known"):
+        draw_specimen("nobody", tmp_path / "finger.png")

@@ -1,8 +1,7 @@
-"""Presets, studies and results as tables, two runs side by side, and results for other programs."""
+"""Presets, studies and results as tables, two runs side by side, what moves results, and results for other programs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,18 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.materials.choice import material_names
 from fingerslip.specimens.choice import preset_names
 from fingerslip.specimens.fingertip import preset_table
-from fingerslip.study.inspection.show import diff_runs, export_result, presets_table, show
+from fingerslip.study.inspection.show import (
+    diff_runs,
+    export_result,
+    predict_table,
+    presets_table,
+    show,
+    write_sensitivities,
+)
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Measured, Missing, Table
-from unit.study.block import FRICTIONS, block_values, finger_values
-
-Write = Callable[..., Path]
+from unit.study.block import FRICTIONS, Write, block_values, finger_values
 
 
 def rows_of(values: dict[str, Any], folder: Path) -> dict[str, tuple[str, str, str]]:
@@ -81,42 +85,16 @@ def test_preset_is_shown_with_all_values_and_what_it_does_not_claim() -> None:
     assert "no dimension" in table.note
 
 
-def test_changes_of_a_study_stand_beside_the_values_of_the_preset(tmp_path: Path) -> None:
-    rows = rows_of(finger(), tmp_path)
-    assert rows["fingertip.phalanx.variant"] == ("scaled", "study file", "preset: original")
-    assert rows["fingertip.layers.skin_thickness"] == ("1.4 mm", "study file", "preset: 1.5 mm")
-    assert rows["fingertip.phalanx.rigid"][:2] == ("true", "assumed")
-    assert rows["fingertip.receptors.fa_ii_depth"] == ("3 mm", "not used", "no FA-II receptors are recorded")
-    recorded = rows_of(finger(record={"receptors": ["FA-II"]}), tmp_path)
-    assert recorded["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
-
-
-def test_values_of_a_study_are_its_own_or_defaults_in_readable_units(tmp_path: Path) -> None:
-    rows = rows_of(finger(), tmp_path)
-    assert rows["time.step"] == ("5 ms", "study file", "")
-    assert rows["time.alpha"] == ("-0.05", "default", "")
-    assert rows["mesh.contact_size"] == ("0.12 mm", "default", "")
-    assert rows["programme.0.press.speed"] == ("1.5 mm/s", "study file", "")
-    assert "time.end" not in rows, "nothing stands for what was not given"
-
-
-def test_swept_values_are_all_shown(tmp_path: Path) -> None:
-    sweep = {
-        "contact.friction_coefficient": [0.2, 0.4],
-        "fingertip.fingerprint.enabled": [False, True],
-        "time.alpha": [0.0, -0.1],
-    }
-    rows = rows_of(finger(sweep=sweep), tmp_path)
-    assert rows["contact.friction_coefficient"] == ("0.2, 0.4", "study file, swept", "")
-    assert rows["fingertip.fingerprint.enabled"][:2] == ("false, true", "study file, swept")
-    assert rows["time.alpha"][:2] == ("0, -0.1", "study file, swept")
-
-
 def test_assumed_values_of_a_study_come_first(tmp_path: Path) -> None:
     rows = rows_of(finger(), tmp_path)
     assumed = [source == "assumed" for _, source, _ in rows.values()]
     assert assumed == sorted(assumed, reverse=True)
     assert assumed[0]
+    assert rows["mesh.contact_size"] == ("0.12 mm", "default", "")
+    assert "time.end" not in rows, "nothing stands for what was not given"
+    assert rows["fingertip.receptors.fa_ii_depth"] == ("3 mm", "not used", "no FA-II receptors are recorded")
+    recorded = rows_of(finger(record={"receptors": ["FA-II"]}), tmp_path)
+    assert recorded["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
 
 
 def test_body_that_is_no_fingertip_has_no_preset(tmp_path: Path) -> None:
@@ -126,17 +104,14 @@ def test_body_that_is_no_fingertip_has_no_preset(tmp_path: Path) -> None:
     assert rows["supports.top"] == ("x, y", "study file", "")
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_result_of_a_run_has_events_numbers_and_swept_values(write_study: Write, tmp_path: Path) -> None:
-    path = write_study()
-    result = run_study(path, results_dir=tmp_path / "results", workers=1)
-    events, measures, swept = show(str(result.folder / "friction_coefficient-0.6"))
+def test_result_of_a_run_has_events_numbers_and_swept_values(folder: Path) -> None:
+    events, measures, swept = show(str(folder / SECOND))
     assert [row[0] for row in events.rows] == ["accumulated slip", "displacement", "acceleration peaks"]
     numbers = {row[0]: row[2] for row in measures.rows}
     assert numbers["friction over normal force at the end of the slide"] == pytest.approx(0.6)
     assert "numpy" in measures.note
     assert swept.rows == (("contact.friction_coefficient", "0.6"),)
-    (whole,) = show(str(result.folder))
+    whole, _ = show(str(folder))
     assert [row[0] for row in whole.rows] == FRICTIONS
 
 
@@ -153,23 +128,19 @@ FIRST, SECOND = "friction_coefficient-0.2", "friction_coefficient-0.6"
 
 
 @pytest.fixture
-def folder(write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], tmp_path: Path) -> Path:
+def folder(finished: Path) -> Path:
     """Return the results of a study of three runs; overall slip comes at 1.4 s + 0.5 s per unit of friction."""
-    return run_study(write_study(), results_dir=tmp_path / "results", workers=1).folder
+    return finished
 
 
 def rows_by_name(table: Table) -> dict[str, tuple[object, ...]]:
     return {str(row[0]): row[1:] for row in table.rows}
 
 
-def test_only_the_values_that_differ_are_shown(folder: Path) -> None:
-    values, _ = diff_runs(folder / FIRST, folder / SECOND)
+def test_two_runs_stand_beside_each_other_where_they_differ(folder: Path) -> None:
+    values, results = diff_runs(folder / FIRST, folder / SECOND)
     assert rows_by_name(values) == {"contact.friction_coefficient": ("0.2", "0.6")}
     assert values.note == f"A: {folder / FIRST}; B: {folder / SECOND}."
-
-
-def test_results_stand_beside_their_differences(folder: Path) -> None:
-    _, results = diff_runs(folder / FIRST, folder / SECOND)
     rows = rows_by_name(results)
     unit, first, second, difference = rows["overall slip (accumulated slip)"]
     assert unit == "s"
@@ -178,14 +149,9 @@ def test_results_stand_beside_their_differences(folder: Path) -> None:
     assert rows["latency (accumulated slip)"][0] == "ms"
     assert rows["friction over normal force at the end of the slide"][3] == pytest.approx(0.4)
     assert rows["records"][1:] == (401, 401, 0.0)
+    none = Missing.NOT_DEFINED
+    assert rows["smallest distance from the contact to a free edge"] == ("mm", none, none, None)
     assert results.marked == (), "without uncertainties no difference is clear"
-
-
-def test_a_missing_result_has_no_difference(folder: Path) -> None:
-    _, results = diff_runs(folder / FIRST, folder / SECOND)
-    assert rows_by_name(results)["smallest distance from the contact to a free edge"] == (
-        "mm", Missing.NOT_DEFINED, Missing.NOT_DEFINED, None,
-    )  # fmt: skip
 
 
 def test_differences_beyond_the_uncertainties_of_both_stand_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -209,6 +175,7 @@ def test_a_run_does_not_differ_from_itself(folder: Path) -> None:
     assert {row[-1] for row in results.rows} <= {0.0, None}
 
 
+@pytest.mark.usefixtures("simulated", "reports")
 def test_runs_of_two_studies_may_have_other_values(folder: Path, write_study: Write, tmp_path: Path) -> None:
     law = {"static_kinetic": {"static": 0.6, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
     path = write_study(block_values() | {"contact": {"boundary": "bottom", "friction": law}, "sweep": {}}, name="drop")
@@ -220,22 +187,13 @@ def test_runs_of_two_studies_may_have_other_values(folder: Path, write_study: Wr
     assert "title" not in rows
 
 
-def test_a_folder_that_is_no_run_is_refused(folder: Path) -> None:
-    with pytest.raises(ResultError, match="needs the folder of one of its runs"):
-        diff_runs(folder, folder / SECOND)
-
-
-def test_a_study_is_a_table_of_its_runs(folder: Path) -> None:
+def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(folder: Path, tmp_path: Path) -> None:
     written = export_result(folder, "parquet")
     assert written == folder / "export-parquet"
     frame = pd.read_parquet(written / "runs.parquet")
     assert frame["contact.friction_coefficient"].tolist() == FRICTIONS
-
-
-def test_a_run_is_the_tables_of_its_history(folder: Path, tmp_path: Path) -> None:
-    written = export_result(folder / "friction_coefficient-0.2", "csv", tmp_path / "out")
-    assert written == tmp_path / "out"
-    assert "time_s" in (written / "series.csv").read_text(encoding="utf-8")
+    assert export_result(folder / FIRST, "csv", tmp_path / "out") == tmp_path / "out"
+    assert "time_s" in (tmp_path / "out" / "series.csv").read_text(encoding="utf-8")
 
 
 def test_what_is_no_result_is_refused(folder: Path, tmp_path: Path) -> None:
@@ -243,3 +201,44 @@ def test_what_is_no_result_is_refused(folder: Path, tmp_path: Path) -> None:
         export_result(tmp_path, "csv")
     with pytest.raises(InputError, match="format: got 'vtu', needs one of csv, json, mat, parquet"):
         export_result(folder, "vtu")
+    with pytest.raises(ResultError, match="needs the folder of one of its runs"):
+        diff_runs(folder, folder / SECOND)
+
+
+RANGES = {"contact.friction_coefficient": [0.2, 0.4], "programme.0.press.depth": ["0.05 mm", "0.1 mm"]}
+AT = ["contact.friction_coefficient=0.3", "programme.0.press.depth=0.07 mm"]
+
+
+def folder_of(write_study: Write, method: str, count: int) -> Path:
+    pytest.importorskip("SALib")
+    sample = {"method": method, "count": count, "ranges": RANGES}
+    path = write_study(block_values() | {"sweep": {}, "sample": sample})
+    return run_study(path, results_dir=path.parent / "results", workers=1).folder
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_sobol_indices_are_written_with_their_figure(write_study: Write) -> None:
+    folder = folder_of(write_study, "saltelli", 4)
+    (table,) = write_sensitivities(folder, "overall_slip", "auto")
+    # The stand-in of the simulation knows friction alone.
+    assert table.rows[0][0] == "friction coefficient"
+    assert table.rows[1][1] == pytest.approx(0.0, abs=1e-12)
+    assert (folder / "sensitivity-overall_slip-sobol.png").is_file()
+    assert (folder / "sensitivity-overall_slip-sobol.csv").is_file()
+    (linear,) = write_sensitivities(folder, "overall_slip", "linear")
+    assert linear.title == "What moves overall slip (accumulated slip)"
+    with pytest.raises(InputError, match="of: no regression of 'normal_force_max'"):
+        write_sensitivities(folder, "normal_force_max", "linear")
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_elementary_effects_and_predictions(write_study: Write) -> None:
+    folder = folder_of(write_study, "morris", 6)
+    (table,) = write_sensitivities(folder, "overall_slip", "auto")
+    assert table.rows[0][0] == "friction coefficient"
+    (row,) = predict_table(folder, AT, ["overall_slip"]).rows
+    assert row[2] == pytest.approx(1.4 + 0.5 * 0.3, abs=0.2)
+    with pytest.raises(InputError, match=r"needs path=value, such as contact\.friction_coefficient=0\.5"):
+        predict_table(folder, ["x"], ["overall_slip"])
+    with pytest.raises(InputError, match=r"time\.step: does not differ between the runs"):
+        predict_table(folder, [*AT, "time.step=1 ms"], ["overall_slip"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +20,13 @@ from fingerslip.model.programme import Hold, Press, Ramp
 from fingerslip.model.rigid_bodies import RigidBody, Springs
 from fingerslip.model.timing import QuasiStatic
 from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
-from fingerslip.study.definition.runs import Run, expand
+from fingerslip.study.definition.runs import Run, expand_mapping
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error, mesh_key
+from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error
 from places import ROOT
 from unit.fingers import change_solid, coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import block_mesh, block_values, finger_values
+from unit.study.block import Write, block_mesh, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
 ROLLER: dict[str, Any] = {
@@ -40,7 +39,7 @@ ROLLER: dict[str, Any] = {
 
 def run_of(values: dict[str, Any], folder: Path = SOURCE.parent) -> Run:
     source = folder / "x.yaml"
-    return expand(parse_study(values | {"sweep": {}}, source), source)[0]
+    return expand_mapping(values | {"sweep": {}}, source).runs[0]
 
 
 def test_block_model_holds_what_the_file_says() -> None:
@@ -82,16 +81,16 @@ def test_only_the_wanted_receptors_are_recorded() -> None:
 
 
 def test_mesh_is_shared_exactly_where_its_inputs_are_the_same() -> None:
-    first = mesh_key(run_of(finger_values()))
-    assert mesh_key(run_of(finger_values(contact={"friction_coefficient": 0.2}))) == first
-    assert mesh_key(run_of(finger_values(mesh={"contact_size": "0.2 mm"}))) != first
+    first = run_of(finger_values()).mesh_key
+    assert run_of(finger_values(contact={"friction_coefficient": 0.2})).mesh_key == first
+    assert run_of(finger_values(mesh={"contact_size": "0.2 mm"})).mesh_key != first
     flattened = {"preset": "wang2014-2d", "phalanx": {"variant": "flattened"}}
-    assert mesh_key(run_of(finger_values(fingertip=flattened))) != first
+    assert run_of(finger_values(fingertip=flattened)).mesh_key != first
 
 
 def test_missing_mesh_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
-        mesh_key(run_of(block_values(), tmp_path))
+        _ = run_of(block_values(), tmp_path).mesh_key
 
 
 @pytest.mark.parametrize("own", [{}, {"fingertip": {"preset": "wang2014-2d"}}])
@@ -106,7 +105,7 @@ def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path: Path, ow
     assert set(build_mesh(run).boundaries) == {"bottom", "top"}
     metres = run_of(block_values() | {"mesh": {"file": "block.msh", "length_unit": "m"}}, tmp_path)
     assert np.ptp(build_mesh(metres).p, axis=1) == pytest.approx([10.0, 5.0])
-    assert mesh_key(run) != mesh_key(metres)
+    assert run.mesh_key != metres.mesh_key
 
 
 def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
@@ -261,9 +260,9 @@ def test_solid_needs_no_depth_and_holds_three_components() -> None:
     assert build_model(run_of(own | {"formulation": "solid"}), block_mesh()).depth == 1.0
 
 
-def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> None:
+def test_model_error_names_file_and_run(write_study: Write) -> None:
     path = write_study()
-    run = expand(parse_study(block_values() | {"formulation": "solid", "sweep": {}}, path), path)[0]
+    run = expand_mapping(block_values() | {"formulation": "solid", "sweep": {}}, path).runs[0]
     with pytest.raises(InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
         build_model(run)
 
@@ -337,7 +336,7 @@ def test_error_of_a_scan_names_the_study(scanned: Run) -> None:
 
 def test_missing_surface_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"x\.yaml: mesh\.skin: cannot read .*skin\.stl \(No such file"):
-        mesh_key(run_of(scan_values(), tmp_path))
+        _ = run_of(scan_values(), tmp_path).mesh_key
 
 
 def test_reference_nodes_of_a_section_are_refused() -> None:

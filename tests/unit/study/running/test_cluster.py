@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from collections.abc import Callable
 from importlib import metadata
-from pathlib import Path
 
 import pytest
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.results import stored_result
+from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running import cluster
-from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.prepare import prepare
+from fingerslip.study.running.build import prepare
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_study
+from unit.study.block import Write
 from unit.study.told import Told
 
 pytestmark = pytest.mark.usefixtures("simulated", "reports")
-Write = Callable[..., Path]
 
 
 def test_a_worker_returns_files_that_become_finished_runs(write_study: Write) -> None:

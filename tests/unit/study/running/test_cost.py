@@ -1,14 +1,28 @@
-"""What a run costs: time, and memory for its mesh."""
+"""What a run costs, and how far it is: time, memory, compiling, progress."""
 
 from __future__ import annotations
 
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from rich.console import Console
 
 from fingerslip.errors import InputError
+from fingerslip.study.definition.runs import plan_studies
+from fingerslip.study.inspection.check import check_plans
+from fingerslip.study.running import cost
+from fingerslip.study.running import progress as progress_module
 from fingerslip.study.running.cost import basis_saves, estimated_bytes, estimated_seconds, require_mesh_memory
+from fingerslip.study.running.progress import BarProgress, LineProgress, StudyProgress, progress_for
+from fingerslip.study.running.runner import run_study
+from places import ROOT
+from problems.pushed import push_and_slide
 
 
 def test_estimate_grows_with_unknowns_times_steps() -> None:
@@ -61,3 +75,179 @@ def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) 
 )
 def test_a_basis_saves_time_where_many_steps_share_it(case: tuple[int, int, int, int], saves: bool) -> None:
     assert basis_saves(*case) is saves
+
+
+COLD = """
+import dataclasses
+import logging
+logging.disable()
+from numba.core import event
+import fingerslip as fs
+from fingerslip.model.model import ReducedBasis
+from fingerslip.study.running.cost import compile_ahead, kinds_to_compile
+from fingerslip.study.running.progress import StudyProgress
+from physics.pressed_and_slid import models
+named = models()
+named["in a basis"] = dataclasses.replace(named["fingertip"], basis=ReducedBasis())
+for name in ("quasi-static", "solid", "in a basis", "large strain"):
+    model = named[name]
+    assert bool(kinds_to_compile([model])) == (name != "solid")
+    compile_ahead([model], StudyProgress())
+    assert not kinds_to_compile([model])
+    with event.install_recorder("numba:compile") as recorder:
+        fs.simulate(model)
+    assert len(recorder.buffer) < 10, recorder.buffer
+"""
+
+
+class Heard(StudyProgress):
+    """Keeps the names and the shares that are done."""
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+        self.shares: list[float] = []
+        self.words: list[str] = []
+
+    def begin(self, names):
+        self.names += names
+
+    def advance(self, _name, fraction):
+        self.shares.append(fraction)
+
+    def say(self, message):
+        self.words.append(message)
+
+
+def test_where_all_is_compiled_nothing_is_said(monkeypatch):
+    monkeypatch.setattr(cost, "_has_cache", lambda _: True)
+    heard = Heard()
+    cost.compile_ahead([push_and_slide()], heard)
+    assert (heard.names, heard.shares, heard.words) == ([], [], [])
+    assert cost.compiling_seconds([push_and_slide()]) == 0.0
+
+
+def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path: Path, monkeypatch):
+    study = write_study()
+    monkeypatch.setattr(cost, "_has_cache", lambda _: False)
+    assert "Compiling comes first, once on this machine: about 24 s." in check_plans(plan_studies([study])).note
+    heard = Heard()
+    run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)
+    assert heard.names[0] == "compiling, once on this machine"
+    assert heard.words[0] == "compiling, once on this machine: takes about 24 s"
+    assert heard.shares[0] == 0.0
+
+
+@pytest.mark.parametrize("kind", cost._SAMPLES)
+def test_functions_that_tell_of_caches_are_there(kind: str) -> None:
+    file, name = cost._SAMPLES[kind]
+    assert f"\ndef {name}(" in (ROOT / "src" / "fingerslip" / file).read_text()
+
+
+@pytest.mark.slow
+def test_a_small_block_compiles_nearly_all_that_a_model_of_its_kind_needs(tmp_path: Path):
+    paths = os.pathsep.join([str(ROOT / "tests"), *sys.path])
+    environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", COLD], env=environment, check=True)
+
+
+def terminal() -> Console:
+    return Console(file=io.StringIO(), force_terminal=True, width=120)
+
+
+def log() -> Console:
+    return Console(file=io.StringIO(), force_terminal=False, width=40)
+
+
+def said(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Replace the clock; the only item of the list is the time."""
+    now = [1000.0]
+    monkeypatch.setattr(progress_module.time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_a_terminal_gets_bars_and_anything_else_lines() -> None:
+    assert isinstance(progress_for(terminal()), BarProgress)
+    assert isinstance(progress_for(log()), LineProgress)
+
+
+def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock: list[float]) -> None:
+    console = log()
+    with LineProgress(console) as shown:
+        shown.begin(["a", "b"])
+        for seconds, fraction in ((0, 0.004), (10, 0.1), (29.9, 0.2), (30, 0.25), (59, 0.5), (61, 0.6)):
+            clock[0] = 1000.0 + seconds
+            shown.advance("a", fraction)
+        shown.advance("b", 0.5)
+        shown.finish("a", "done")
+    assert said(console).splitlines() == ["a: 0 %", "a: 25 %", "a: 60 %", "b: 50 %", "a: done"]
+
+
+@pytest.mark.parametrize("make", [LineProgress, BarProgress])
+def test_messages_are_whole_and_taken_as_they_are(make: object) -> None:
+    console = log()
+    message = "block/[red]friction_coefficient-0.2[/red]: unchanged, and longer than the log is wide"
+    make(console).say(message)
+    assert said(console) == f"{message}\n"
+
+
+def state(bars: BarProgress) -> dict[str, float]:
+    return {task.description: task.completed for task in bars._bars.tasks}
+
+
+def test_bars_show_each_run_and_the_sum_of_all() -> None:
+    with BarProgress(terminal()) as bars:
+        bars.begin(["a", "b", "c"])
+        assert state(bars) == {"all runs": 0.0}
+        bars.advance("a", 0.5)
+        bars.advance("b", 0.25)
+        bars.advance("a", 0.75)
+        assert state(bars) == {"all runs": 1.0, "a": 0.75, "b": 0.25}
+        bars.finish("a", "done")
+        bars.finish("c", "failed")
+        assert state(bars) == {"all runs": 2.25, "a: done": 1.0, "b": 0.25, "c: failed": 1.0}
+        total = next(task for task in bars._bars.tasks if task.description == "all runs")
+        assert total.total == 3.0
+
+
+def test_a_single_run_needs_no_sum() -> None:
+    with BarProgress(terminal()) as bars:
+        bars.begin(["a"])
+        bars.advance("a", 0.5)
+        assert state(bars) == {"a": 0.5}
+
+
+def test_a_second_study_starts_from_nothing() -> None:
+    with BarProgress(terminal()) as bars:
+        bars.begin(["a", "b"])
+        bars.finish("a", "done")
+        bars.finish("b", "done")
+        bars.begin(["a", "b"])
+        bars.advance("a", 0.5)
+        newest = [task.completed for task in bars._bars.tasks][-2:]
+        assert newest == [0.5, 0.5], "the sum of the second study, and its first run"
+
+
+def test_bars_are_drawn_and_stopped() -> None:
+    console = terminal()
+    bars = BarProgress(console)
+    with bars:
+        bars.begin(["a"])
+        bars.advance("a", 0.5)
+        assert bars._bars.live.is_started
+    assert not bars._bars.live.is_started
+    assert "50 %" in said(console)
+
+
+def test_silence(capfd: pytest.CaptureFixture[str]) -> None:
+    with StudyProgress() as shown:
+        shown.begin(["a"])
+        shown.advance("a", 0.5)
+        shown.finish("a", "done")
+        shown.say("anything")
+    assert capfd.readouterr() == ("", "")

@@ -14,27 +14,22 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.history import write_history
+from fingerslip.report.content import MOST_RUNS
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page import pictures as page
-from fingerslip.report.page.content import MOST_RUNS
-from fingerslip.study.definition.cameras import CameraSettings
+from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running import runner
+from fingerslip.study.running.build import prepare
 from fingerslip.study.running.pictures import Drawing, camera_of, draw_runs, drawings_of, film_history, film_runs
-from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.prepare import prepare
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import compute_jobs, write_up
+from fingerslip.study.running.runner import Engine, compute_jobs, write_up
 from fingerslip.study.storage.reporting import film_keys, read_films, report_again
 from fingerslip.vision.cameras.camera import pixels_of
 from fingerslip.vision.tracks import make_tracks, read_tracks
 from unit.filmed import filmed_history
-from unit.study.block import FRICTIONS, block_values
+from unit.study.block import NAMES, Write, block_values
 from unit.study.told import Told
-
-Write = Callable[..., Path]
-
-
-NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
 
 
 def planned(path: Path) -> tuple[Any, Any]:
@@ -78,7 +73,7 @@ def test_report_and_figures_are_the_same_whether_runs_are_drawn_beside_or_at_the
 ) -> None:
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     plan, jobs = planned(write_study())
-    compute_jobs(plan, jobs, 1, StudyProgress())
+    compute_jobs(plan, jobs, Engine(StudyProgress(), 1))
     pictures = draw_runs(jobs, drawings_of(plan, jobs), lambda: False)
     assert sorted(pictures) == NAMES
     monkeypatch.setattr(runner, "write_report", only_drawn(runner.write_report))
@@ -109,7 +104,7 @@ def test_what_cannot_be_drawn_is_left_to_the_report(
     write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan, jobs = planned(write_study())
-    compute_jobs(plan, jobs, 1, StudyProgress())
+    compute_jobs(plan, jobs, Engine(StudyProgress(), 1))
 
     def failing(run: Any, *_: Any, **__: Any) -> None:
         if run.name == NAMES[1]:

@@ -5,26 +5,21 @@ from __future__ import annotations
 import csv
 import re
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from fingerslip.dynamics import simulation
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.history import read_history
-from fingerslip.study.running import compute
-from fingerslip.study.running.plan import plan_study
+from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
-from fingerslip.study.storage import store
 from fingerslip.study.storage.reporting import read_results
-from fingerslip.study.storage.summary import read_manifest
+from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
-from unit.study.block import FRICTIONS, block_values, changed
+from unit.study.block import FRICTIONS, NAMES, Write, block_values, changed
 from unit.study.told import Told
-
-Write = Callable[..., Path]
-NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
 
 
 def leftovers(folder: Path) -> list[str]:
@@ -60,28 +55,35 @@ def test_finished_study_is_not_computed_again(
     assert reports == [tuple(NAMES)]
 
 
-@pytest.mark.usefixtures("reports")
-def test_force_computes_again(write_study: Write, simulated: list[float]) -> None:
-    path = write_study()
-    run(path)
-    run(path, force=True)
-    assert simulated == FRICTIONS * 2
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"title": "Another title"},
+        {"description": "A question."},
+        {"compare": ["wang2014-table2"]},
+        {"integration": "selective"},  # the default, but now given
+    ],
+)
+def test_a_report_is_made_again_where_what_it_shows_has_changed(
+    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], changes: dict[str, Any]
+) -> None:
+    run(write_study())
+    run(write_study(block_values() | changes))
+    assert (simulated, len(reports)) == (FRICTIONS, 2)
 
 
 @pytest.mark.usefixtures("reports")
-def test_title_does_not_matter_but_every_other_value_does(write_study: Write, simulated: list[float]) -> None:
+def test_what_changes_a_result_is_computed_again(write_study: Write, simulated: list[float]) -> None:
+    """The title does not; a value, the mesh file and the wish do."""
     run(write_study())
     run(write_study(changed("title", "Another title")))
     assert simulated == FRICTIONS
     run(write_study(changed("time.step", "1 ms")))
     assert simulated == FRICTIONS * 2
-
-
-@pytest.mark.usefixtures("reports")
-def test_changed_mesh_file_is_computed_again(write_study: Write, simulated: list[float]) -> None:
-    run(write_study())
     run(write_study(curvature=1.0))
-    assert simulated == FRICTIONS * 2
+    assert simulated == FRICTIONS * 3
+    run(write_study(curvature=1.0), force=True)
+    assert simulated == FRICTIONS * 4
 
 
 @pytest.mark.usefixtures("reports")
@@ -98,7 +100,7 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
     write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write_study()
-    whole = compute.simulate
+    whole = simulation.simulate
 
     def interrupted(model: Any, **given: Any) -> Any:
         if model.contacts[0].friction.coefficient == 0.4:
@@ -106,7 +108,7 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
         return whole(model, **given)
 
     with monkeypatch.context() as patch:
-        patch.setattr(compute, "simulate", interrupted)
+        patch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
         with pytest.raises(KeyboardInterrupt):
             run(path)
     folder = path.parent / "results" / "block"
@@ -125,7 +127,7 @@ def test_interruption_before_the_first_result_leaves_no_folder(
     def interrupted(model: Any, **given: Any) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(compute, "simulate", interrupted)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
     path = write_study()
     with pytest.raises(KeyboardInterrupt):
         run(path)
@@ -135,14 +137,14 @@ def test_interruption_before_the_first_result_leaves_no_folder(
 def test_failed_run_does_not_stop_the_others(
     write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = compute.simulate
+    whole = simulation.simulate
 
     def failing(model: Any, **given: Any) -> Any:
         if model.contacts[0].friction.coefficient == 0.4:
             raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
         return whole(model, **given)
 
-    monkeypatch.setattr(compute, "simulate", failing)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
     path = write_study()
     with pytest.raises(StudyFailedError) as caught:
         run(path)
@@ -161,7 +163,7 @@ def test_failed_recomputation_keeps_the_old_run(write_study: Write, monkeypatch:
     def failing(model: Any, **given: Any) -> Any:
         raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
-    monkeypatch.setattr(compute, "simulate", failing)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
     with pytest.raises(StudyFailedError):
         run(write_study(changed("time.step", "1 ms")))
     assert (result.folder / NAMES[0] / "events.json").read_text() == before
@@ -205,7 +207,7 @@ def test_written_run_is_a_study_that_gives_the_same_run(write_study: Write) -> N
     # The study leaves the basis open; the run says that it was computed on the mesh.
     original = plan_study(write_study(block_values() | {"dynamics": {"basis": "full"}})).runs[1]
     assert repeated.study.dynamics.basis == "full"
-    assert store.identity(repeated) == store.identity(original)
+    assert repeated.identity == original.identity
 
 
 def test_progress_is_told_in_order(write_study: Write, simulated: list[float], reports: list[Any]) -> None:
@@ -305,14 +307,16 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
     assert run(path).refused == result.refused, "they are refused again where nothing is left to compute"
 
 
-def test_a_study_whose_samples_are_all_refused_is_wrong(write_study: Write, simulated: list[float]) -> None:
-    with pytest.raises(InputError, match="presses"):
-        run(write_study(sampled({"programme.0.press.depth": ["5.5 mm", "6 mm"]})))
-    assert simulated == []
-
-
-def test_runs_that_are_no_samples_are_not_refused_alone(write_study: Write, simulated: list[float]) -> None:
-    values = block_values() | {"sweep": {"programme.0.press.depth": ["0.1 mm", "6 mm"]}}
+@pytest.mark.parametrize(
+    "values",
+    [
+        sampled({"programme.0.press.depth": ["5.5 mm", "6 mm"]}),  # all samples are refused
+        block_values() | {"sweep": {"programme.0.press.depth": ["0.1 mm", "6 mm"]}},  # no sample
+    ],
+)
+def test_a_study_with_no_right_sample_is_wrong(
+    write_study: Write, simulated: list[float], values: dict[str, Any]
+) -> None:
     with pytest.raises(InputError, match="presses"):
         run(write_study(values))
     assert simulated == []

@@ -1,7 +1,8 @@
-"""From stored runs to tables, figures and pages, of one study or of two side by side."""
+"""The folder of a study: summary, manifest, convergence, tables and pages, of one study or of two side by side."""
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import json
 import shutil
@@ -10,38 +11,178 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from fingerslip import results
 from fingerslip.errors import ResultError
 from fingerslip.report.figures import style as figures
 from fingerslip.report.page import assemble
-from fingerslip.results import RunResult
-from fingerslip.slip import Events, SlipEvents
+from fingerslip.results import RefusedRun, RunResult, StudyResult
+from fingerslip.slip import MEASURES, Events, Found, SlipEvents
 from fingerslip.storage.files import write_json
-from fingerslip.study.definition.cameras import CameraSettings
+from fingerslip.study.definition.runs import plan_study
+from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running.pictures import film_history
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import (
     compare_studies,
-    event_tables,
     film_keys,
     provenance_of,
     read_films,
     read_results,
     read_stored_run,
-    report_key,
+    study_tables,
     write_report,
 )
-from fingerslip.study.storage.summary import MANIFEST, read_manifest
+from fingerslip.study.storage.store import (
+    CONVERGENCE,
+    MANIFEST,
+    RunConvergence,
+    identities,
+    read_convergences,
+    read_manifest,
+    read_uncertainties,
+    refused_in,
+    write_convergences,
+    write_results,
+)
+from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import filmed_history
 from unit.report.pages import checked
-from unit.study.block import FRICTIONS
+from unit.sampled import study_of
+from unit.study.block import FRICTIONS, NAMES, Write
 
-Write = Callable[..., Path]
+
+def run(path: Path) -> Any:
+    return run_study(path, results_dir=path.parent / "results", workers=1)
 
 
-NAMES = tuple(f"friction_coefficient-{friction}" for friction in FRICTIONS)
+@pytest.mark.usefixtures("reports", "simulated")
+def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
+    result = run(write_study())
+    with (result.folder / "summary.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    events = ["incipient_s", "noticed_s", "three_quarter_s", "overall_s", "latency_s"]
+    expected = [f"{event}{suffix}" for suffix in ("", "_displacement", "_acceleration") for event in events]
+    expected.remove("noticed_s_acceleration")  # no peak belongs to it
+    numbers = [measure.key for measure in MEASURES]
+    assert list(rows[0]) == ["run", "contact.friction_coefficient", *expected, "readings_recorded", *numbers]
+    assert [float(row["friction_force_ratio_end_of_slide"]) for row in rows] == pytest.approx(FRICTIONS)
+    assert [row["contact.friction_coefficient"] for row in rows] == ["0.2", "0.4", "0.6"]
+    overall = [float(row["overall_s"]) for row in rows]
+    # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
+    assert np.diff(overall) == pytest.approx([0.1, 0.1], abs=0.01)
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_event_that_did_not_happen_is_an_empty_field(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    none = Found(Events(acceleration=SlipEvents(recorded=False)))
+    monkeypatch.setattr(results, "find_slip", lambda _: none)
+    result = run(write_study())
+    lines = (result.folder / "summary.csv").read_text().splitlines()
+    assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 15 + "slip displacement,")
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_manifest_says_what_made_the_results(write_study: Write) -> None:
+    result = run(write_study())
+    manifest = json.loads((result.folder / "manifest.json").read_text())
+    assert (manifest["study"], manifest["title"], manifest["compare"]) == ("block.yaml", "Block on a plate", [])
+    assert list(manifest["runs"]) == NAMES
+    assert manifest["versions"]["numpy"] == np.__version__
+    assert len({entry["mesh_hash"] for entry in manifest["runs"].values()}) == 1
+    assert len({entry["identity"] for entry in manifest["runs"].values()}) == 3
+    assert manifest["wall_time_s"] >= 0.0
+    assert manifest["given"][0] == "title"
+    assert manifest["given"][-1] == "contact.friction_coefficient", "what is swept is given too"
+
+
+def stored(name: str, seconds: float) -> RunResult:
+    return RunResult(
+        name, {}, Events(), identity=f"id {seconds}", mesh_hash="m", seconds=seconds, versions={"numpy": "1"}
+    )
+
+
+def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_study: Write, tmp_path: Path) -> None:
+    plan = plan_study(write_study())
+    runs = (stored("a", 1.25), stored("b", 2.5))
+    write_results(plan.source, StudyResult(tmp_path, (), runs), "key")
+    manifest = read_manifest(tmp_path)
+    assert identities(manifest) == {"a": "id 1.25", "b": "id 2.5"}
+    assert manifest["wall_time_s"] == 3.75
+    assert manifest["report"] == "key"
+    assert manifest["runs"]["b"] == {
+        "identity": "id 2.5", "mesh_hash": "m", "wall_time_s": 2.5, "versions": {"numpy": "1"},
+    }  # fmt: skip
+
+
+def test_a_summary_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match=r"summary\.csv: cannot be written"):
+        write_results(Path("x.yaml"), StudyResult(tmp_path / "missing", (), ()), "")
+
+
+def test_a_manifest_keeps_what_was_sampled_and_refused(tmp_path: Path) -> None:
+    refused = (RefusedRun("sample-3", {"sample": 3}, {"a": "1 mm"}, "a: too large"),)
+    study = StudyResult(tmp_path, (), (stored("sample-1", 1.0),), ranges={"a": ("0 mm", "1 mm")}, refused=refused)
+    write_results(tmp_path / "x.yaml", study, "")
+    manifest = read_manifest(tmp_path)
+    assert manifest["ranges"] == {"a": ["0 mm", "1 mm"]}
+    assert refused_in(manifest) == refused
+    assert refused_in({}) == ()
+
+
+def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path: Path) -> None:
+    write_results(Path("x.yaml"), dataclasses.replace(study_of(), folder=tmp_path), "")
+    rows = list(csv.DictReader((tmp_path / "sensitivity.csv").read_text().splitlines()))
+    assert {row["time"] for row in rows} == {"incipient", "overall"}, "latency is the same in all samples"
+    (clearance,) = (row for row in rows if row["time"] == "overall" and row["value"] == "contact.clearance")
+    assert (clearance["unit"], clearance["low"], clearance["high"]) == ("mm", "0", "0.4")
+    assert float(clearance["slope_s_per_unit"]) == pytest.approx(-0.5)
+    assert clearance["fingertip.phalanx.variant"] == "original"
+
+
+SIZES = (1.0, 0.5, 0.25)
+
+
+KNOWN = Convergence("overall slip", "s", 1.7, {"step": Series("step", SIZES, (1.7, 1.65, 1.625))})
+
+
+LACKING = Convergence("incipient slip", "s", 1.2, {"step": Series("step", SIZES, (1.2, None, 1.1))})
+
+
+FOUND = RunConvergence("run", "key", {"slip.overall": KNOWN, "slip.incipient": LACKING})
+
+
+def test_series_come_back_as_they_were(tmp_path: Path) -> None:
+    write_convergences(tmp_path, {"run": FOUND})
+    assert read_convergences(tmp_path, {"run": "key"}) == {"run": FOUND}
+    assert (tmp_path / CONVERGENCE / "convergence.json").is_file()
+
+
+def test_known_uncertainties_are_those_of_runs_with_the_same_inputs(tmp_path: Path) -> None:
+    write_convergences(tmp_path, {"run": FOUND})
+    assert read_uncertainties(tmp_path, {"run": "key"}) == {"run": {"slip.overall": pytest.approx(1.25 * 0.1)}}
+    assert read_uncertainties(tmp_path, {"run": "changed"}) == {}
+    assert read_uncertainties(tmp_path, {"other": "key"}) == {}
+
+
+@pytest.mark.parametrize("text", [None, "", "{"])
+def test_without_a_readable_file_nothing_is_known(tmp_path: Path, text: str | None) -> None:
+    if text is not None:
+        (tmp_path / CONVERGENCE).mkdir()
+        (tmp_path / CONVERGENCE / "convergence.json").write_text(text)
+    assert read_uncertainties(tmp_path, {"run": "key"}) == {}
+
+
+def test_a_damaged_file_is_named_in_a_warning(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / CONVERGENCE).mkdir()
+    (tmp_path / CONVERGENCE / "convergence.json").write_bytes(b"\xff")
+    for _ in range(2):
+        assert read_uncertainties(tmp_path, {"run": "key"}) == {}
+    (message,) = caplog.messages
+    assert "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it" in message
 
 
 @pytest.fixture
@@ -52,7 +193,7 @@ def folder(finished: Path) -> Path:
 def test_stored_runs_come_back_as_they_were(folder: Path) -> None:
     stored = read_results(folder)
     assert (stored.title, stored.compare, stored.folder) == ("Block on a plate", ("wang2014-table2",), folder)
-    assert tuple(run.name for run in stored.runs) == NAMES
+    assert [run.name for run in stored.runs] == NAMES
     assert [run.swept["contact.friction_coefficient"] for run in stored.runs] == FRICTIONS
     assert stored.runs[0].values["materials.block.youngs_modulus"] == "100000.0 Pa"
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
@@ -93,23 +234,9 @@ def test_tables_stand_beside_published_sets_that_have_events() -> None:
     events = Events(slip=SlipEvents(overall=1.75))
     swept = {"fingertip.phalanx.variant": "original", "contact.friction_coefficient": 0.6}
     fits = RunResult("r", swept, events, values={"fingertip.fingerprint.enabled": False})
-    titles = [table.title for table in event_tables([fits], ["wang2014-table2", "wang2014-qualitative"])]
+    study = StudyResult(Path(), ("wang2014-table2", "wang2014-qualitative"), (fits,))
+    titles = [table.title for table in study_tables(study)]
     assert titles == ["Slip events from accumulated slip", "Slip events of the three phalanges (Table 2)"]
-
-
-def test_key_of_a_report_changes_with_all_that_it_shows() -> None:
-    base = ("title", ["a"], {"run": "1"}, {"run": {"slip.overall": 0.1}})
-    keys = {
-        report_key(*base),
-        report_key("other", *base[1:]),
-        report_key("title", [], *base[2:]),
-        report_key("title", ["a"], {"run": "2"}, base[3]),
-        report_key("title", ["a"], {"other": "1"}, base[3]),
-        report_key(*base[:3], {}),
-        report_key(*base, ("mesh.contact_size",)),
-    }
-    assert len(keys) == 7
-    assert report_key("t", [], {"a": "1", "b": "2"}, {}) == report_key("t", [], {"b": "2", "a": "1"}, {})
 
 
 def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_mesh(
@@ -167,7 +294,7 @@ def test_dates_are_written_in_any_time_zone(tmp_path: Path, monkeypatch: pytest.
 
 
 @pytest.mark.usefixtures("reports", "simulated")
-def test_the_page_stands_in_the_folder_of_the_first(write_study: Callable[..., Path], tmp_path: Path) -> None:
+def test_the_page_stands_in_the_folder_of_the_first(write_study: Write, tmp_path: Path) -> None:
     path = write_study()
     folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
     written = compare_studies(folder, folder)

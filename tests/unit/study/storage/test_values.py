@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 import functools
 import tempfile
 from pathlib import Path
@@ -11,16 +10,15 @@ from typing import Any
 
 import pytest
 
+from fingerslip.parameters import as_mapping
 from fingerslip.parameters.dotted import flatten
-from fingerslip.parameters.fields import unit_of
 from fingerslip.report.page.page import Report, ReportSection, render_page
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
 from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.definition.file import write_mapping
-from fingerslip.study.definition.runs import expand
-from fingerslip.study.definition.spec import parse_study
+from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.running.build import build_model
-from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, read_run_values, value_rows
+from fingerslip.study.storage.reporting import DEFAULT, STUDY_FILE, SWEPT, read_run_values, value_rows
 from fingerslip.units import parse_quantity
 from unit.study.block import block_values
 
@@ -94,7 +92,7 @@ OTHER = {
 def resolved(values: dict[str, Any]) -> dict[str, Any]:
     """Return what the run.yaml of a study without a sweep holds."""
     source = Path("study.yaml")
-    return expand(parse_study(values, source), source)[0].plain_values()
+    return expand_mapping(values, source).runs[0].plain_values()
 
 
 @functools.cache
@@ -244,7 +242,7 @@ def test_defaults_are_told_from_values_of_the_study(tmp_path: Path) -> None:
 
 def test_given_paths_count_where_they_are_known() -> None:
     source = Path("study.yaml")
-    (run,) = expand(parse_study(PLANE, source), source)
+    (run,) = expand_mapping(PLANE, source).runs
     rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}  # type: ignore[list-item]
     assert (rows["time.scheme"].source, rows["time.alpha"].source) == (STUDY_FILE, DEFAULT)
     skin = rows["fingertip.layers.skin_thickness"]
@@ -289,19 +287,13 @@ def test_materials_formulation_and_depth_of_the_study_go_before_those_of_the_fin
         )
 
 
-@pytest.mark.parametrize(
-    ("path", "reason"),
-    [
-        ("fingerprint.height", "switched off"),
-        ("ridges.pitch", "switched off"),
-    ],
-)
-def test_what_is_switched_off_is_not_used(path: str, reason: str, tmp_path: Path) -> None:
+def test_what_is_switched_off_is_not_used(tmp_path: Path) -> None:
     off = {"preset": "wang2014-2d", "ridges": {"enabled": False}}
-    bare = shown(resolved(PLANE | {"fingertip": off, "record": {}}), tmp_path)
-    assert (bare[f"fingertip.{path}"].source, bare[f"fingertip.{path}"].note) == (NOT_USED, reason)
+    bare, used = shown(resolved(PLANE | {"fingertip": off, "record": {}}), tmp_path), base_rows("plane")
+    for path in ("fingertip.fingerprint.height", "fingertip.ridges.pitch"):
+        assert (bare[path].source, bare[path].note) == (NOT_USED, "switched off")
+        assert used[path].source != NOT_USED
     assert bare["fingertip.ridges.enabled"].source == STUDY_FILE
-    assert shown(base("plane"), tmp_path)[f"fingertip.{path}"].source != NOT_USED
     recorded = shown(resolved(PLANE | {"fingertip": off}), tmp_path)
     assert recorded["fingertip.ridges.pitch"].source != NOT_USED, "receptors sit at the ridges all the same"
 
@@ -329,20 +321,10 @@ def test_values_that_only_some_runs_have_say_so() -> None:
         "sweep": {"contacts.0.counterface": shapes},
     }
     del values["contact"]
-    rows = {row.path: row for row in value_rows(expand(parse_study(values, source), source))}  # type: ignore[arg-type]
+    rows = {row.path: row for row in value_rows(expand_mapping(values, source).runs)}  # type: ignore[arg-type]
     radius = rows["contacts.0.counterface.cylinder.radius"]
     assert (radius.value, radius.source, radius.note) == ("8 mm", SWEPT, "in 1 of 2 runs")
     assert rows["contacts.0.friction_coefficient"].value == "0.3"
-
-
-def test_units_of_a_row_are_those_of_its_field(tmp_path: Path) -> None:
-    rows = shown(base("plane"), tmp_path)
-    study = read_run_values(tmp_path / "run.yaml").study
-    for name in ("step", "end"):
-        unit = unit_of(type(study.time), name)
-        assert unit is not None
-        assert rows[f"time.{name}"].value == unit.format(getattr(study.time, name))
-    assert dataclasses.is_dataclass(study)
 
 
 def test_no_value_that_is_shown_as_not_used_changes_the_section(tmp_path: Path) -> None:
@@ -371,7 +353,7 @@ def check_unused(mapping: dict[str, Any], least: int, folder: Path) -> None:
 def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
     source = folder / "built.yaml"
     write_mapping(mapping, source)
-    (run,) = expand(read_run_values(source).study, source)
+    (run,) = expand_mapping(as_mapping(read_run_values(source).study), source).runs
     model = build_model(run)
     mesh = (model.mesh.p.tobytes(), model.mesh.t.tobytes())
     return (mesh, model.materials, model.formulation, model.depth, model.record)
@@ -380,7 +362,7 @@ def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
 def test_what_another_law_brings_is_shown_as_its_default(tmp_path: Path) -> None:
     law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
     fingertip = {"preset": "wang2014-2d", "materials": {"tissue": law}}
-    (run,) = expand(parse_study({**PLANE, "fingertip": fingertip}, Path("x.yaml")), Path("x.yaml"))
+    (run,) = expand_mapping({**PLANE, "fingertip": fingertip}, Path("x.yaml")).runs
     given = tuple(f"fingertip.materials.tissue.{name}" for name in law)
     rows = {row.path.removeprefix("fingertip.materials.tissue."): row for row in value_rows([run], given)}
     assert {rows[name].source for name in law} == {STUDY_FILE}

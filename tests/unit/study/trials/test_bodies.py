@@ -10,9 +10,10 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
+from fingerslip.parameters import as_mapping
 from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
-from fingerslip.study.definition.runs import expand
+from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.trials import bodies
 from fingerslip.study.trials.bodies import body_key, load_rate, plate_of, programme_of, shared_body, turned_whole
@@ -28,7 +29,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def runs(study):
-    return expand(study, STUDY)
+    return expand_mapping(as_mapping(study), STUDY).runs
 
 
 def test_friction_tilt_and_depth_need_no_other_body(study, runs):

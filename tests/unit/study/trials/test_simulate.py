@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.detect.trial_set import write_parquet
+from fingerslip.detect.trials import write_parquet
 from fingerslip.errors import InputError
 from fingerslip.study.trials.simulate import TrialsFailedError, simulate_trials
 from places import ROOT

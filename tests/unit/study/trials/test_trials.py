@@ -9,8 +9,9 @@ import pytest
 
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
-from fingerslip.study.definition.cameras import TrialSettings
-from fingerslip.study.definition.runs import expand
+from fingerslip.parameters import as_mapping
+from fingerslip.study.definition.runs import expand_mapping
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.trials.trials import Eyes, card_notes, drawn_cameras, drawn_eyes, simulated_trial, trial_plans
 from fingerslip.vision.cameras.point import pair_tracks
@@ -27,7 +28,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def runs(study):
-    return expand(study, STUDY)
+    return expand_mapping(as_mapping(study), STUDY).runs
 
 
 def test_there_are_the_320_trials_of_the_paper(study, runs):
@@ -76,7 +77,7 @@ def test_other_programmes_are_refused(study, runs):
 def test_a_plate_falls_along_the_plane_of_symmetry_alone():
     path = ROOT / "studies" / "bulens2023_pouring_3d.yaml"
     pours = read_study(path)
-    run = expand(pours, path)[0]
+    run = expand_mapping(as_mapping(pours), path).runs[0]
     plate = dataclasses.replace(run.study.bodies["plate"], free=("x", "z"))
     wrong = dataclasses.replace(run, study=dataclasses.replace(run.study, bodies={"plate": plate}))
     (plan,) = trial_plans((wrong,), pours.trials, 1)

@@ -37,12 +37,9 @@ def test_a_camera_above_sees_x_to_the_right_and_y_up_and_one_below_the_mirrored_
     np.testing.assert_allclose(pixels_of(below, [[1e-3, 0.0, 0.0]]), [[309.5, 239.5]])
 
 
-def test_what_is_outside_the_image_is_not_seen():
+def test_what_is_outside_the_image_is_not_seen_and_the_scale_is_that_of_the_view():
     points = np.array([[31.9e-3, 0.0, 0.0], [32.1e-3, 0.0, 0.0], [0.0, 24.1e-3, 0.0], [0.0, 0.0, 0.2]])
     assert np.isnan(pixels_of(ABOVE, points)).all(axis=1).tolist() == [False, True, True, True]
-
-
-def test_scale_is_that_of_the_view():
     assert pixels_per_metre(ABOVE, np.array([0.0, 0.0, 0.0])) == pytest.approx(1e4)
     fisheye = Camera(Fisheye(640, 480, 1000.0, 1000.0, 320.0, 240.0), FROM_ABOVE)
     assert pixels_per_metre(fisheye, np.zeros((2, 3))) == pytest.approx([1e4, 1e4])

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.vision.cameras.camera import true_tracks
-from fingerslip.vision.cameras.looks import (
-    BRIGHT_ON_DARK,
+from fingerslip.vision.cameras.pixel import (
     DARK_ON_BRIGHT,
-    HARSH_LIGHT,
     BrightRing,
     Glare,
     Lighting,
     MarkerLook,
     PixelCamera,
     SensorNoise,
-)
-from fingerslip.vision.cameras.pixel import (
     brightness,
     draw_spots,
     empty_picture,
@@ -34,6 +28,10 @@ from fingerslip.vision.cameras.pixel import (
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import read_frames, video_info
 from unit.vision.scenes import camera, hide, middle, silent_camera, sliding
+
+
+def first_frame(tracks, **more) -> np.ndarray:
+    return next(frames_of(silent_camera(**more), tracks))
 
 
 def marker_at(*place: float):
@@ -57,11 +55,9 @@ def test_a_longer_exposure_smears_a_moving_marker_along_its_way():
     tracks = sliding(speed=100e-3, seconds=0.03)
 
     def variance(exposure: float, axis: int) -> float:
-        frame = next(frames_of(silent_camera(camera=camera(exposure=exposure)), tracks))
+        frame = first_frame(tracks, camera=camera(exposure=exposure))
         weights = frame[45:75, 65:95].astype(float).sum(axis=1 - axis) - 30 * 40
-        places = np.arange(30)
-        middle = (weights * places).sum() / weights.sum()
-        return float((weights * (places - middle) ** 2).sum() / weights.sum())
+        return float(np.cov(np.arange(30), aweights=weights, ddof=0))
 
     # 100 mm/s at 10 px/mm in 10 ms are 10 px: an even spread over a length L adds the variance L²/12.
     assert variance(10e-3, 1) - variance(0.0, 1) == pytest.approx(100 / 12, rel=0.03)
@@ -78,22 +74,19 @@ def test_a_part_of_the_frames_is_as_in_the_whole():
     assert (other != whole[0]).mean() > 0.5
 
 
-def test_unknown_markers_are_not_drawn_and_those_outside_reach_into_the_image():
-    frame = next(frames_of(silent_camera(), hide(sliding(), slice(None), 0)))
+def test_what_is_drawn_of_markers_unknown_outside_near_and_in_2d():
+    frame = first_frame(hide(sliding(), slice(None), 0))
     assert (frame[60, 80], frame.max()) == (40, 200)
     outside = marker_at(8.2e-3, 0.0, 0.0)
-    assert next(frames_of(silent_camera(), outside))[:, -1].max() > 100
+    assert first_frame(outside)[:, -1].max() > 100, "it reaches into the image"
     assert np.isnan(true_tracks(silent_camera().camera, outside)["position"].values).all()
-
-
-def test_markers_in_2d_have_no_depth_and_closer_ones_are_larger():
-    assert next(frames_of(silent_camera(), marker_at(0.0, 0.0)))[60, 80] == 200
-    far, near = (int((next(frames_of(silent_camera(), marker_at(0.0, 0.0, z))) > 120).sum()) for z in (0.0, 0.025))
+    assert first_frame(marker_at(0.0, 0.0))[60, 80] == 200
+    far, near = (int((first_frame(marker_at(0.0, 0.0, z)) > 120).sum()) for z in (0.0, 0.025))
     assert near == pytest.approx(4 * far, rel=0.05)
 
 
 def test_compression_leaves_its_artefacts():
-    frames = [next(frames_of(silent_camera(jpeg_quality=quality), sliding())).astype(int) for quality in (None, 95, 30)]
+    frames = [first_frame(sliding(), jpeg_quality=quality).astype(int) for quality in (None, 95, 30)]
     errors = [np.abs(frame - frames[0]).mean() for frame in frames]
     assert 0 == errors[0] < errors[1] < errors[2] < 3
 
@@ -104,25 +97,16 @@ def test_a_film_is_written_with_its_truth(tmp_path):
     assert video_info(tmp_path / "slide.mkv").frame_rate == 60.0
     np.testing.assert_array_equal(list(read_frames(tmp_path / "slide.mkv")), list(frames_of(pixel_camera, sliding())))
     assert (truth.sizes["time"], truth.attrs["source"]) == (13, "truth of slide.mkv")
-    empty = make_tracks(np.empty((0, 1, 3)), [], units="m")
-    assert list(frames_of(silent_camera(), empty)) == []
     with pytest.raises(InputError, match="frames: got none"):
-        film(silent_camera(), empty, tmp_path / "a.avi")
-
-
-def test_even_light_is_even():
-    assert np.unique(empty_picture(silent_camera())).tolist() == [40.0]
-    assert np.unique(marker_picture(silent_camera())).tolist() == [200.0]
-    assert empty_picture(silent_camera()).shape == (120, 160)
-
-
-def test_vignetting_takes_its_share_from_the_corners():
-    picture = marker_picture(silent_camera(lighting=Lighting(vignetting=0.4)))
-    assert (picture[0, 0], picture[60, 80]) == (pytest.approx(120.0), pytest.approx(200.0, rel=1e-3))
+        film(silent_camera(), make_tracks(np.empty((0, 1, 3)), [], units="m"), tmp_path / "a.avi")
 
 
 @pytest.mark.parametrize(("angle", "axis"), [(0.0, 1), (np.pi / 2, 0)])
-def test_a_gradient_brightens_in_its_direction(angle, axis):
+def test_light_is_even_but_for_vignetting_and_a_gradient(angle, axis):
+    even = silent_camera(camera=camera(120, 120))
+    assert (np.unique(empty_picture(even)), np.unique(marker_picture(even))) == ([40.0], [200.0])
+    dim = marker_picture(silent_camera(lighting=Lighting(vignetting=0.4)))
+    assert (dim[0, 0], dim[60, 80]) == (pytest.approx(120.0), pytest.approx(200.0, rel=1e-3))
     lighting = Lighting(gradient=0.5, gradient_angle=angle)
     picture = marker_picture(silent_camera(camera=camera(120, 120), lighting=lighting))
     np.testing.assert_allclose(picture.take([0, -1], axis=axis).mean(axis=1 - axis), [150.0, 250.0], rtol=0.01)
@@ -154,8 +138,8 @@ def test_brightness_drifts_and_flickers_and_is_never_negative():
     np.testing.assert_allclose(brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
 
 
-def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7, shape=(64, 80)) -> np.ndarray:
-    picture, top = np.zeros(shape, dtype=np.float32), np.full(shape, 1.0, dtype=np.float32)
+def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7) -> np.ndarray:
+    picture, top = np.zeros((64, 80), dtype=np.float32), np.full((64, 80), 1.0, dtype=np.float32)
     draw_spots(picture, top, np.array([place]), np.array([half]), np.array([radius]), softness)
     return picture
 
@@ -165,14 +149,14 @@ def middle_of(picture) -> tuple[float, float]:
     return float((picture * columns).sum() / picture.sum()), float((picture * rows).sum() / picture.sum())
 
 
-@pytest.mark.parametrize("radius", [1.0, 2.0, 5.0, 9.0])
+@pytest.mark.parametrize("radius", [1.0, 2.0, 9.0])
 @pytest.mark.parametrize("softness", [0.5, 0.7, 2.0])
 def test_the_middle_of_a_spot_is_exact(radius, softness):
     """To 0.0025 px for small and sharp spots, and to 0.0002 px for those of 2 px and the softness of cameras."""
     worst = 0.0
     for place in np.random.default_rng(0).uniform((30, 24), (50, 40), (30, 2)):
-        found = middle_of(drawn(place, radius=radius, softness=softness))
-        worst = max(worst, *np.abs(np.subtract(found, place)))
+        error = np.subtract(middle_of(drawn(place, radius=radius, softness=softness)), place)
+        worst = max(worst, *np.abs(error))
     assert worst < (2e-4 if radius >= 2 and softness > 0.5 else 2.5e-3)
 
 
@@ -211,12 +195,17 @@ def test_noise_has_its_deviation_and_is_white():
             size = errors.shape[axis]
             ahead, behind = (np.take(errors, range(start, start + size - lag), axis) for start in (lag, 0))
             assert abs((ahead * behind).mean() / errors.var()) < 5 / np.sqrt(count)
+    table = normal_table().astype(float)
+    assert (table.mean(), table.var(), (table**4).mean()) == pytest.approx((0.0, 1.0, 3.0), abs=3e-3)
 
 
-def test_shot_noise_grows_with_the_light():
+def test_shot_noise_grows_with_the_light_and_light_is_cut_and_rounded_to_grey_levels():
     frame = exposed(np.tile([20.0, 180.0], (200, 200)), read=1.0, shot=0.1).astype(float)
     assert frame[:, ::2].var() == pytest.approx(1 + 2 + 1 / 12, rel=0.05)
     assert frame[:, 1::2].var() == pytest.approx(1 + 18 + 1 / 12, rel=0.05)
+    light = [[-5.0, 0.4, 0.6, 100.5, 254.7, 300.0]]
+    assert exposed(light).tolist() == [[0, 0, 1, 101, 255, 255]]
+    assert exposed(light, 2.0).tolist() == [[0, 1, 1, 201, 255, 255]]
 
 
 def test_the_same_seed_and_number_give_the_same_noise():
@@ -226,26 +215,6 @@ def test_the_same_seed_and_number_give_the_same_noise():
     np.testing.assert_array_equal(one(2**63 - 1, 3), one(2**63 - 1, 3))
     for first, second in (((1, 3), (1, 4)), ((1, 3), (2, 3)), ((0, 1), (1, 0))):
         assert (one(*first) != one(*second)).mean() > 0.5
-
-
-def test_light_is_cut_and_rounded_to_grey_levels():
-    light = [[-5.0, 0.4, 0.6, 100.5, 254.7, 300.0]]
-    assert exposed(light).tolist() == [[0, 0, 1, 101, 255, 255]]
-    assert exposed(light, 2.0).tolist() == [[0, 1, 1, 201, 255, 255]]
-
-
-def test_the_table_is_normal():
-    table = normal_table().astype(float)
-    assert (table.size, (np.diff(table) > 0).all()) == (65536, True)
-    assert (table.mean(), table.var(), (table**4).mean()) == pytest.approx((0.0, 1.0, 3.0), abs=3e-3)
-
-
-def test_defaults_have_no_fault_but_noise():
-    plain = PixelCamera(camera())
-    assert (plain.lighting, plain.noise.read, plain.jpeg_quality) == (Lighting(), 2.0, None)
-    assert HARSH_LIGHT.ring is not None
-    assert BRIGHT_ON_DARK.marker > BRIGHT_ON_DARK.background
-    assert DARK_ON_BRIGHT.marker < DARK_ON_BRIGHT.background
 
 
 @pytest.mark.parametrize(
@@ -259,7 +228,7 @@ def test_defaults_have_no_fault_but_noise():
         (lambda: SensorNoise(read=-1.0), "read"),
         (lambda: PixelCamera(camera(), jpeg_quality=0), "jpeg_quality"),
         (lambda: PixelCamera(camera(), seed=-1), "seed"),
-        (lambda: dataclasses.replace(PixelCamera(camera()), seed=2**63), "seed"),
+        (lambda: PixelCamera(camera(), seed=2**63), "seed"),
     ],
 )
 def test_what_cannot_be_is_refused(make, said):

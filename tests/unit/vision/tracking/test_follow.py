@@ -8,21 +8,28 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.vision.tracking.follow import State, follow, rest_state
-from fingerslip.vision.tracking.neighbours import (
+from fingerslip.vision.tracking.layouts import (
     assign,
     common_shift,
     consistent,
     expected_displacement,
     nearest_neighbours,
 )
-from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
+from fingerslip.vision.tracking.markers import Markers
+from fingerslip.vision.tracking.reference import first_frames, reference_of
 from problems import clips
+
+FIELD = clips.field()
+
+
+def at_rest(points: np.ndarray, layout: str) -> Markers:
+    image, _ = first_frames(clips.filmed(clips.still(points, 4)), 4)
+    return reference_of(image, None, len(points), layout, None, "clip").markers
 
 
 @pytest.fixture(scope="module")
-def reference() -> Reference:
-    frames = clips.filmed(clips.still(clips.field(), 4))
-    return reference_of(first_frames(frames, 4)[0], None, 81, "rings", None, "clip")
+def markers() -> Markers:
+    return at_rest(FIELD, "rings")
 
 
 def one(positions: np.ndarray, hidden: list[int] | None = None) -> np.ndarray:
@@ -31,23 +38,23 @@ def one(positions: np.ndarray, hidden: list[int] | None = None) -> np.ndarray:
     return next(clips.filmed(positions[None], hidden=gone))
 
 
-def begun(reference: Reference) -> State:
-    return follow(reference.markers, rest_state(reference.markers), one(clips.field()), None)[0]
+def begun(markers: Markers) -> State:
+    return follow(markers, rest_state(markers), one(FIELD), None)[0]
 
 
 # Markers are 44 px apart: beyond half of that only the pattern as a whole tells where they went.
-@pytest.mark.parametrize("step", [0.1, 3.0, 9.0, 15.0, 30.0, 44.0])
-def test_sudden_step_of_all_markers_is_followed(reference: Reference, step: float) -> None:
-    moved = clips.field() + np.array([0.8 * step, 0.6 * step])
-    _, found, quality = follow(reference.markers, begun(reference), one(moved), None)
+@pytest.mark.parametrize("step", [0.1, 9.0, 15.0, 30.0, 44.0])
+def test_sudden_step_of_all_markers_is_followed(markers: Markers, step: float) -> None:
+    moved = FIELD + np.array([0.8 * step, 0.6 * step])
+    _, found, quality = follow(markers, begun(markers), one(moved), None)
     assert np.abs(found - moved).max() < 0.05
     assert quality.min() > 0.4
 
 
-def test_hidden_marker_is_not_a_number_and_comes_back_with_less_quality(reference: Reference) -> None:
-    state, markers, gone = begun(reference), reference.markers, [0, 17, 80]
+def test_hidden_marker_is_not_a_number_and_comes_back_with_less_quality(markers: Markers) -> None:
+    state, gone = begun(markers), [0, 17, 80]
     for shift in range(1, 12):
-        here = clips.field() + np.array([2.0 * shift, 0.0])
+        here = FIELD + np.array([2.0 * shift, 0.0])
         state, found, quality = follow(markers, state, one(here, gone), None)
         assert np.isnan(found[gone]).all()
         assert (quality[gone] == 0.0).all()
@@ -60,75 +67,65 @@ def test_hidden_marker_is_not_a_number_and_comes_back_with_less_quality(referenc
     assert quality[gone].min() > 0.9
 
 
-def test_frame_that_shows_nothing_changes_nothing(reference: Reference) -> None:
-    state = begun(reference)
-    after, found, quality = follow(reference.markers, state, np.zeros(clips.DEFAULT.shape, dtype=np.uint8), None)
+def test_frame_that_shows_nothing_changes_nothing(markers: Markers) -> None:
+    state = begun(markers)
+    after, found, quality = follow(markers, state, np.zeros(clips.DEFAULT.shape, dtype=np.uint8), None)
     assert np.isnan(found).all()
     assert (quality == 0).all()
-    assert after.image is state.image
-    assert (after.position is state.position, after.visible) == (True, 0)
-    _, found, _ = follow(reference.markers, after, one(clips.field() + 8.0), None)
-    assert np.abs(found - clips.field() - 8.0).max() < 0.05
+    assert (after.image is state.image, after.position is state.position, after.visible) == (True, True, 0)
+    _, found, _ = follow(markers, after, one(FIELD + 8.0), None)
+    assert np.abs(found - FIELD - 8.0).max() < 0.05
 
 
 def test_markers_that_move_apart_from_their_neighbours_are_kept() -> None:
     rest = np.column_stack([197.0 + 30.0 * np.arange(9), np.full(9, 240.0)])
-    reference = reference_of(first_frames(clips.filmed(clips.still(rest, 4)), 4)[0], None, 9, "free", None, "clip")
-    order = np.argsort(reference.markers.position[:, 0])
-    state = rest_state(reference.markers)
+    markers = at_rest(rest, "free")
+    order, state = np.argsort(markers.position[:, 0]), rest_state(markers)
     for step in range(40):
         # Every second marker goes the other way, by 8 px in the end, as crowns of a ridged skin that roll.
         here = rest + np.column_stack([0.2 * step * np.where(np.arange(9) % 2, 1.0, -1.0), np.zeros(9)])
-        state, found, _ = follow(reference.markers, state, one(here), None)
+        state, found, _ = follow(markers, state, one(here), None)
         assert np.abs(found[order] - here).max() < 0.05
 
 
-POINTS = clips.field()
-NEIGHBOURS, SPACING = nearest_neighbours(POINTS)
+NEIGHBOURS, SPACING = nearest_neighbours(FIELD)
 ALL = np.ones(81, dtype=bool)
 
 
 def test_motions_that_neighbours_share_are_expected_and_nothing_without_neighbours() -> None:
     assert NEIGHBOURS.shape == (81, 8)
-    assert nearest_neighbours(POINTS[:1])[1].tolist() == [np.inf]
-    shift = np.tile([3.0, -2.0], (81, 1))
-    some = np.arange(81) % 3 > 0
-    shift[~some] = 1e3
-    moved, counts = expected_displacement(shift, some, NEIGHBOURS)
-    assert moved == pytest.approx(np.tile([3.0, -2.0], (81, 1)))
+    assert nearest_neighbours(FIELD[:1])[1].tolist() == [np.inf]
+    some, random = np.arange(81) % 3 > 0, np.random.default_rng(0).normal(size=(81, 2))
+    moved, counts = expected_displacement(random, some, NEIGHBOURS)
+    assert moved == pytest.approx(np.array([np.median(random[row[some[row]]], axis=0) for row in NEIGHBOURS]))
     assert counts.tolist() == some[NEIGHBOURS].sum(axis=1).tolist()
-    random = np.random.default_rng(0).normal(size=(81, 2))
-    expected = [np.median(random[[k for k in row if some[k]]], axis=0) for row in NEIGHBOURS]
-    assert expected_displacement(random, some, NEIGHBOURS)[0] == pytest.approx(np.array(expected))
-    moved, counts = expected_displacement(shift, ~ALL, NEIGHBOURS)
+    moved, counts = expected_displacement(random, ~ALL, NEIGHBOURS)
     assert np.isnan(moved).all()
     assert counts.sum() == 0
 
 
 def test_strangers_are_left_out_and_nobody_else() -> None:
-    displacement, wrong = 0.05 * (POINTS - POINTS[0]) + [10.0, 0.0], [5, 6, 40, 80]
+    displacement, wrong = 0.05 * (FIELD - FIELD[0]) + [10.0, 0.0], [5, 6, 40, 80]
     displacement[wrong] += [[25.0, 0.0], [25.0, 0.0], [0.0, -30.0], [-20.0, 20.0]]
     agreed = consistent(displacement, ALL, NEIGHBOURS, 0.3 * SPACING)
     assert np.flatnonzero(~agreed).tolist() == wrong
     assert consistent(displacement, ~ALL, NEIGHBOURS, SPACING).sum() == 0
 
 
-def test_candidates_too_far_are_not_taken_and_the_nearer_ones_are() -> None:
-    rows, columns = assign(np.array([[0.0, 0.0]]), np.array([5.0]), np.array([[6.0, 0.0]]))
-    assert (len(rows), len(columns)) == (0, 0)
-    expected, candidates = np.array([[0.0, 0.0], [8.0, 0.0]]), np.array([[8.0, 0.0], [15.0, 0.0]])
-    rows, columns = assign(expected, np.full(2, 10.0), candidates)
-    assert (rows.tolist(), columns.tolist()) == ([1], [0]), "two long ways cost more than one that is missing"
-
-
 @given(st.integers(1, 8), st.integers(1, 8), st.integers(0, 99))
-def test_nobody_is_matched_twice(n: int, m: int, seed: int) -> None:
+def test_nobody_is_matched_twice_or_from_too_far(n: int, m: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     expected, candidates = rng.uniform(0, 30, (n, 2)), rng.uniform(0, 30, (m, 2))
     rows, columns = assign(expected, np.full(n, 12.0), candidates)
     assert len(set(rows)) == len(rows)
     assert len(set(columns)) == len(columns) == len(rows)
     assert (np.linalg.norm(expected[rows] - candidates[columns], axis=1) <= 12.0).all()
+
+
+def test_two_long_ways_cost_more_than_one_that_is_missing() -> None:
+    expected, candidates = np.array([[0.0, 0.0], [8.0, 0.0]]), np.array([[8.0, 0.0], [15.0, 0.0]])
+    rows, columns = assign(expected, np.full(2, 10.0), candidates)
+    assert (rows.tolist(), columns.tolist()) == ([1], [0])
 
 
 def test_a_shift_of_a_whole_distance_between_markers_is_found_among_other_blobs() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import trackpy
@@ -14,13 +15,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.calibration import write_calibration
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, write_calibration
 from fingerslip.vision.tracking.track import (
     Lost,
     TrackingWarning,
     jumps,
-    lens_of,
     lost_intervals,
     noise_at_rest,
     open_markers,
@@ -32,7 +31,6 @@ from fingerslip.vision.tracking.track import (
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
 from fingerslip.vision.video import opencv, write_video
 from problems import clips
-from problems.nearest import track_nearest
 
 REST, RATE = 10, 60.0
 
@@ -44,11 +42,19 @@ class Clip:
     tracks: xr.Dataset
 
 
+def follow(frames, **options) -> xr.Dataset:
+    return track_markers(frames, **{"rest_frames": REST, "n_markers": 81, "frame_rate": RATE, **options})
+
+
 def tracked(positions: NDArray[np.float64], look: clips.Look = clips.DEFAULT, **options) -> Clip:
     seed, hidden = options.pop("seed", 0), options.pop("hidden", None)
     frames = list(clips.filmed(positions, look, seed=seed, hidden=hidden))
-    tracks = track_markers(frames, frame_rate=RATE, **{"rest_frames": REST, "n_markers": positions.shape[1], **options})
+    tracks = follow(frames, **{"n_markers": positions.shape[1], **options})
     return Clip(frames, clips.truth_of(positions, look), tracks)
+
+
+def score_of(made: Clip) -> clips.Score:
+    return clips.scored(made.tracks["position"].values, made.truth)
 
 
 @pytest.fixture(scope="module")
@@ -77,27 +83,17 @@ def test_tracks_are_the_truth_in_the_order_of_the_layout_and_can_be_written(clip
 )
 def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
     positions = clips.slide(clips.field(), eighth * np.pi / 4, count=REST + 14, rest=REST)
-    made = tracked(positions)
-    score = clips.scored(made.tracks["position"].values, made.truth)
+    score = score_of(tracked(positions))
     assert (score.swapped, score.stray, score.kept) == (0, 0, 1.0)
 
 
 @pytest.mark.parametrize("bright", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_bad_clip_is_kept(bright: bool) -> None:
     look = clips.with_look(clips.BAD, marker=150.0, background=50.0) if bright else clips.BAD
-    made = tracked(clips.slide(clips.field(), 2.0, count=60, rest=REST), look, seed=3)
-    score = clips.scored(made.tracks["position"].values, made.truth)
+    score = score_of(tracked(clips.slide(clips.field(), 2.0, count=60, rest=REST), look, seed=3))
     assert score.kept > 0.99
     assert score.swapped == 0
     assert score.rms < 0.1
-
-
-def test_plain_tracker_swaps_on_a_bad_clip_where_ours_does_not() -> None:
-    positions = clips.slide(clips.field(), 2.0, count=REST + 4, rest=REST)
-    made = tracked(positions)
-    plain = clips.scored(track_nearest(made.frames, made.truth[0], 5.0), made.truth)
-    assert plain.swapped_last > 0
-    assert clips.scored(made.tracks["position"].values, made.truth).swapped == 0
 
 
 def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
@@ -108,8 +104,7 @@ def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
     phase = np.clip((np.arange(50) - REST) / (30 - REST), 0.0, 1.0)
     slip = 0.45 * spacing * phase[:, None] * (distance > 2.5 * spacing)
     shake = 0.12 * spacing * np.sin(2.0 * np.arange(50))[:, None] * (phase[:, None] > 0.0) * (distance > 2.5 * spacing)
-    made = tracked(field + np.stack([slip + shake, 0.0 * slip], axis=2))
-    score = clips.scored(made.tracks["position"].values, made.truth)
+    score = score_of(tracked(field + np.stack([slip + shake, 0.0 * slip], axis=2)))
     assert (score.swapped, score.kept) == (0, 1.0)
 
 
@@ -128,7 +123,7 @@ def test_markers_that_touch_or_overlap_are_themselves_when_they_part(radius: flo
     path, look = clips.pinch(clips.field(), 0.7, count=50, rest=REST), clips.with_look(clips.DEFAULT, radius=radius)
     assert 20.0 < np.linalg.norm(path[:, 1:5] - path[:, :1], axis=2).min() < 20.2
     made = tracked(path, look)
-    score = clips.scored(made.tracks["position"].values, made.truth)
+    score = score_of(made)
     assert score.swapped == 0
     assert score.kept >= share
     assert clips.scored(made.tracks["position"].values[-8:], made.truth[-8:]).kept == 1.0
@@ -163,9 +158,11 @@ def test_drift_at_rest_while_the_light_fades() -> None:
     assert np.abs(position[-10:].mean(axis=0) - position[:10].mean(axis=0)).max() < 0.05
 
 
-def test_calibration_straightens_positions_and_keeps_those_of_the_image(clip: Clip) -> None:
+def test_calibration_straightens_positions_and_keeps_those_of_the_image(clip: Clip, tmp_path: Path) -> None:
     lens = Pinhole(640, 480, 400.0, 400.0, 320.0, 240.0, (-0.1, 0.0, 0.0, 0.0))
-    tracks = track_markers(clip.frames[:12], n_markers=81, rest_frames=REST, frame_rate=RATE, calibration=lens)
+    write_calibration(lens, tmp_path / "camera.yml")
+    tracks, by_file = (follow(clip.frames[:12], calibration=one) for one in (lens, tmp_path / "camera.yml"))
+    xr.testing.assert_identical(tracks, by_file)
     assert np.array_equal(tracks["image_position"].values, clip.tracks["position"].values[:12])
     assert np.abs(tracks["position"].values - tracks["image_position"].values).max() > 3.0
 
@@ -183,53 +180,30 @@ def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
         track_markers(clip.frames, frame_rate=RATE, mask="none.png")
 
 
-@pytest.mark.parametrize(
-    ("odd", "words", "lost"),
-    [
-        (lambda frame: frame // 12, "1 of 18 frames are dark, the first is frame 15", True),
-        (lambda frame: np.full_like(frame, 255), "are overexposed", True),
-        (lambda frame: frame, "are duplicated", False),
-    ],
+# Frame 15 is odd, the light is bad, or the rest is none.
+WRONG = (
+    (lambda f: [*f[:15], f[15] // 12, *f[16:]], "1 of 18 frames are dark, the first is frame 15"),
+    (lambda f: [*f[:15], np.full_like(f[15], 255), *f[16:]], "1 of 18 frames are overexposed"),
+    (lambda f: [*f[:15], f[14], *f[16:]], "1 of 18 frames are duplicated"),
+    (lambda f: [frame // 20 for frame in f], r"is dark, mean grey level \d of 255 at rest"),
+    (lambda f: [cv2.add(frame, frame) for frame in f], r"is overexposed, \d\d % of the pixels"),
+    (lambda f: f[:6], "ends within the 10 rest frames, after 6; all are the reference"),
+    (lambda f: [np.roll(frame, shift // 3, axis=1) for shift, frame in enumerate(f)], r"the sensor moved by .* px in"),
 )
-def test_odd_frames_are_said_and_marked(odd: Callable[[np.ndarray], np.ndarray], words: str, lost: bool) -> None:
-    frames = list(clips.filmed(clips.still(clips.field(), 18)))
-    frames[15] = odd(frames[14])
+
+
+@pytest.mark.parametrize(("change", "words"), WRONG)
+def test_what_is_wrong_with_frames_is_said_and_marked(change: Callable[[list], list], words: str) -> None:
+    frames = change(list(clips.filmed(clips.still(clips.field(), 18))))
     with pytest.warns(TrackingWarning, match=words):
-        tracks = track_markers(frames, n_markers=81, rest_frames=REST, frame_rate=RATE)
-    assert np.flatnonzero(tracks["frame_state"].values).tolist() == [15]
-    assert np.isnan(tracks["position"].values[15]).all() == lost
-    assert tracks["quality"].values[15].max() <= 0.5
-    assert np.isfinite(tracks["position"].values[16:]).all()
-
-
-@pytest.mark.parametrize(
-    ("light", "words"),
-    [
-        (lambda frame: frame // 20, r"is dark, mean grey level \d of 255 at rest"),
-        (
-            lambda frame: np.clip(2 * frame.astype(int), 0, 255).astype(np.uint8),
-            r"is overexposed, \d\d % of the pixels",
-        ),
-    ],
-)
-def test_bad_light_from_the_start_is_said(light: Callable[[np.ndarray], np.ndarray], words: str) -> None:
-    frames = [light(frame) for frame in clips.filmed(clips.still(clips.field(), 6))]
-    with pytest.warns(TrackingWarning, match=words):
-        tracks = track_markers(frames, n_markers=81, rest_frames=4, frame_rate=RATE)
-    assert tracks.attrs["partial"] == 0
-
-
-def test_a_video_that_ends_at_rest_is_said(clip: Clip) -> None:
-    with pytest.warns(TrackingWarning, match="ends within the 30 rest frames, after 6; all are the reference"):
-        tracks = track_markers(clip.frames[:6], n_markers=81, rest_frames=30, frame_rate=RATE)
-    assert tracks.attrs["rest_frames"] == 6
-
-
-def test_sensor_that_moves_at_rest_is_said() -> None:
-    with pytest.warns(
-        TrackingWarning, match=r"the sensor moved by .* px in the 30 rest frames; the reference is no rest"
-    ):
-        tracked(clips.slide(clips.field(), 0.0, count=40, rest=10), rest_frames=30)
+        tracks = follow(frames)
+    assert (tracks.attrs["partial"], tracks.attrs["rest_frames"]) == (0, min(REST, len(frames)))
+    is_odd = words.startswith("1 of")
+    assert np.flatnonzero(tracks["frame_state"].values).tolist() == [15] * is_odd
+    if is_odd:
+        assert np.isnan(tracks["position"].values[15]).all() == ("duplicated" not in words)
+        assert tracks["quality"].values[15].max() <= 0.5
+        assert np.isfinite(tracks["position"].values[16:]).all()
 
 
 def test_truncated_video_gives_partial_tracks(tmp_path: Path, clip: Clip) -> None:
@@ -237,25 +211,9 @@ def test_truncated_video_gives_partial_tracks(tmp_path: Path, clip: Clip) -> Non
     content = (tmp_path / "whole.avi").read_bytes()
     (tmp_path / "cut.avi").write_bytes(content[: len(content) // 2])
     with pytest.warns(TrackingWarning, match=r"ends after .* frames"):
-        tracks = track_markers(tmp_path / "cut.avi", n_markers=81, rest_frames=REST)
+        tracks = follow(tmp_path / "cut.avi", frame_rate=None)
     assert tracks.attrs["partial"] == 1
     assert 10 < tracks.sizes["time"] < 40
-
-
-def test_bad_arguments_and_videos_have_clear_errors(clip: Clip, tmp_path: Path) -> None:
-    (tmp_path / "text.mp4").write_text("no video")
-    write_video(tmp_path / "empty.avi", [np.full((120, 160), 90, dtype=np.uint8)] * 3, RATE)
-    for video, options, words in (
-        (clip.frames, {"frame_rate": RATE, "n_markers": 0}, "n_markers: got 0, needs a number >= 1"),
-        (clip.frames, {"frame_rate": RATE, "rest_frames": 0}, "rest_frames: got 0"),
-        (clip.frames, {"frame_rate": RATE, "layout": "square"}, "layout: got 'square'"),
-        (clip.frames, {}, "states no frame rate"),
-        (tmp_path / "text.mp4", {}, "cannot be read as a video"),
-        (tmp_path / "gone.mp4", {}, "is not there"),
-        (tmp_path / "empty.avi", {}, "found no markers in the first frames"),
-    ):
-        with pytest.raises(InputError, match=words):
-            track_markers(video, **options)
 
 
 def test_lost_intervals_begin_and_end_where_they_do(clip: Clip) -> None:
@@ -303,24 +261,30 @@ def test_what_lenses_bend_is_bent_back(lens: Pinhole | Fisheye) -> None:
     assert found[1] == pytest.approx([320.0, 240.0])
 
 
-def test_lens_of_a_file(tmp_path: Path) -> None:
-    write_calibration(BENT, tmp_path / "camera.yml")
-    assert lens_of(tmp_path / "camera.yml", (640, 480)) == BENT
-    assert lens_of(BENT, (640, 480)) is BENT
-
-
 def test_what_is_found_is_judged_by_what_is_visible() -> None:
     frames = list(clips.filmed(clips.still(clips.field(), 8)))
     few = r"40 markers are followed, where \d\d blobs like them are visible"
     with pytest.warns(TrackingWarning, match="asked for 40 markers"), pytest.warns(TrackingWarning, match=few):
-        tracks = track_markers(frames, n_markers=40, rest_frames=4, frame_rate=RATE)
+        tracks = follow(frames, n_markers=40, rest_frames=4)
     # Those farther from the ones that are followed than a marker is from the next are not counted.
     assert (tracks["visible"].values > 70).all()
     assert seen_share(tracks) == pytest.approx(40 / tracks["visible"].values.mean())
     assert seen_share(tracks.drop_vars("visible")) == 1.0
 
 
-def test_two_blobs_are_no_sensor() -> None:
-    frames = list(clips.filmed(clips.still(clips.field()[[3, 40]], 4)))
-    with pytest.raises(InputError, match=r"found 2 markers in the first frames.*needs at least 10 blobs"):
-        track_markers(frames, rest_frames=2, frame_rate=RATE)
+def test_bad_arguments_and_videos_have_clear_errors(clip: Clip, tmp_path: Path) -> None:
+    (tmp_path / "text.mp4").write_text("no video")
+    write_video(tmp_path / "empty.avi", [np.full((120, 160), 90, dtype=np.uint8)] * 3, RATE)
+    two = list(clips.filmed(clips.still(clips.field()[[3, 40]], 4)))
+    for video, options, words in (
+        (clip.frames, {"n_markers": 0}, "n_markers: got 0, needs a number >= 1"),
+        (clip.frames, {"rest_frames": 0}, "rest_frames: got 0"),
+        (clip.frames, {"layout": "square"}, "layout: got 'square'"),
+        (clip.frames, {"frame_rate": None}, "states no frame rate"),
+        (tmp_path / "text.mp4", {}, "cannot be read as a video"),
+        (tmp_path / "gone.mp4", {}, "is not there"),
+        (tmp_path / "empty.avi", {}, "found no markers in the first frames"),
+        (two, {"n_markers": None}, "found 2 markers in the first frames.*needs at least 10 blobs"),
+    ):
+        with pytest.raises(InputError, match=words):
+            follow(video, **options)

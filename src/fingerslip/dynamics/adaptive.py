@@ -1,0 +1,208 @@
+"""Steps that control their own error: they choose the ends that an integrator is given.
+
+Of implicit dynamics the displacement of a step of length h is that of a Newmark step, which takes the acceleration for
+weighted mean values where it is linear. What this leaves out, to its leading term, is (Zienkiewicz & Xie 1991) ::
+
+    e = (beta - 1/6) h^2 (a_1 - a_0)
+
+A quasi-static step is one of implicit Euler. It is taken once whole and once in two halves; what the halves leave is
+about the difference of both (step doubling, Hairer, Norsett & Wanner 1993, section II.4), and the halves are kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.dynamics.integrator import BodyIntegrator
+from fingerslip.dynamics.recording.steps import Span, spans_of
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.scheme import Scheme
+from fingerslip.errors import ConvergenceError
+from fingerslip.model.model import Model
+from fingerslip.model.timing import Adaptive
+
+__all__ = ["Controlled"]
+
+Array = NDArray[np.float64]
+
+# Steps are doubled after so many in a row whose double is expected to be within this part of the allowed error.
+_GOOD, _MARGIN = 2, 0.9
+
+
+class _Errors:
+    """Errors of the steps of one motion, over those that are allowed.
+
+    Arrays: mass (n, n) [kg].
+    """
+
+    def __init__(self, mass: sparse.csr_matrix, tolerance: float) -> None:
+        self._mass, self._tolerance, self._largest = mass, tolerance, 0.0
+
+    def of_step(self, before: State, after: State, scheme: Scheme) -> float:
+        """Return the error of a step of implicit dynamics, over the allowed one."""
+        error = (scheme.displacement_factor - after.step**2 / 6.0) * (after.acceleration - before.acceleration)
+        return self._ratio(error, after, 1.0)
+
+    def of_halves(self, whole: State, halves: State, share: float) -> float:
+        """Return the error of two halves of a quasi-static step, over the allowed one."""
+        return self._ratio(whole.displacement - halves.displacement, halves, share)
+
+    def accept(self, after: State) -> None:
+        """Take note of the displacement at the end of a step that is kept."""
+        self._largest = max(self._largest, self._size(after.displacement))
+
+    def _ratio(self, error: Array, after: State, share: float) -> float:
+        allowed = self._tolerance * share * max(self._largest, self._size(after.displacement))
+        size = self._size(error)
+        return size / allowed if allowed else float(size > 0.0)
+
+    def _size(self, field: Array) -> float:
+        """Return the norm of a field (n,) [kg^(1/2) m]."""
+        return float(np.sqrt(field @ (self._mass @ field)))
+
+
+@dataclass
+class _Counts:
+    """What the steps of a motion were."""
+
+    steps_taken: int = 0
+    steps_rejected: int = 0
+    steps_above_tolerance: int = 0
+    shortest_step: float = float("inf")
+    longest_step: float = 0.0
+
+    def take(self, length: float) -> None:
+        """Count a step of a length [s]."""
+        self.steps_taken += 1
+        self.shortest_step, self.longest_step = min(self.shortest_step, length), max(self.longest_step, length)
+
+
+class Controlled:
+    """Takes one motion from record to record by an integrator, with steps that control their error.
+
+    `pass_by` is told the states between records.
+    """
+
+    def __init__(
+        self, integrator: BodyIntegrator, model: Model, mass: sparse.csr_matrix, pass_by: Callable[[State], None]
+    ) -> None:
+        assert isinstance(model.time, Adaptive)
+        self._integrator, self._time, self._pass_by = integrator, model.time, pass_by
+        self._errors = _Errors(mass, model.time.tolerance)
+        self._halves = model.time.scheme == "quasi_static"
+        # By how much the error over the allowed one grows with twice the step.
+        self._growth = 2.0 if self._halves else 8.0
+        self._counts = _Counts()
+        self._records = ((span, units) for span in spans_of(model, model.time) for units in span.intervals())
+        self._span: Span | None = None
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What a history says of the steps, and of how they were computed."""
+        steps = {"time_step": "auto", "time_tolerance": self._time.tolerance, **vars(self._counts)}
+        return {**steps, **self._integrator.attributes}
+
+    def start(self) -> dict[int, State]:
+        """Return the state at time zero."""
+        return self._integrator.start()
+
+    def advance(self, states: Mapping[int, State], ends: Array) -> dict[int, tuple[State, list[State]]]:  # noqa: ARG002
+        """Take steps to the next record; in a new span the first one is the smallest."""
+        state, (span, units) = states[0], next(self._records)
+        finest = _finest(span.unit, self._time.shortest, least=int(self._halves))
+        if span is not self._span:
+            state = replace(state, working_set=None)
+            self._span, self._tick = span, span.unit / 2**finest
+            self._at, self._level, self._good = 0, int(self._halves), 0
+            self._highest = _highest(self._tick, self._time.largest, least=self._level)
+        first, last = self._at, self._at + (units << finest)
+        while self._at < last:
+            state, self._at = self._step(state, self._at, first, last)
+        return {0: (state, [state])}
+
+    def _step(self, state: State, at: int, first: int, last: int) -> tuple[State, int]:
+        """Take one step from a place, in ticks of the span, within the interval between two records."""
+        level = min(self._level, self._highest, _room(at - first, last - first))
+        while True:
+            lowest = level <= int(self._halves)
+            try:
+                states, error = self._try_step(state, at, level)
+            except ConvergenceError:
+                if lowest:
+                    raise
+                error = float("inf")
+            if error <= 1.0 or lowest:
+                break
+            self._counts.steps_rejected += 1
+            level -= 1
+            self._level, self._good = level, 0
+        after = at + (1 << level)
+        for element in states if after < last else states[:-1]:
+            self._pass_by(element)
+        self._accept(states, error, level)
+        return states[-1], after
+
+    def _try_step(self, state: State, at: int, level: int) -> tuple[list[State], float]:
+        """Return the states of a step, and its error over the allowed one."""
+        size = 1 << level
+        whole = self._advance(state, at, size)
+        if not self._halves:
+            scheme = self._integrator.steppers[0].scheme
+            return [whole], self._errors.of_step(state, whole, scheme)
+        middle = self._advance(state, at, size // 2)
+        after = self._advance(middle, at + size // 2, size // 2)
+        return [middle, after], self._errors.of_halves(whole, after, size / (at + size))
+
+    def _advance(self, state: State, at: int, size: int) -> State:
+        """Take a step of a size from a place, both in ticks."""
+        assert self._span is not None
+        end = self._span.start + (at + size) * self._tick
+        if abs(end - self._span.end) < 0.5 * self._tick:
+            end = self._span.end
+        return self._integrator.advance({0: state}, np.array([end]), size * self._tick)[0][0]
+
+    def _accept(self, states: list[State], error: float, level: int) -> None:
+        """Take note of the states of a step, and decide how long the next one is."""
+        self._counts.steps_above_tolerance += error > 1.0
+        for state in states:
+            self._counts.take(state.step)
+            self._errors.accept(state)
+        if level < self._level:
+            return
+        self._good = self._good + 1 if error * self._growth <= _MARGIN else 0
+        if self._good >= _GOOD and level < self._highest:
+            self._level, self._good = level + 1, 0
+
+
+def _finest(unit: float, shortest: float, *, least: int) -> int:
+    """Return how often a unit [s] can be halved without getting shorter than the shortest step [s]."""
+    smallest = least
+    while unit / 2 ** (smallest + 1) >= shortest * (1.0 - 1e-9):
+        smallest += 1
+    return smallest
+
+
+def _highest(tick: float, largest: float | None, *, least: int) -> int:
+    """Return the level of the longest step that is allowed: 2^level ticks [s]."""
+    if largest is None:
+        return 1 << 20
+    highest = least
+    while tick * 2 ** (highest + 1) <= largest * (1.0 + 1e-9):
+        highest += 1
+    return highest
+
+
+def _room(position: int, length: int) -> int:
+    """Return the level of the longest step from a place on in an interval whose length is a power of two.
+
+    Examples
+    --------
+    >>> [_room(place, 8) for place in range(8)]
+    [3, 0, 1, 0, 2, 0, 1, 0]
+    """
+    return (position & -position if position else length).bit_length() - 1

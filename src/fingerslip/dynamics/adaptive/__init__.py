@@ -1,1 +1,0 @@
-"""Steps that control their own error: where they must end, and how long they are."""

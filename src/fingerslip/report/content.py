@@ -1,0 +1,164 @@
+"""What figures and reports are made of: runs, studies, films; loading this loads nothing that draws."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.published import PublishedSet
+from fingerslip.report.labels import run_title
+from fingerslip.report.prose import groups
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.results import RunResult, StudyResult
+from fingerslip.slip import Events, EventSettings, PeakSettings
+from fingerslip.uncertainty import Convergence
+
+if TYPE_CHECKING:
+    import skfem
+    import xarray as xr
+
+    from fingerslip.report.page.page import Picture
+
+#: How figures may look: :data:`fingerslip.report.figures.style.LOOKS` has the numbers.
+STYLES = ("page", "paper", "slides")
+
+
+@dataclass(frozen=True)
+class FigureKind:
+    """A figure that can be asked for by its name, or that stands on pages."""
+
+    words: str = ""  # what it shows, where it can be asked for
+    caption: str = ""  # what stands below it on a page; pages do not show those without
+    dimensions: int | None = None  # those of the histories that it can show; any where it is None
+    needs: Sequence[str] = ()  # what a history needs besides for a page to show it
+
+
+#: Figures of runs and of studies by their names, in the order of a page.
+RUN_FIGURES: Mapping[str, FigureKind] = {name: FigureKind(**row) for name, row in groups()["run_figures"].items()}
+STUDY_FIGURES: Mapping[str, FigureKind] = {name: FigureKind(**row) for name, row in groups()["study_figures"].items()}
+#: What those of them show that can be asked for by their names.
+OF_RUNS: Mapping[str, str] = {name: kind.words for name, kind in RUN_FIGURES.items() if kind.words}
+OF_STUDIES: Mapping[str, str] = {name: kind.words for name, kind in STUDY_FIGURES.items() if kind.words}
+
+
+@dataclass(frozen=True)
+class StudySubject:
+    """A study as its figures need it."""
+
+    runs: Sequence[RunResult]  # its runs
+    histories: Mapping[str, xr.Dataset]  # histories by the titles of the runs that are drawn
+    events: Mapping[str, Events]  # their events by title
+    reference: PublishedSet | None = None  # published values
+    starts: Mapping[str, float] = field(default_factory=dict)  # when slides begin [s], by the names of runs
+    path: str = ""  # dotted path of the swept value on the axis
+    peaks: PeakSettings = field(default_factory=PeakSettings)  # how acceleration peaks are read
+
+
+@dataclass(frozen=True)
+class RunSubject:
+    """A run as its figures need it."""
+
+    history: xr.Dataset  # its history
+    events: Events  # its events
+    options: SceneOptions = field(default_factory=SceneOptions)
+    times: tuple[float, ...] = ()  # times of the panels [s]
+    name: str = ""  # with which the names of its pictures begin
+    title: str = ""  # which the titles of its figures have
+
+
+#: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.
+MOST_RUNS = 12
+#: Runs of a study with more than that which have a section of their own: all that are drawn can be seen in motion.
+MOST_DETAILED = 1
+
+_EMPTY: Mapping[str, Any] = MappingProxyType({})
+
+
+def detailed_of(runs: int) -> int:
+    """Return how many runs of a study of so many have a section of their own at most."""
+    return runs if runs <= MOST_RUNS else MOST_DETAILED
+
+
+@dataclass(frozen=True)
+class RunPictures:
+    """Pictures of one run that were drawn before its report is made."""
+
+    contact: tuple[Picture, ...] | None = None  # those of the section that shows it in detail
+    model: tuple[Picture, ...] | None = None  # those of its model at the start
+
+
+@dataclass(frozen=True)
+class Film:
+    """What one camera saw of one run."""
+
+    run: str  # name of the run
+    kind: str  # which camera
+    tracks: xr.Dataset  # tracks in pixels of the tracker, with the markers of the truth
+    truth: xr.Dataset  # tracks in pixels, as they are
+    numbers: Mapping[str, float | None]  # how far they are from each other
+    frames: Mapping[float, NDArray[np.uint8]]  # (height, width), some frames by their times [s]
+
+
+@dataclass(frozen=True)
+class ReportContent:
+    """What a study's report is made of."""
+
+    study: StudyResult  # the study and its finished runs
+    histories: Mapping[str, xr.Dataset]  # their histories by name of the run
+    meshes: Mapping[str, skfem.Mesh] = field(default_factory=lambda: _EMPTY)
+    pictures: Mapping[str, RunPictures] = field(default_factory=lambda: _EMPTY)
+    references: tuple[PublishedSet, ...] = ()  # published values to compare with
+    values: tuple[ShownValue, ...] = ()  # all values of the runs with their sources
+    provenance: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
+    settings: EventSettings = field(default_factory=EventSettings)
+    convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
+    starts: Mapping[str, float] = field(default_factory=lambda: _EMPTY)  # when slides begin [s]
+    notes: str = ""  # the user's own notes and figures as HTML
+    representatives: Mapping[str, xr.Dataset] = field(default_factory=lambda: _EMPTY)
+    films: tuple[Film, ...] = ()  # what the cameras of the study saw
+
+    @property
+    def title(self) -> str:
+        """Title of the study, or the name of its folder."""
+        return self.study.title or self.study.folder.name
+
+    @cached_property
+    def titles(self) -> dict[str, str]:
+        """Title of each run by its name."""
+        return {run.name: run_title(run, self.title) for run in self.study.runs}
+
+    @property
+    def drawn(self) -> tuple[RunResult, ...]:
+        """The runs that are shown in figures: the first that have a history."""
+        return tuple(run for run in self.study.runs if run.name in self.histories)[:MOST_RUNS]
+
+    @property
+    def detailed_runs(self) -> tuple[RunResult, ...]:
+        """The runs that have a section of their own: all that are shown in figures, of a large study the first."""
+        return self.drawn[: detailed_of(len(self.study.runs))]
+
+    def titled_histories(self) -> dict[str, xr.Dataset]:
+        """Return the histories of the drawn runs by title."""
+        return {self.titles[run.name]: self.histories[run.name] for run in self.drawn}
+
+    def subject(self, path: str = "") -> StudySubject:
+        """Return the study as its figures need it; the first published set stands for the paper of all."""
+        sets = self.references
+        published = tuple(value for reference in sets for value in reference.values)
+        return StudySubject(
+            self.study.runs,
+            self.titled_histories(),
+            {self.titles[run.name]: run.events for run in self.drawn},
+            dataclasses.replace(sets[0], values=published) if sets else None,
+            self.starts,
+            path,
+            self.settings.peaks,
+        )

@@ -1,0 +1,438 @@
+"""Figures of what a run records: forces, energies, stick and slip along the contact, what receptors feel, spikes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from fingerslip.afferents.model import Spikes
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.history import sites_of_kinds
+from fingerslip.report import colours as palette
+from fingerslip.report.figures import style
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip import (
+    Events,
+    PeakSettings,
+    PeakTable,
+    acceleration_peaks,
+    contact_forces,
+    peak_signal,
+    receptor_signals,
+    slide_tangent,
+    slide_window,
+    slipping_fraction,
+)
+
+Floats = NDArray[np.float64]
+
+_ROUNDING = 1e-16
+# Below this share of the largest normal force the ratio of the forces is rounding.
+PRESSED = 0.02
+_LARGE_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "external_work": ("work of the plate", palette.BLACK),
+        "strain_energy": ("strain energy", palette.BLUE),
+        "friction_dissipation": ("friction", palette.ORANGE),
+        "viscous_dissipation": ("relaxation of the layers", palette.GREEN),  # where they relax
+    }
+)
+_SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "kinetic_energy": ("kinetic energy", palette.VERMILLION),
+        "numerical_dissipation": ("numerical damping", palette.PURPLE),
+        "damping_dissipation": ("material damping", palette.GREEN),
+        "contact_energy": ("contact penalty", palette.SKY),
+        "energy_imbalance": ("imbalance", palette.GREY),
+    }
+)
+
+
+@style.with_style
+def force_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+    """Draw normal and tangential force, their ratio, and the slipping area fraction."""
+    time, forces, events_read = style.shown_time(history), contact_forces(history), events.slip
+    heading = style.join_title("Forces and slipping area", title)
+    figure, panels = style.figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
+    scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
+    panels[0].plot(time.values, scale * forces.normal, color=palette.BLUE, label="normal force")
+    panels[0].plot(time.values, scale * forces.friction, color=palette.VERMILLION, label="tangential force")
+    panels[0].set_ylabel(f"force [{unit}]")
+    draw_ratios(panels[1], history, time.values)
+    panels[1].set_ylabel("ratio, fraction")
+    for axes in panels:
+        style.mark_run(axes, history, events_read)
+    _add_keys_beside(panels, time)
+    style.name_run(panels[:1], history, events_read)
+    return figure
+
+
+@style.with_style
+def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
+    """Draw tangential over normal force and the slipping area fraction, a panel for each run."""
+    title, times = "Tangential over normal force and slipping area", style.shown_times(histories.values())
+    figure, panels = style.run_panels(tuple(histories), title, (times[0].label, "ratio, fraction"))
+    for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
+        draw_ratios(axes, history, time.values)
+        if time.logarithmic:
+            time.fit(axes)
+        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip)
+    style.limit_to_slides(panels[0], histories, events)
+    handles, names = panels[0].get_legend_handles_labels()
+    style.add_legend(figure, {**dict(zip(names, handles, strict=True)), **style.run_keys(histories, events)})
+    return figure
+
+
+@style.with_style
+def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
+    """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work."""
+    time, work = style.shown_time(history), float(np.abs(history["external_work"].values).max())
+    heading = style.join_title("Energy balance", title)
+    figure, (large, small) = style.figure_grid(2, 1, (6.8, 2.2), heading, (time.label, ""), share="x")
+    scale, unit = _scale(work, "J")
+    for name, (label, colour) in _LARGE_ENERGIES.items():
+        if name != "viscous_dissipation" or (name in history and history[name].values.any()):
+            large.plot(time.values, scale * history[name].values, color=colour, label=label)
+    for name, (label, colour) in _SMALL_ENERGIES.items():
+        share = np.abs(history[name].values) / (work or 1.0)
+        small.semilogy(time.values, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
+    large.set_ylabel(f"energy [{unit}]")
+    small.set_ylabel("share of the largest work")
+    _add_keys_beside((large, small), time)
+    return figure
+
+
+def _add_keys_beside(panels: Sequence[Axes], time: style.ShownTime) -> None:
+    """Give each panel its legend at its right, and all of the time."""
+    for axes in panels:
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+        time.fit(axes)
+
+
+def draw_ratios(axes: Axes, history: xr.Dataset, times: Floats) -> None:
+    """Draw the slipping area fraction, and tangential over normal force beside the friction coefficient."""
+    ratio = contact_forces(history).ratio(PRESSED)
+    friction = float(history["counterface_friction_coefficient"].values[0])
+    axes.plot(
+        times, slipping_fraction(history).values, color=palette.ORANGE, linewidth=1.0, label="slipping area fraction"
+    )
+    axes.plot(times, ratio, color=palette.BLUE, label="tangential / normal force")
+    axes.axhline(friction, color=palette.BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
+    axes.set_ylim(-0.03, max(1.05, 1.1 * friction))
+
+
+def _scale(largest: float, unit: str) -> tuple[float, str]:
+    """Return a factor and a prefixed unit that make `largest` a number between 1 and 1000."""
+    for exponent, prefix in ((0, ""), (3, "m"), (6, "µ"), (9, "n"), (12, "p")):
+        if largest * 10.0**exponent >= 1.0:
+            return 10.0**exponent, prefix + unit
+    return 1.0, unit
+
+
+_HELD_COLOURS = (
+    palette.BLUE,
+    palette.VERMILLION,
+    palette.GREEN,
+    palette.ORANGE,
+    palette.PURPLE,
+    palette.SKY,
+    palette.BLACK,
+)
+
+
+@style.with_style
+def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
+    """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run."""
+    times = style.shown_times(histories.values())
+    drawn: dict[str, Callable[[xr.Dataset], dict[str, Floats]]] = {
+        "normal force [mN]": lambda history: {"": 1e3 * contact_forces(history).normal}
+    }
+    if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
+
+        def displacements(history: xr.Dataset) -> dict[str, Floats]:
+            distances = 1e3 * np.linalg.norm(history["rigid_body_displacement"].values, axis=-1)
+            names = map(str, history["rigid_body"].values) if distances.shape[1] > 1 else [""]
+            return dict(zip(names, distances.T, strict=True))
+
+        drawn["displacement of the body [mm]"] = displacements
+    title = "Normal force and motion while nothing slides"
+    figure, panels = style.figure_grid(len(drawn), 1, (6.6, 2.6), title, (times[0].label, ""), share="x")
+    for axes, (label, signals) in zip(panels, drawn.items(), strict=True):
+        axes.set_prop_cycle(color=_HELD_COLOURS)
+        for (name, history), time in zip(histories.items(), times, strict=True):
+            for body, values in signals(history).items():
+                axes.plot(time.values, values, label=", ".join(filter(None, (name, body))))
+        axes.set_ylabel(label)
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+        if len(axes.lines) > 1:
+            axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+    max(times, key=lambda time: float(np.nanmax(time.values))).fit(panels[0])
+    return figure
+
+
+_STATES = {palette.STATE_NAMES[state]: palette.STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
+_MOST_COLUMNS = 700
+_NODES_SHOWN = 9
+
+
+@style.with_style
+def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
+    """Draw stick and slip along the surface over time, a panel for each run."""
+    times = style.shown_times(histories.values())
+    labels = (times[0].label, "position along the plate [mm]")
+    figure, panels = style.run_panels(tuple(histories), "Stick and slip along the contact", labels)
+    for axes, (name, history), time in zip(panels, histories.items(), times, strict=True):
+        draw_states(axes, history, time)
+        style.mark_run(axes, history, events.get(name, style.NO_EVENTS).slip)
+    style.limit_to_slides(panels[0], histories, events, before=0.3)
+    patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
+    style.add_legend(figure, {**patches, **style.run_keys(histories, events)})
+    return figure
+
+
+def draw_states(axes: Axes, history: xr.Dataset, time: style.ShownTime) -> None:
+    """Draw stick and slip along the surface over time."""
+    state = history["contact_state"].values
+    along = 1e3 * history["contact_position"].values @ slide_tangent(history)
+    touched = np.flatnonzero((state != OPEN).any(axis=0))
+    if touched.size == 0:
+        style.say(axes, "no contact")
+        return
+    order = touched[np.argsort(along[touched])]
+    chosen = np.flatnonzero(np.isfinite(time.values))[:: max(history.sizes["time"] // _MOST_COLUMNS, 1)]
+    axes.pcolormesh(
+        np.exp(_borders(np.log(time.values[chosen]))) if time.logarithmic else _borders(time.values[chosen]),
+        _borders(along[order]),
+        state[chosen][:, order].T,
+        cmap=ListedColormap(list(_STATES.values())),
+        norm=BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
+        rasterized=True,
+    )
+    if time.logarithmic:
+        time.fit(axes)
+    axes.grid(visible=False)
+
+
+def _borders(centres: Floats) -> Floats:
+    """Return the borders between cells round rising centres."""
+    if centres.size == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    middle = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate(([2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]))
+
+
+@style.with_style
+def contact_displacement_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+    """Draw the displacement of contact nodes along the plate against the plate's own."""
+    labels = ("time [s]", "displacement since the slide began [mm]")
+    figure, (axes,) = style.figure_grid(
+        1, 1, (6.6, 3.6), style.join_title("Contact nodes against the plate", title), labels
+    )
+    window, tangent = slide_window(history), slide_tangent(history)
+    touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN) if window else np.empty(0, int)
+    if window is None or touching.size == 0:
+        style.say(axes, "no slide in contact")
+        return figure
+    # Nodes evenly over the contact at the start of the slide, both edges among them.
+    order = touching[np.argsort(history["contact_position"].values[touching] @ tangent)]
+    nodes = order[np.linspace(0, order.size - 1, min(_NODES_SHOWN, order.size)).round().astype(int)]
+    positions = 1e3 * history["contact_position"].values[nodes] @ tangent
+    colours = ScalarMappable(Normalize(float(positions.min()), float(positions.max())), "viridis")
+    times = history["time"].values[window.records]
+    skin = 1e3 * history["contact_displacement"].values[window.records][:, nodes] @ tangent
+    plate = 1e3 * history["counterface_displacement"].values[window.records, 0] @ tangent
+    for displacement, position in zip((skin - skin[0]).T, positions, strict=True):
+        axes.plot(times, displacement, color=colours.to_rgba(np.array(position)), linewidth=1.2)
+    axes.plot(times, plate - plate[0], color=palette.BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
+    top = 1.25 * float(np.abs(skin - skin[0]).max())
+    axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < plate[0] else (-0.08 * top, top)))
+    events_read = events.displacement
+    axes.set_xlim(times[0], style.shown_until([window], [events_read]))
+    axes.legend(loc="upper left", frameon=True, facecolor="white", edgecolor="none").set_zorder(5)
+    figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
+    style.mark_events(axes, events_read)
+    style.name_events(axes, None, events_read)
+    return figure
+
+
+_AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge at the larger position"}
+# Height of the note that an area has no receptor, as a share of the panel's.
+_NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
+
+
+@style.with_style
+def acceleration_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+    """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
+    labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
+    figure, panels = style.figure_grid(
+        len(kinds), 1, (6.8, 1.45), style.join_title("Acceleration at the receptors", title), labels
+    )
+    signals, events_read = receptor_signals(history), events.acceleration
+    for axes, kind in zip(panels, kinds, strict=True):
+        _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
+        style.mark_run(axes, history, events_read)
+        axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
+    style.limit_to_slides(panels[0], {title: history}, {title: events}, marked=[events_read])
+    style.name_run(panels[:1], history, events_read)
+    _fit_after_transition(panels[0], signals, acceleration_peaks(history))
+    style.add_legend(figure, _area_keys())
+    return figure
+
+
+@style.with_style
+def acceleration_overview_figure(
+    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], settings: PeakSettings | None = None
+) -> Figure:
+    """Draw the signal that acceleration peaks are read from, a panel for each run."""
+    settings = settings or PeakSettings()
+    title = f"Largest acceleration at {' and '.join(settings.kinds)}"
+    figure, panels = style.run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
+    events_read = [events.get(name, style.NO_EVENTS).acceleration for name in histories]
+    for axes, history, events_of_run in zip(panels, histories.values(), events_read, strict=True):
+        _draw_peak_signal(axes, history, settings)
+        style.mark_run(axes, history, events_of_run)
+    style.limit_to_slides(panels[0], histories, events, marked=events_read)
+    keys: dict[str, Artist] = {
+        "largest over the receptors": Line2D([], [], color=palette.BLUE, linewidth=1.0),
+        "peak that counts": Line2D([], [], color=palette.BLACK, marker="o", markersize=4, linestyle=""),
+        "height that a peak needs": Line2D([], [], color=palette.GREY, linewidth=1.0),
+    }
+    style.add_legend(figure, {**keys, **style.event_keys(events_read)})
+    return figure
+
+
+@style.with_style
+def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "") -> Figure:
+    """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
+    time, kinds, heading = (
+        style.shown_time(history),
+        _recorded_kinds(history),
+        style.join_title("Strain energy density", title),
+    )
+    labels = (time.label, "strain energy density [J/m³]")
+    figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
+    signals, events_read = receptor_signals(history), events.slip
+    for axes, kind in zip(panels, kinds, strict=True):
+        _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
+        axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
+        style.mark_run(axes, history, events_read)
+        axes.set_ylim(bottom=0.0)
+        time.fit(axes)
+    style.name_run(panels[:2], history, events_read)
+    style.add_legend(figure, _area_keys())
+    return figure
+
+
+def _recorded_kinds(history: xr.Dataset) -> tuple[str, ...]:
+    """Return the receptor types that a history records; all of them where it records none."""
+    return tuple(kind for kind in RECEPTOR_KINDS if sites_of_kinds(history, (kind,)).size) or RECEPTOR_KINDS
+
+
+def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str, times: np.ndarray) -> None:
+    for area, colour in palette.AREA_COLOURS.items():
+        signal = signals[name].sel(kind=kind, area=area)
+        if bool(signal.notnull().any()):
+            axes.plot(times, signal.values, color=colour, linewidth=1.1)
+        else:
+            style.say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
+
+
+def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: PeakSettings) -> None:
+    signal = peak_signal(history, settings)
+    if signal is None:
+        style.say(axes, "no slide or no receptor")
+        return
+    table = acceleration_peaks(history, settings)
+    floor = 1e-4 * float(signal.max())
+    axes.semilogy(signal["time"].values, np.maximum(signal.values, floor), color=palette.BLUE, linewidth=1.0)
+    axes.plot(
+        [p.time for p in table.peaks], [p.height for p in table.peaks], "o", color=palette.BLACK, markersize=4, zorder=5
+    )
+    if table.peaks:
+        axes.axhline(table.noise_floor + table.threshold, color=palette.GREY, linewidth=1.0)
+
+
+def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> None:
+    """Scale to what follows the transition, whose peak may be many times higher; say where it is cut."""
+    if peaks.transition is None or peaks.transition_end is None:
+        return
+    size = np.nan_to_num(np.abs(signals["acceleration"].values))
+    after = signals["time"].values >= peaks.transition_end
+    top = 1.2 * float(size[..., after].max())
+    cut = float(size[..., ~after].max())
+    if top > 0.0:
+        axes.set_ylim(-top, top)
+    if cut > top:
+        look = {
+            "fontsize": mpl.rcParams["legend.fontsize"],
+            "color": palette.GREY,
+            "zorder": 6,
+            "textcoords": "offset points",
+        }
+        note = axes.annotate(f"cut, reaches {cut:.2g} m/s²", (peaks.transition.time, top), (8.0, -10.0), **look)
+        note.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0})
+
+
+def _area_keys() -> dict[str, Artist]:
+    return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in palette.AREA_COLOURS.items()}
+
+
+@style.with_style
+def spike_figure(
+    spikes: Spikes, history: xr.Dataset, events: Events = style.NO_EVENTS, title: str = "", window: float = 0.05
+) -> Figure:
+    """Draw when afferents fire, a panel for each type with a row for each afferent, and their mean rates below.
+
+    Parameters
+    ----------
+    spikes : Spikes
+        The spikes.
+    history : xarray.Dataset
+        The history that they come from.
+    events : Events, optional
+        Its events; those from accumulated slip are marked.
+    title : str, optional
+        What the title adds, such as the title of the run.
+    window : float, optional
+        Length of the windows that rates are counted in [s].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Panels of one width over time [s]; rows of a raster are ordered as the history orders its sites.
+    """
+    kinds = tuple(dict.fromkeys(spikes.kinds))
+    events_read, rates = events.slip, spikes.rates(window)
+    heading = style.join_title("Spikes of afferents", title)
+    figure, panels = style.figure_grid(len(kinds) + 1, 1, (6.8, 1.2), heading, ("time [s]", ""), share="x")
+    for axes, kind in zip(panels, kinds, strict=False):
+        colour = palette.RECEPTOR_COLOURS.get(kind, palette.BLACK)
+        rows = [times for times, its_kind in zip(spikes.times, spikes.kinds, strict=True) if its_kind == kind]
+        axes.eventplot(rows, colors=colour, linewidths=0.6, linelengths=0.8)
+        axes.set_ylabel(f"{kind}\n{len(rows)} afferents", color=colour)
+        axes.set_ylim(-0.8, len(rows) - 0.2)
+        axes.set_yticks([])
+        axes.grid(visible=False)
+        axes.set_xlim(spikes.start, spikes.end)
+        panels[-1].step(rates["time"], rates.sel(kind=kind), where="mid", color=colour, linewidth=1.2, label=kind)
+    panels[-1].set_ylabel("mean rate [1/s]")
+    panels[-1].set_yscale("asinh", linear_width=10.0)  # rates of the types differ by a hundred times
+    panels[-1].set_yticks([0, 10, 100, 1000], ["0", "10", "100", "1000"])
+    panels[-1].set_yticks([], minor=True)
+    panels[-1].set_ylim(bottom=0.0)
+    for axes in panels:
+        style.mark_run(axes, history, events_read)
+    style.name_run(panels[:1], history, events_read)
+    return figure

@@ -1,0 +1,179 @@
+"""Trials on disk, data sets of them, and one table of all frames."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at
+from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
+from fingerslip.detect.trials import (
+    MANIFEST,
+    Trial,
+    TrialSet,
+    check_conditions,
+    check_labels,
+    layout_digest,
+    layout_text,
+    open_trials,
+    read_trial,
+    write_parquet,
+    write_trial,
+    write_trials,
+)
+from fingerslip.errors import DamagedError, InputError, ResultError
+from fingerslip.marker_layouts import ring_layout
+from fingerslip.storage.files import read_json, write_json
+
+SHORT = SyntheticSlide(travel=2e-3)
+
+
+def test_a_data_set_is_opened_lazily_with_all_it_needs(trials: TrialSet) -> None:
+    assert len(trials.names) == 24
+    assert trials.conditions["slide-0000"]["indentation"] == 3e-3
+    assert trials.trial("slide-0001").labels == trials.labels("slide-0001")
+    assert trials.onsets()["slide-0002"].gross is not None
+    card = (trials.folder / "README.md").read_text()
+    assert "24 trials with 81 internal and 19 external markers in px; 260 to 260 frames each." in card
+    assert "| indentation | 0.003, 0.004 |" in card
+    with pytest.raises(InputError, match="has no labels 'mine', has external_markers, contact"):
+        trials.onsets("mine")
+
+
+def test_the_hash_of_a_data_set_is_that_of_its_files(trials: TrialSet, tmp_path: Path) -> None:
+    again = write_trials([synthetic_trial("a", SHORT)], tmp_path / "a", "A")
+    assert write_trials([synthetic_trial("a", SHORT)], tmp_path / "b", "B").digest == again.digest != trials.digest
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ("ab", "trial b: has 9 internal and 19 external markers in px, needs the layout"),
+        ("aa", "trial a: stands twice"),
+        ("", "trials: got none"),
+    ],
+)
+def test_a_set_of_other_trials_is_refused_and_nothing_is_left(names: str, message: str, tmp_path: Path) -> None:
+    sensors = {"a": SyntheticSensor(), "b": SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8)))}
+    with pytest.raises(InputError, match=message):
+        write_trials((synthetic_trial(name, SHORT, sensors[name]) for name in names), tmp_path / "set", "Set")
+    assert list(tmp_path.iterdir()) == []
+
+
+DAMAGES = {
+    "other labels": (
+        lambda folder: (folder / "slide-0003/labels.csv").write_text("source,incipient_s,gross_s\n"),
+        r"slide-0003/labels.csv.*is not the file of manifest.json",
+    ),
+    "no labels": (lambda folder: (folder / "slide-0003/labels.csv").unlink(), r"labels\.csv: cannot be read"),
+    "another trial": (lambda folder: (folder / "extra").mkdir(), "extra.*is in the folder, not in manifest.json"),
+    "a trial gone": (
+        lambda folder: (folder / "slide-0005").rename(folder.parent / "gone"),
+        "slide-0005.*is in manifest.json, not in the folder",
+    ),
+    "another form": (
+        lambda folder: write_json(folder / MANIFEST, read_json(folder / MANIFEST, "") | {"format": 9}),
+        "has the format 9, not 1",
+    ),
+    "no checksum": (lambda folder: (folder / MANIFEST).write_text("{}"), "checksum"),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage: str, copied: Callable[[], Path]) -> None:
+    folder, (make, message) = copied(), DAMAGES[damage]
+    make(folder)
+    with pytest.raises(ResultError if damage == "no labels" else DamagedError, match=message):
+        open_trials(folder)
+
+
+def test_a_folder_without_a_manifest_is_no_data_set(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"has no manifest.json, needs the folder of a data set"):
+        open_trials(tmp_path)
+
+
+def test_a_label_that_never_comes_is_named() -> None:
+    with pytest.raises(InputError, match="trial a: has no gross slip, needs both onsets here"):
+        check_labels({"a": Onsets(1.0, None)}, ["a"])
+    check_labels({"a": Onsets(1.0, None)}, ["a"], ("incipient",))
+    with pytest.raises(InputError, match="labels: have no trial b"):
+        check_labels({"a": Onsets(1.0, 2.0)}, ["a", "b"])
+
+
+TRIAL = synthetic_trial("one", SyntheticSlide(travel=2e-3))
+
+
+def test_a_trial_is_read_back_as_it_was_written(tmp_path: Path) -> None:
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_trial(TRIAL, folder)
+    found = read_trial(folder)
+    assert set(found.labels) == {"external_markers", "contact"}
+    assert found.tracks.equals(TRIAL.tracks)
+    assert (found.name, found.labels, found.conditions) == ("one", TRIAL.labels, TRIAL.conditions)
+    assert found.provenance["source"] == "analytic example, no sensor"
+    (folder / "labels.csv").unlink()
+    with pytest.raises(ResultError, match="labels"):
+        read_trial(folder)
+
+
+@pytest.mark.parametrize("name", ["", "../up", "a/b", ".hidden", "a" * 101])
+def test_a_name_has_to_be_that_of_a_folder(name: str) -> None:
+    with pytest.raises(InputError, match="trial: is named"):
+        Trial(name, TRIAL.tracks, {})
+
+
+@pytest.mark.parametrize("wrong", [{"speed": "fast"}, {"speed": True}, {"mine": [1]}, {"mine": float("nan")}])
+def test_conditions_are_plain_values(wrong: dict[str, object]) -> None:
+    with pytest.raises(InputError, match=r"trial x: .*: got"):
+        check_conditions(wrong, "trial x")
+
+
+def test_conditions_of_a_users_own_are_kept() -> None:
+    check_conditions({"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}, "trial x")
+
+
+def test_layouts_are_told_apart() -> None:
+    tracks = TRIAL.tracks
+    assert layout_text(tracks) == "81 internal and 19 external markers in px"
+    assert layout_digest(tracks) == layout_digest(tracks.isel(time=slice(0, 3)))
+    fewer = tracks.isel(marker=slice(1, None))
+    others = tracks.assign_coords(ring=tracks["ring"] + 1)
+    assert len({layout_digest(one) for one in (tracks, fewer, others)}) == 3
+
+
+def test_the_table_has_a_row_for_each_frame(trials: TrialSet, tmp_path: Path) -> None:
+    write_parquet(trials, tmp_path / "all.parquet")
+    table = pd.read_parquet(tmp_path / "all.parquet")
+    assert table["trial"].nunique() == 24
+    one, tracks = table[table["trial"] == "slide-0004"], trials.tracks("slide-0004")
+    assert np.array_equal(one["time_s"], tracks["time"].values)
+    assert np.array_equal(one["external_0_x"], tracks["position"].values[:, 0, 0])
+    found = [CLASSES[number] for number in classes_at(trials.onsets()["slide-0004"], tracks["time"].values)]
+    assert one["class"].tolist() == found
+    assert set(one["condition_task"]) == {"slide"}
+    assert one["condition_friction_coefficient"].iloc[0] == trials.conditions["slide-0004"]["friction_coefficient"]
+
+
+def test_what_was_not_seen_is_empty(tmp_path: Path) -> None:
+    trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
+    trial.tracks["position"].values[3, 2] = np.nan
+    trial.tracks["quality"].values[3, 2] = 0.0
+    made = write_trials([trial], tmp_path / "set", "One")
+    write_parquet(made, tmp_path / "a.parquet")
+    assert pd.read_parquet(tmp_path / "a.parquet")["external_2_x"].isna().to_numpy().nonzero()[0].tolist() == [3]
+
+
+def test_conditions_of_two_kinds_leave_no_file(tmp_path: Path) -> None:
+    trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
+    made = [
+        dataclasses.replace(trial, name=name, conditions={"wet": value}) for name, value in (("a", True), ("b", "very"))
+    ]
+    with pytest.raises(InputError, match="condition wet: mixes text and numbers"):
+        write_parquet(write_trials(made, tmp_path / "set", "Two"), tmp_path / "a.parquet")
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]

@@ -1,0 +1,760 @@
+"""All figures: one table of the panels, words and marks that each has, and the numbers that they draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import skfem
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.quiver import Quiver
+
+from fingerslip.afferents.model import Spikes
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.detect.evaluation.scores import Estimate
+from fingerslip.errors import ResultError
+from fingerslip.marker_layouts import ring_layout
+from fingerslip.marker_tracks import filmed_tracks, marker_tracks
+from fingerslip.published import published_set
+from fingerslip.report.figures import bodies, markers, signals, specimens, study
+from fingerslip.report.figures.style import figure_bytes
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.results import RunResult
+from fingerslip.sampling.sensitivity import fits_of
+from fingerslip.slip import Events, SlipEvents, contact_patch, slide_window
+from fingerslip.specimens.tactip import PRESETS
+from fingerslip.uncertainty import Convergence, Series
+from fingerslip.vision.cameras.camera import external_camera, true_tracks
+from fingerslip.vision.fields import marker_fields
+from fingerslip.vision.tracks import make_tracks
+from unit.filmed import NODES, filmed_history
+from unit.fingers import change, change_solid
+from unit.report.figures.made import (
+    ALL,
+    APART,
+    BARE,
+    EVENTS,
+    HISTORIES,
+    HISTORY,
+    NO_SLIDE,
+    line,
+    marked,
+    panels,
+    texts,
+    titles,
+    words,
+)  # fmt: skip
+from unit.report.scenes import block_history
+from unit.report.tables.runs import sensitivity
+from unit.sampled import study_of
+from unit.synthetic import HALF_WIDTH, KINDS, PRESS_END, Process, make, slip_times
+
+READING = EVENTS.acceleration
+ON_SLIP = [PRESS_END, EVENTS.slip.incipient, EVENTS.slip.three_quarter, EVENTS.slip.overall]
+ON_PEAKS = [PRESS_END, READING.incipient, READING.three_quarter, READING.overall]
+TABLE2 = published_set("wang2014-table2")
+FRICTION, VARIANT = "contact.friction_coefficient", "fingertip.phalanx.variant"
+SLIPPED = Events(slip=SlipEvents(1.5, None, 1.6, 1.7))
+LAYOUT, TIMES = ring_layout(1e-3, (1, 8, 16)), np.arange(31) / 30
+
+
+def swept_runs() -> list[RunResult]:
+    def events(friction: float) -> Events:
+        overall = 1.0 + 0.71 * friction / 0.6
+        times = SlipEvents(overall - 0.18, None, overall - 0.05, overall)
+        return Events(times, times, SlipEvents(None, None, None, overall))
+
+    values = {**TABLE2.values[0].programme, "fingertip.fingerprint.enabled": False}
+    return [
+        RunResult(f"{variant} {friction}", {VARIANT: variant, FRICTION: friction}, events(friction), values=values)
+        for variant in ("original", "scaled")
+        for friction in (0.2, 0.6, 0.8)
+    ]
+
+
+def runs_over(path: str, *values: Any, events: Events = SLIPPED) -> list[RunResult]:
+    return [RunResult(str(value), {path: value}, events) for value in values]
+
+
+def overall_fits(*variants: str) -> list[Any]:
+    return [fit for fit in fits_of(study_of(12, variants)) if fit.time == "overall"]
+
+
+def tracks(units: str = "m", **more: Any) -> xr.Dataset:
+    """Return markers that move apart by a tenth in a second and shift by a millimetre along y."""
+    position = LAYOUT.position * (1 + 0.1 * TIMES)[:, None, None] + TIMES[:, None, None] * (0.0, 1e-3)
+    position[10:20, 24] = np.nan
+    return make_tracks(position * (1.0 if units == "m" else 1e5), TIMES, units=units, **more)
+
+
+def seen() -> xr.Dataset:
+    camera = external_camera(30e-3, 14e-3, frame_rate=100.0, exposure=1e-3)
+    return true_tracks(camera, filmed_tracks(filmed_history(), "external", 0.5))
+
+
+def reference_nodes() -> xr.Dataset:
+    kinds, names = ["skin surface", "skin surface", "tissue surface"], ["skin-h1", "skin-h2", "tissue-v1"]
+    return block_history().isel(site=[0, 0, 0]).assign_coords(site=names, site_kind=("site", kinds))
+
+
+def block() -> skfem.MeshQuad:
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(0.0, 4e-3, 9), np.linspace(1e-3, 3e-3, 5))
+    return mesh.with_subdomains({"nail": lambda x: x[1] > 2e-3, "epidermis": lambda x: x[1] < 2e-3})
+
+
+RIGHT = Estimate(0.9, 0.8, 1.0)
+DISTURBED = [("lost", 0.0, RIGHT, 0.0), ("lost", 0.7, Estimate(None), 1.0), ("noise", 0.1, RIGHT, 0.0)]
+FIELDS = ["displacement", "velocity", "rigid residual", "divergence [%]", "curl [%]", "larger principal strain [%]"]
+PHALANGES = ["phalanx original", "phalanx scaled"]
+VIEWED = SceneOptions(scalar="region", contact=True, camera="below", written=False)
+AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
+LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
+ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
+
+# How a figure is drawn, the titles of its panels, some of its words, and the times that its first panel marks, if any.
+FIGURES: dict[str, tuple[Any, ...]] = {
+    "forces": (lambda: signals.force_figure(HISTORY, EVENTS), [], {"time [s]", "force [mN]"}, ON_SLIP),
+    "forces of runs": (lambda: signals.force_overview_figure(HISTORIES, ALL), list(HISTORIES), {"overall"}, ON_SLIP),
+    "energy": (lambda: signals.energy_figure(HISTORY, "a"), [], {"energy [µJ]", "Energy balance: a"}),
+    "held": (lambda: signals.held_figure({"one": NO_SLIDE, "other": NO_SLIDE}), [], {"normal force [mN]"}),
+    "slip maps": (
+        lambda: signals.slip_maps_figure(HISTORIES, ALL),
+        list(HISTORIES),
+        {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient"},
+        ON_SLIP,
+    ),
+    "displacement": (
+        lambda: signals.contact_displacement_figure(HISTORY, EVENTS),
+        [],
+        {"displacement since the slide began [mm]"},
+        [EVENTS.displacement.incipient, EVENTS.displacement.three_quarter, EVENTS.displacement.overall],
+    ),
+    "peaks": (
+        lambda: signals.acceleration_overview_figure(HISTORIES, ALL),
+        list(HISTORIES),
+        {"acceleration along the plate [m/s²]", "peak that counts", "overall"},
+        ON_PEAKS,
+    ),
+    "acceleration": (
+        lambda: signals.acceleration_figure(HISTORY, EVENTS, "original"),
+        list(KINDS),
+        {"acceleration along the plate [m/s²]", "Acceleration at the receptors: original"},
+        ON_PEAKS,
+    ),
+    "density": (
+        lambda: signals.strain_energy_density_figure(HISTORY, EVENTS),
+        list(KINDS),
+        {"strain energy density [J/m³]"},
+        ON_SLIP,
+    ),
+    "events": (
+        lambda: study.event_times_figure([*swept_runs(), RunResult("other", {}, Events())], reference=TABLE2),
+        PHALANGES,
+        {"friction coefficient", "time from the start of the run [s]", "published", "accumulated slip"},
+    ),
+    "latency": (
+        lambda: study.latency_figure(swept_runs(), reference=TABLE2),
+        [f"friction coefficient {friction}" for friction in (0.2, 0.6, 0.8)],
+        {"latency [ms]", "published"},
+    ),
+    "tornado": (
+        lambda: study.tornado_figure(overall_fits("original", "scaled"), {0: (1.71, 1.71), 1: (1.75, 1.77)}),
+        PHALANGES,
+        {"published", "at the smallest value", "5 to 95 % of the samples"},
+    ),
+    "Sobol": (
+        lambda: study.indices_figure([sensitivity("sobol", group=group) for group in ACROSS]),
+        PHALANGES,
+        {"total", "first order", "Sobol index [-]"},
+    ),
+    "Morris": (
+        lambda: study.indices_figure([sensitivity("morris")]),
+        [],
+        {"mean size", "standard deviation", "elementary effect [s]"},
+    ),
+    "section": (
+        lambda: bodies.deformed_figure(block_history("Q4"), AT_EVENTS),
+        ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"],
+        {"von Mises stress [kPa]", "x [mm]", "stick"},
+    ),
+    "views": (
+        lambda: bodies.deformed_figure(block_history(), times=[0.0, 0.1]),
+        ["0.000 s", "0.100 s"],
+        {"von Mises stress [kPa]"},
+    ),
+    "regions": (
+        lambda: bodies.deformed_figure(block_history(), options=VIEWED, times=[0.1]),
+        ["0.100 s"],
+        {"skin", "tissue", "stick", "slip"},
+    ),
+    "cut": (
+        lambda: bodies.cut_frames_figure(block_history(), title="a"),
+        ["0.050 s", "0.100 s"],
+        {"von Mises stress [kPa]", "Stress on a cut along the finger: a"},
+    ),
+    "slip frames": (
+        lambda: bodies.slip_frames_figure(block_history(), LATER, times=[0.05, 0.07, 0.1]),
+        ["0.050 s", "0.070 s, after incipient", "0.100 s, after overall"],
+        {"along the slide [mm]", "stick", "slip", "open"},
+    ),
+    "reference nodes": (
+        lambda: bodies.reference_nodes_figure(reference_nodes(), Events(SlipEvents(overall=0.09))),
+        ["h1, skin", "h2, skin", "v1, tissue"],
+        {"displacement", "plate", "overall"},
+        [0.05, 0.09],
+    ),
+    "marker tracks": (
+        lambda: markers.marker_tracks_figure(tracks(ring=LAYOUT.ring), "slide"),
+        ["along x", "along y"],
+        {"Markers over time: slide", "displacement [mm]", "centre", "ring 2"},
+    ),
+    "fields": (
+        lambda: markers.fields_figure(marker_fields(tracks()), 0.5, "slide"),
+        FIELDS,
+        {"Fields from markers at 0.5 s: slide", "x at rest [mm]"},
+    ),
+    "fields in an image": (lambda: markers.fields_figure(marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
+    "robustness": (lambda: markers.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
+    "markers at rest": (
+        lambda: markers.marker_places_figure(marker_tracks(filmed_history()), "a run"),
+        ["1 internal markers, from inside", "5 external markers, from below"],
+        {"centre", "ring 1", "ring 2", "Markers at rest: a run"},
+    ),
+    "markers in the slide": (
+        lambda: markers.slide_tracks_figure(marker_tracks(filmed_history()), filmed_history()),
+        ["internal markers", "external markers"],
+        {"travel of the plate [mm]"},
+    ),
+    "sensor": (
+        lambda: specimens.tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged"),
+        ["cut open along the axis", "81 internal markers, from inside", "81 external markers, from below"],
+        {*specimens.SENSOR_COLOURS, "Sensor: ridged"},
+    ),
+    "fingertip": (
+        lambda: specimens.fingertip_figure(change_solid(), "mine"),
+        ["along the finger (sagittal, z = 0)", "across the finger (transverse, x = 0)"],
+        {"x [mm]", "z [mm]", "epidermis", "phalanx"},
+    ),
+    "mesh": (
+        lambda: specimens.section_figure(block(), {"FA-I": np.array([[1e-3, 1.5e-3]])}),
+        ["close view of the framed part"],
+        {"x [mm]", "y [mm]", "epidermis", "nail", "FA-I", "plate"},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", list(FIGURES))
+def test_figures_have_their_panels_words_and_marks(name: str) -> None:
+    draw, expected, some_words, *marks = FIGURES[name]
+    figure = draw()
+    assert titles(figure)[: len(expected)] == expected
+    assert some_words <= words(figure)
+    if marks:
+        assert marked(panels(figure)[0]) == pytest.approx(marks[0])
+
+
+INCOMPLETE = {"no slide": NO_SLIDE, "no contact": APART, "no receptors": BARE}
+NO_RECEPTORS = ["no receptor in area A", "no receptor in area B", "slide starts"]
+OVER_TIME: dict[str, tuple[Callable[[xr.Dataset], Figure], dict[str, list[str]]]] = {
+    "slip maps": (lambda history: signals.slip_maps_figure({"a": history}, {}), {"no contact": ["no contact"]}),
+    "displacement": (
+        signals.contact_displacement_figure,
+        {"no slide": ["no slide in contact"], "no contact": ["no slide in contact"]},
+    ),
+    "acceleration": (signals.acceleration_figure, {"no receptors": NO_RECEPTORS}),
+    "peaks": (
+        lambda history: signals.acceleration_overview_figure({"a": history}, {}),
+        {fault: ["no slide or no receptor"] for fault in INCOMPLETE},
+    ),
+    "density": (signals.strain_energy_density_figure, {"no receptors": NO_RECEPTORS}),
+    "forces": (signals.force_figure, {}),
+    "forces of runs": (lambda history: signals.force_overview_figure({"a": history}, {}), {}),
+    "energy": (signals.energy_figure, {}),
+}
+
+
+@pytest.mark.parametrize("name", list(OVER_TIME))
+def test_figures_of_incomplete_histories_say_why_they_are_empty_and_warn_of_nothing(name: str) -> None:
+    draw, reasons = OVER_TIME[name]
+    for fault, history in INCOMPLETE.items():
+        figure = draw(history)
+        assert figure_bytes(figure).startswith(b"\x89PNG")
+        if fault in reasons:
+            assert texts(panels(figure)[0]) == reasons[fault]
+
+
+def test_ratio_reaches_the_friction_coefficient_and_is_left_out_while_hardly_anything_presses() -> None:
+    forces, ratios = panels(signals.force_figure(HISTORY, EVENTS))
+    assert max(forces.lines[0].get_ydata()) == pytest.approx(400.0)
+    ratio, normal = line(ratios, "tangential / normal force").get_ydata(), HISTORY["counterface_force"].values[:, 0, 1]
+    assert ratio[-1] == pytest.approx(0.6)
+    assert np.array_equal(np.isnan(ratio), normal <= 0.02 * normal.max())
+    assert line(ratios, "friction coefficient").get_ydata()[0] == 0.6
+    back = HISTORY.assign(counterface_force=HISTORY["counterface_force"] * [-1.0, 1.0])
+    curves = [panels(signals.force_figure(history))[0].lines[1].get_ydata() for history in (HISTORY, back)]
+    np.testing.assert_allclose(curves[0], curves[1], err_msg="a magnitude, whatever the direction of the slide")
+
+
+def test_energy_balance_keeps_small_parts_apart_as_shares_of_the_largest_work() -> None:
+    small, work = panels(signals.energy_figure(HISTORY))[1], float(HISTORY["external_work"].max())
+    shares = {name: np.asarray(line(small, name).get_ydata()) for name in ("contact penalty", "material damping")}
+    assert shares["contact penalty"][-1] == pytest.approx(float(HISTORY["contact_energy"][-1]) / work)
+    # Zero cannot be shown on a logarithmic scale.
+    assert shares["material damping"].tolist() == [1e-16] * HISTORY.sizes["time"]
+    relaxing = HISTORY.assign(viscous_dissipation=HISTORY["external_work"] / 3.0)
+    for history, drawn in ((HISTORY, False), (relaxing, True), (HISTORY.drop_vars("viscous_dissipation"), False)):
+        labels = {item.get_label() for item in panels(signals.energy_figure(history))[0].lines}
+        assert ("relaxation of the layers" in labels) == drawn
+
+
+@pytest.mark.parametrize(
+    ("largest", "expected"),
+    [(0.4, (1e3, "mN")), (1.0, (1.0, "N")), (2e-5, (1e6, "µN")), (4e-12, (1e12, "pN")), (0, (1.0, "N"))]
+)  # fmt: skip
+def test_units_get_the_prefix_that_makes_them_readable(largest: float, expected: tuple[float, str]) -> None:
+    assert signals._scale(largest, "N") == expected
+
+
+def test_slip_map_shows_the_states_by_position_whatever_the_numbering() -> None:
+    order = np.random.default_rng(1).permutation(HISTORY.sizes["contact_node"])
+    meshes = [
+        panels(signals.slip_maps_figure({"a": history}, {}))[0].collections[0]
+        for history in (HISTORY, HISTORY.isel(contact_node=order))
+    ]
+    values, others = (np.asarray(mesh.get_array()) for mesh in meshes)
+    np.testing.assert_array_equal(values, others)
+    assert values.shape == (41, HISTORY.sizes["time"])
+    assert set(np.unique(values)) == {0, 1, 2}
+    assert (values == 1).sum(axis=1).argmax() == 20, "the centre sticks longest"
+    heights = meshes[0].get_coordinates()[:, 0, 1]
+    assert (heights[0], heights[-1]) == pytest.approx((-1e3 * HALF_WIDTH - 0.1, 1e3 * HALF_WIDTH + 0.1))
+
+
+def test_displacement_has_nine_nodes_and_the_plate() -> None:
+    axes = panels(signals.contact_displacement_figure(HISTORY, EVENTS))[0]
+    curves = [item.get_ydata() for item in axes.lines if len(item.get_xdata()) > 2]
+    assert (len(curves), curves[-1][-1]) == (10, pytest.approx(3.0))
+    ends = [curve[-1] for curve in curves[:-1]]
+    # Slip starts at the edges, so the centre follows furthest, and both sides alike.
+    assert (int(np.argmax(ends)), max(ends)) == (4, pytest.approx(3.0 * 0.71, abs=0.03))
+    assert ends[:4] == pytest.approx(ends[:4:-1], abs=0.01)
+    names = ("counterface_displacement", "contact_displacement")
+    left = HISTORY.assign({name: HISTORY[name] * [-1.0, 1.0] for name in names})
+    low, high = panels(signals.contact_displacement_figure(left))[0].get_ylim()
+    assert low < -2.0 < 0.0 < high < 0.5
+
+
+def test_held_runs_have_a_line_each_and_a_panel_for_bodies_that_are_free() -> None:
+    (forces,) = panels(signals.held_figure({"one": NO_SLIDE, "other": NO_SLIDE}))
+    assert [item.get_label() for item in forces.lines] == ["one", "other"]
+    assert max(forces.lines[0].get_ydata()) == pytest.approx(400.0)
+    moved = np.zeros((NO_SLIDE.sizes["time"], 1, 2))
+    moved[:, 0, 1] = np.linspace(0.0, 3e-4, len(moved))
+    free = NO_SLIDE.drop_dims("rigid_body", errors="ignore").assign_coords(rigid_body=["plate"])
+    free = free.assign(rigid_body_displacement=(("time", "rigid_body", "component"), moved))
+    _, motion = panels(signals.held_figure({"run": free}))
+    assert motion.get_ylabel() == "displacement of the body [mm]"
+    assert max(motion.lines[0].get_ydata()) == pytest.approx(0.3)
+
+
+def test_receptors_that_were_recorded_have_a_panel_each_and_one_scale_which_the_transition_does_not_set() -> None:
+    assert len({axes.get_ylim() for axes in panels(signals.acceleration_figure(HISTORY, EVENTS))}) == 1
+    axes = panels(signals.acceleration_figure(make(Process(step=1e-3, peaks={1.5: 0.02, 1.71: 0.1}))))[0]
+    assert 0.05 < axes.get_ylim()[1] < 0.15
+    assert any(text.startswith("cut, reaches ") for text in texts(axes))
+    assert not any(text.startswith("cut") for text in texts(panels(signals.acceleration_figure(NO_SLIDE))[0]))
+    some = HISTORY.isel(site=np.flatnonzero(np.isin(HISTORY["site_kind"].values, ["FA-I", "SA-II"])))
+    for draw in (signals.acceleration_figure, signals.strain_energy_density_figure):
+        assert titles(draw(some)) == ["FA-I", "SA-II"]
+    densities = panels(signals.strain_energy_density_figure(HISTORY, EVENTS))
+    assert all(axes.get_ylim()[0] == 0.0 for axes in densities)
+    area_a, area_b = (item for item in densities[0].lines if len(item.get_xdata()) > 2)
+    assert area_b.get_ydata()[-1] > area_a.get_ydata()[-1]
+
+
+def test_peaks_that_count_are_dotted_and_only_events_that_happened_have_keys() -> None:
+    axes = panels(signals.acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]
+    dots = next(item for item in axes.lines if item.get_marker() == "o")
+    assert list(dots.get_xdata()) == pytest.approx([1.53, 1.63, 1.71], abs=0.0051)
+    alone = Events(acceleration=SlipEvents(overall=1.7))
+    for events, keys in ((EVENTS, {"incipient", "three-quarter", "overall"}), (alone, {"overall"})):
+        figure = signals.acceleration_overview_figure({"a": HISTORY}, {"a": events})
+        assert words(figure) & {"incipient", "three-quarter", "overall"} == keys
+
+
+def test_every_type_has_its_raster_with_a_row_for_each_afferent_and_rates_come_last() -> None:
+    times = (np.array([0.1, 0.2]), np.array([0.3]), np.array([0.15, 0.35]))
+    slow, fast, rates = signals.spike_figure(
+        Spikes(("a", "b", "c"), ("SA-I", "SA-I", "FA-I"), times, 0.0, 0.5), block_history()
+    ).axes
+    assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
+    assert (slow.get_ylabel(), rates.get_ylabel()) == ("SA-I\n2 afferents", "mean rate [1/s]")
+    np.testing.assert_allclose(np.concatenate([row.get_positions() for row in slow.collections]), [0.1, 0.2, 0.3])
+
+
+def diamonds(axes: Axes) -> list[tuple[float, float]]:
+    """Return where published values are drawn."""
+    return sorted((item.get_xdata()[0], item.get_ydata()[0]) for item in axes.lines if item.get_marker() == "D")
+
+
+def ticks(axes: Axes) -> list[str]:
+    return [label.get_text() for label in axes.get_xticklabels()]
+
+
+def test_events_and_latency_over_a_swept_value_stand_beside_the_published_values_that_hold() -> None:
+    first, second = panels(study.event_times_figure(swept_runs(), reference=TABLE2))
+    assert diamonds(first) == [(0.6, 1.53), (0.6, 1.71)]
+    assert diamonds(second) == [(0.6, 1.48), (0.6, 1.77)], "those of the scaled phalanx at 0.6, and no latency"
+    overall = first.lines[6]
+    assert list(overall.get_xdata()) == list(first.get_xticks()) == [0.2, 0.6, 0.8]
+    assert overall.get_ydata()[1] == pytest.approx(1.71)
+    axes = panels(study.latency_figure(swept_runs(), reference=TABLE2))[1]
+    slip, _, acceleration = axes.lines[:3]
+    assert slip.get_ydata() == pytest.approx([180.0, 180.0])
+    assert np.isnan(acceleration.get_ydata()).all(), "missing where an event is"
+    assert sorted(value for _, value in diamonds(axes)) == pytest.approx([180.0, 290.0])
+    assert "published" not in words(study.latency_figure(swept_runs()))
+
+
+def test_the_axis_has_numbers_to_scale_where_all_have_one_unit_and_else_words_in_order() -> None:
+    axes = panels(study.event_times_figure(swept_runs(), VARIANT))[0]
+    assert (ticks(axes), list(axes.get_xticks())) == (["original", "scaled"], [0, 1])
+    angle = "fingertip.bodies.angle"
+    axes = panels(study.event_times_figure(runs_over(angle, "30 deg", "-15 deg", "15 deg"), angle))[0]
+    assert (ticks(axes), list(axes.get_xticks())) == (["30 deg", "-15 deg", "15 deg"], [30.0, -15.0, 15.0])
+    assert list(axes.lines[0].get_xdata()) == [-15.0, 15.0, 30.0], "joined in order"
+    mixed = panels(study.event_times_figure(runs_over(angle, "30 deg", "0.5 rad"), angle))[0]
+    assert list(mixed.get_xticks()) == [0, 1], "no common scale"
+    direction = "programme.1.slide.direction"
+    axes = panels(study.latency_figure(runs_over(direction, [1, 0, 0], [-1, 0, 0]), direction))[0]
+    assert ticks(axes) == ["1, 0, 0", "-1, 0, 0"]
+
+
+@pytest.mark.parametrize("draw", [study.event_times_figure, study.latency_figure])
+def test_only_readings_that_were_recorded_have_a_key_and_panels_can_be_read(draw: Callable[..., Figure]) -> None:
+    silent = Events(SLIPPED.slip, acceleration=SlipEvents(recorded=False))
+    heard, never = Events(SLIPPED.slip, acceleration=SLIPPED.slip), Events(SLIPPED.slip, acceleration=SlipEvents())
+    for events, is_named in ((silent, False), (heard, True), (never, False)):
+        keys = words(draw(runs_over(FRICTION, 0.2, 0.4, events=events), FRICTION))
+        assert ("acceleration peaks" in keys) == is_named
+    cases = [{FRICTION: mu, "mesh.depth": depth} for depth in range(20) for mu in (0.2, 0.4)]
+    figure = draw([RunResult(str(case), case, SLIPPED) for case in cases], FRICTION)
+    assert len(titles(figure)) == 12
+    assert (titles(figure)[0][-1:], titles(figure)[-1][-2:]) == ("0", "19")
+    assert "12 of 20 combinations of the other values" in " ".join(figure.get_suptitle().split())
+
+
+def test_changes_are_in_milliseconds_for_each_refined_setting_and_the_curve_ends_at_the_limit() -> None:
+    def refined(*values: float | None) -> Convergence:
+        sources = {name: Series(name, (1.0, 0.5, 0.25), values) for name in ("mesh", "step")}
+        return Convergence("event", "s", values[0], sources)
+
+    series = {"incipient": (1.2, 1.3, 1.25), "three_quarter": (None,) * 3, "overall": (1.8, 1.75, 1.725)}
+    figure = study.convergence_figure({f"slip.{name}": refined(*values) for name, values in series.items()}, "run")
+    assert [axes.get_xlabel() for axes in panels(figure)] == ["element size / that in use", "time step / that in use"]
+    points = [item for item in figure.axes[0].lines if item.get_marker() == "o"]
+    assert len(points) == 2, "the event that did not happen is left out"
+    assert sorted(np.asarray(points[1].get_ydata()).tolist()) == pytest.approx([-75.0, -50.0, 0.0])
+    assert [y for _, y in diamonds(figure.axes[0])] == pytest.approx([-100.0], abs=1e-3)
+
+
+def test_bars_go_from_the_time_at_the_smallest_to_that_at_the_largest_value() -> None:
+    (axes,) = panels(study.tornado_figure(overall_fits("original")))
+    bars = [(bar.get_x(), bar.get_x() + bar.get_width(), bar.get_y() + 0.5 * bar.get_height()) for bar in axes.patches]
+    smallest, largest = bars[2:5], bars[5:8]
+    labels = [label.get_text() for label in axes.get_yticklabels()]
+    assert [label.partition(",")[0] for label in labels] == ["Poisson's ratio", "half height", "clearance"]
+    assert labels[2] == "clearance, 0 to 0.4 mm"
+    # Overall slip is at 1.8 s without clearance and at 1.6 s with 0.4 mm of it.
+    assert smallest[2] == (pytest.approx(1.7), pytest.approx(1.8), pytest.approx(2.0))
+    assert largest[2][1] == pytest.approx(1.6)
+    both = panels(FIGURES["tornado"][0]())
+    dashed = [[item.get_xdata()[0] for item in axes.lines if item.get_linestyle() == "--"] for axes in both]
+    assert dashed == [[1.71], [1.75, 1.77]]
+    (axes,) = panels(study.indices_figure([sensitivity("sobol")]))
+    assert [bar.get_width() for bar in axes.patches] == [0.3, 0.6, 0.2, 0.5]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["press depth", "friction coefficient"]
+
+
+def test_each_pair_has_a_row_with_both_studies() -> None:
+    slipped = RunResult("a", {}, Events(slip=SlipEvents(incipient=1.2, overall=1.7)))
+    pairs = (study.Pair("one", slipped, slipped), study.Pair("two", slipped, RunResult("a", {}, Events())))
+    left, right = panels(study.paired_figure(pairs, ("A", "B"), ({"a": 1.0}, {"a": 1.1})))
+    marks = [item for item in left.lines if item.get_marker() in "os"]
+    assert [round(float(item.get_xdata()[0]), 3) for item in marks[:2]] == [0.7, 0.6]
+    assert np.isnan(marks[3].get_xdata()[0])
+    assert float(right.lines[1].get_xdata()[0]) == 500.0
+    assert [text.get_text() for text in left.get_yticklabels()] == ["one", "two"]
+
+
+def test_a_section_is_drawn_cell_by_cell_with_any_field_and_needs_snapshots() -> None:
+    flat = block_history("Q4")
+    for scalar in ("region", "displacement", "strain_energy_density"):
+        axes, other = panels(bodies.deformed_figure(flat, options=SceneOptions(scalar=scalar), times=[0.0, 0.1]))[:2]
+        cells = next(item for item in other.collections if isinstance(item, PolyCollection))
+        assert len(cells.get_paths()) == flat.sizes["cell"]
+        assert min(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 10.0, "the whole body, in millimetres"
+    assert not bodies.has_frames(make(Process()))
+    with pytest.raises(ResultError, match="no snapshots of the whole mesh; write record"):
+        bodies.deformed_figure(make(Process()))
+
+
+def test_every_snapshot_is_cut_once_and_none_after_overall_slip() -> None:
+    history = block_history()
+    assert history["snapshot_time"].values == pytest.approx([0.0, 0.05, 0.1])
+    assert titles(bodies.cut_frames_figure(history, Events(SlipEvents(overall=0.06)))) == ["0.050 s"]
+    figure = bodies.cut_frames_figure(history)
+    first, second = (axes.images[0].get_array() for axes in figure.axes if axes.images)
+    assert first.shape == second.shape
+    assert np.abs(first.astype(int) - second.astype(int)).max() > 50, "pictures differ as the stress does"
+    assert [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()] == ["von Mises stress [kPa]"]
+
+
+def test_white_margins_go_at_the_same_place_of_all_pictures() -> None:
+    first, second = np.full((2, 6, 8, 3), 255, dtype=np.uint8)
+    first[1, 2], second[3, 5] = 0, 0
+    for picture, black in zip(bodies.crop([first, second]), [(0, 0), (2, 3)], strict=True):
+        assert picture.shape == (3, 4, 3)
+        assert np.argwhere(picture[..., 0] == 0).tolist() == [list(black)]
+    blank = np.full((3, 3, 3), 255, dtype=np.uint8)
+    assert bodies.crop([blank])[0].shape == blank.shape
+
+
+def test_without_times_frames_end_after_overall_slip_and_show_the_record_after_each_event() -> None:
+    history = block_history()
+    (triangles,) = panels(bodies.slip_frames_figure(history, times=[0.0]))[0].collections
+    assert len(triangles.get_paths()) == 32
+    assert len({tuple(colour) for colour in triangles.get_facecolor()}) == 1, "all open before the press"
+    assert len(titles(bodies.slip_frames_figure(history))) == 9
+    until = titles(bodies.slip_frames_figure(history, Events(SlipEvents(overall=0.07))))
+    assert (len(until), until[0][:7], until[-1][:7]) == (9, "0.050 s", "0.070 s")
+    times = history["time"].values
+    events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
+    expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
+    assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
+
+
+def test_strains_and_rates_have_a_row_each_and_a_scale_about_zero() -> None:
+    scales = [axes for axes in panels(bodies.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
+    assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
+    assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
+
+
+def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does() -> None:
+    history = block_history()
+    patch = contact_patch(history)
+    low, high = bodies._touched_frame(history, patch, patch.points)
+    assert (*low, *high) == pytest.approx((-0.8, -10.8, 10.8, 0.8))
+    apart = history.assign(contact_state=0 * history["contact_state"])
+    np.testing.assert_allclose(bodies._touched_frame(apart, patch, patch.points), (low, high))
+    corner = 0 * history["contact_state"]
+    corner[-1, patch.nodes[0]] = 1
+    low, high = bodies._touched_frame(history.assign(contact_state=corner), patch, patch.points)
+    np.testing.assert_allclose(0.5 * (low + high), 1e3 * patch.points[0], atol=1e-9)
+
+
+def with_states(before: int, after: int, switch: float) -> xr.Dataset:
+    """Return a history whose whole contact changes its state once."""
+    history = block_history()
+    states = np.where(history["time"].values[:, None] < switch, before, after)
+    shape = history["contact_state"].shape
+    return history.assign(contact_state=history["contact_state"].copy(data=np.broadcast_to(states, shape)))
+
+
+def triangles_of(figure: Figure) -> list[np.ndarray]:
+    """Return the colours of the triangles, panel by panel."""
+    return [axes.collections[0].get_facecolor() for axes in figure.axes if axes.collections and axes.get_title("left")]
+
+
+def test_onsets_count_from_the_start_of_the_slide_and_share_one_scale() -> None:
+    window = slide_window(block_history())
+    early, late = window.start + 0.02, window.end - 0.01
+    figure = bodies.slip_onset_figure(
+        {"early": with_states(STICK, SLIP, early), "late": with_states(STICK, SLIP, late)}
+    )
+    first, second = triangles_of(figure)
+    assert len({tuple(colour) for colour in first}) == len({tuple(colour) for colour in second}) == 1
+    assert not np.array_equal(first[0], second[0])
+    (scale,) = [axes for axes in figure.axes if "time into" in axes.get_ylabel()]
+    assert scale.get_ylim()[1] == pytest.approx(late - window.start, abs=0.011)  # a record
+    stuck, never = triangles_of(
+        bodies.slip_onset_figure({"stuck": with_states(STICK, STICK, 0.0), "open": with_states(OPEN, OPEN, 0.0)})
+    )
+    assert np.allclose(stuck, stuck[0])
+    assert stuck[0][:3].max() < 0.25, "dark"
+    assert len(never) == 0
+
+
+def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart() -> None:
+    history = block_history()
+    turned = history.assign(counterface_displacement=-history["counterface_displacement"])
+    figure = bodies.slip_onset_figure({"there": history, "back": turned})
+    first, second = (axes for axes in figure.axes if axes.get_title("left"))
+    (there,), (back,) = ([text for text in axes.texts if hasattr(text, "arrow_patch")] for axes in (first, second))
+    forth = np.subtract(there.xy, there.xyann)
+    assert np.linalg.norm(forth) > 1.0, "millimetres of the plate"
+    np.testing.assert_allclose(forth, -np.subtract(back.xy, back.xyann), atol=1e-12)
+    assert first.get_xlim() == second.get_xlim()
+
+
+def test_stick_ratio_is_drawn_over_the_slide_with_a_legend_for_several_runs() -> None:
+    (axes,) = panels(bodies.stick_ratio_figure({"one": block_history(), "other": block_history()}))
+    assert axes.lines[0].get_xdata().size == 6  # records of the slide, its start included
+    assert np.nanmax(axes.lines[0].get_xdata()) <= 0.5 * (1.0 + 1e-9)
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
+
+
+def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_start_of_the_slide() -> None:
+    history = block_history()
+    assert bodies.reference_kinds(reference_nodes()) == ["skin surface", "tissue surface"]
+    assert bodies.reference_kinds(history) == bodies.reference_kinds(history.drop_dims("site")) == []
+    figure = FIGURES["reference nodes"][0]()
+    plate = next(
+        item for item in panels(figure)[0].lines if (item.get_linestyle(), item.get_color()) == (":", "#000000")
+    )
+    assert plate.get_ydata()[-1] == pytest.approx(1.0)
+    assert "incipient" not in words(figure), "it did not happen"
+    slow = {name: 5.0 * history[name] for name in ("time", "phase_start", "phase_end")}
+    longer = history.assign_coords({**slow, "site_kind": ("site", ["skin surface"])})
+    size = xr.where((longer["time"] > 0.24) & (longer["time"] < 0.3), 100.0, 0.1)
+    jerked = (size * xr.ones_like(longer["acceleration"])).transpose(*longer["acceleration"].dims)
+    axes = panels(bodies.reference_nodes_figure(longer.assign(acceleration=jerked)))[-1]
+    assert (axes.get_ylabel(), axes.get_ylim()[1]) == ("acceleration [m/s²]", pytest.approx(0.13))
+
+
+def test_markers_are_lines_in_the_colours_of_their_rings_with_gaps_where_they_are_lost() -> None:
+    first, second = panels(FIGURES["marker tracks"][0]())
+    colours = [item.get_color() for item in first.lines]
+    assert [colours.count(colour) for colour in markers.ring_colours(3)] == [1, 8, 16]
+    assert colours[-1] == markers.ring_colours(3)[0], "the centre is on top"
+    np.testing.assert_allclose(second.lines[-1].get_ydata(), 1.0 * TIMES, atol=1e-12)
+    figure = markers.marker_tracks_figure(tracks("px"))
+    gaps = [int(np.isnan(np.asarray(item.get_ydata(), dtype=float)).sum()) for item in panels(figure)[0].lines]
+    assert sorted(gaps) == [0] * 24 + [10]
+    assert "centre" not in words(figure), "without rings there is no key"
+    assert len(panels(markers.marker_tracks_figure(make_tracks(np.empty((0, 2, 2)), [], units="px")))[0].lines) == 2
+
+
+def test_the_longest_arrow_is_stated_and_lost_markers_are_marked() -> None:
+    # The outermost marker moves by 0.2 mm away from the centre and by 1 mm along y.
+    first = panels(markers.fields_figure(marker_fields(tracks()), 1.0))
+    assert "longest 1.2 mm" in texts(first[0])
+    assert sum(isinstance(artist, Quiver) for axes in first for artist in axes.get_children()) == 3
+    crosses = panels(markers.fields_figure(marker_fields(tracks()), 0.5))[1].collections[-1].get_offsets()
+    np.testing.assert_allclose(crosses, [1e3 * LAYOUT.position[24]], atol=1e-9)
+    row = make_tracks(np.tile(np.column_stack([np.arange(4.0), np.zeros(4)]), (31, 1, 1)), TIMES, units="px")
+    image = panels(markers.fields_figure(marker_fields(row), 0.0))
+    assert image[0].yaxis_inverted()
+    assert [texts(axes) for axes in image[3:6]] == [["no triangle of markers"]] * 3
+
+
+def test_quality_is_counted_lost_intervals_noise_at_rest_and_jumps() -> None:
+    rest = np.array([[10.0, 10.0], [30.0, 10.0], [10.0, 30.0], [30.0, 30.0]])
+    position = rest + np.random.default_rng(0).normal(0, 0.1, (12, 4, 2))
+    position[4:6, 2] = np.nan
+    bare = make_tracks(position, np.arange(12) / 10.0, units="px", attributes={"rest_frames": 3, "frame_rate": 10.0})
+    noise, state = np.full((4, 2), 0.1), np.eye(12, dtype=np.int8)[5]
+    still = bare.assign(
+        frame_state=("time", state), reference=(("marker", "axis"), rest), rest_noise=(("marker", "axis"), noise)
+    )
+    count, lost = markers.count_figure(still).axes
+    assert count.get_lines()[0].get_ydata().tolist() == [4, 4, 4, 4, 3, 3, 4, 4, 4, 4, 4, 4]
+    (bar,) = lost.patches
+    assert (bar.get_x(), bar.get_width()) == pytest.approx((0.35, 0.2))
+    axes, _ = markers.noise_figure(still, np.zeros((40, 40), dtype=np.uint8)).axes
+    assert np.asarray(axes.collections[0].get_offsets()) == pytest.approx(rest, abs=0.3)
+    assert texts(axes) == ["0", "1", "2", "3"]
+    (jumps,) = markers.jump_figure(still).axes
+    # A marker without three neighbours that were seen is not judged.
+    assert sum(patch.get_height() for patch in jumps.patches) == 8 * 4
+    assert "no two frames" in texts(markers.jump_figure(still.isel(time=slice(0, 1))).axes[0])[0]
+
+
+def test_figures_of_detectors_draw_estimates_with_their_intervals() -> None:
+    points = [(4, Estimate(0.7, 0.6, 0.8), Estimate(0.6, 0.5, 0.7)), (8, Estimate(0.8, 0.7, 0.9), Estimate(0.75))]
+    (axes,) = markers.learning_curve_figure(points).axes
+    assert [item.get_ydata().tolist() for item in axes.get_lines()] == [[0.7, 0.8], [0.6, 0.75]]
+    assert [path.vertices[:, 1].tolist() for path in axes.collections[0].get_paths()] == [[0.6, 0.8], [0.7, 0.9]]
+    assert ticks(axes) == ["4", "8"]
+    (axes,) = markers.importance_figure({0: Estimate(0.02, 0.01, 0.03), 1: Estimate(-0.01, -0.02, 0.0)}).axes
+    assert [bar.get_height() for bar in axes.patches] == pytest.approx([0.02, -0.01])
+    accuracy, unusable = markers.robustness_figure(DISTURBED).axes[0].get_lines()
+    assert accuracy.get_xdata().tolist() == [0.0], "no accuracy where nothing is classified"
+    assert unusable.get_ydata().tolist() == [0.0, 1.0]
+
+
+def test_the_order_of_slip_is_read_from_when_markers_leave_their_position_in_the_image() -> None:
+    figure = FIGURES["markers in the slide"][0]()
+    ends = [float(item.get_ydata()[-1]) for item in panels(figure)[1].lines[:5]]
+    assert ends[-1] == pytest.approx(max(ends)), "the centre is drawn last and slips last"
+    with pytest.raises(ValueError, match="has no slide"):
+        markers.slide_tracks_figure(marker_tracks(filmed_history()), NO_SLIDE)
+    times, distance = markers.onsets(seen(), 1.0)
+    # A pixel is 22 um, 7 ms of the plate, and a frame 10 ms.
+    slip = slip_times(Process(), filmed_history()["contact_position"].values[list(NODES), 0]) - 1.0
+    assert times == pytest.approx(slip, abs=0.04)
+    assert (times[0], distance[0]) == (times.max(), 0.0)
+    moved, where = panels(markers.slip_order_figure(seen(), 1.0, np.array([True, True, True, True, False])))
+    assert (len(moved.lines), len(where.collections[0].get_offsets())) == (4 + 1, 4), "only those that touch"
+    nothing = markers.slip_order_figure(seen(), 1.0, np.zeros(5, dtype=bool))
+    assert "no marker touches" in texts(panels(nothing)[0])[0]
+
+
+@pytest.mark.slow
+def test_frames_stand_above_the_body() -> None:
+    times = markers.film_times(0.05, 0.1, -0.4)
+    assert times == pytest.approx((-0.4, 0.05, 0.05 + 0.05 / 3, 0.1))
+    frame = np.zeros((12, 16), dtype=np.uint8)
+    first, second, third = titles(markers.frames_figure(block_history("Q4"), {times[0]: frame, times[1]: frame}))[:3]
+    assert (first, second, third[:18]) == ("frame at rest", "frame at 0.05 s", "snapshot at 0.00 s")
+
+
+def test_fingertips_and_sensors_are_drawn_to_scale() -> None:
+    sagittal, transverse, body = FIGURES["fingertip"][0]().axes[:3]
+    for axes in (sagittal, transverse):
+        outline = axes.collections[0].get_paths()[0].vertices
+        assert outline[:, 0].max() == pytest.approx(8.0, abs=1e-3)
+    assert (body.name, len(body.collections)) == ("3d", 2)
+    figure = specimens.fingertip_figure(change(fingerprint={"enabled": True}))
+    assert all(axes.name != "3d" for axes in figure.axes)
+    ring = figure.axes[0].collections[0].get_paths()[0].vertices
+    assert ring[:, 1].min() == pytest.approx(-7.05, abs=0.01)
+    assert np.isfinite(ring).all()
+    section, inside, below = panels(FIGURES["sensor"][0]())
+    assert len(section.collections[2].get_paths()) == 9, "rods in the plane of the axis"
+    assert all(len(axes.collections[0].get_offsets()) == 81 for axes in (inside, below))
+
+
+def test_a_meshed_section_moves_with_the_displacement_above_the_plate() -> None:
+    receptors = {"FA-I": np.array([[1e-3, 1.5e-3]])}
+    still = specimens.section_figure(block(), receptors)
+    lifted = specimens.section_figure(block(), receptors, np.full((block().p.shape[1], 2), 1e-3), plate=0.0)
+    dots = [next(item for item in panels(f)[0].lines if item.get_marker() == "o") for f in (still, lifted)]
+    assert [dot.get_ydata()[0] for dot in dots] == pytest.approx([1.5, 2.5])
+    assert sum(len(c.get_paths()) for c in panels(still)[0].collections) == block().t.shape[1]
+    positions = specimens.receptor_positions(HISTORY)
+    assert {kind: values.shape for kind, values in positions.items()} == dict.fromkeys(KINDS, (25, 2))
+    assert specimens.receptor_positions(BARE) == {}
+    for plate, expected in ((None, 1.0), (0.4e-3, 0.4)):
+        for axes in panels(specimens.section_figure(block(), {}, plate=plate)):
+            level = next(item for item in axes.lines if len(set(item.get_ydata())) == 1)
+            assert level.get_ydata()[0] == pytest.approx(expected)
+    whole, close = panels(still)
+    (frame,) = whole.patches
+    assert close.get_xlim() == pytest.approx((frame.get_x(), frame.get_x() + 3.2))
+    assert close.get_ylim() == pytest.approx((frame.get_y(), frame.get_y() + frame.get_height()))
+
+
+def test_quadratic_triangles_are_drawn_by_their_corners_and_a_mesh_without_regions_whole() -> None:
+    mesh = skfem.MeshTri2().refined(1).scaled(1e-3).with_subdomains({"gel": np.arange(8)})
+    figure = specimens.section_figure(mesh, {"probe": np.array([[0.0, 0.0]])})
+    (regions,) = panels(figure)[0].collections
+    assert {len(path.vertices) for path in regions.get_paths()} == {4}
+    assert {"gel", "probe", "plate"} <= words(figure)
+    (cells,) = panels(specimens.section_figure(skfem.MeshQuad().refined(1).scaled(1e-3), {}))[0].collections
+    assert len(cells.get_paths()) == 4
