@@ -168,7 +168,7 @@ def _rise_time(response: Response) -> float:
     """Return how long the grip rises, up to 99 % of what is added [s]."""
     times = np.linspace(0.0, 2.0, 2001)
     risen = np.array([response.force(response.start + time) - response.grip for time in times.tolist()])
-    return float(times[min(np.searchsorted(risen, 0.99 * response.addition), times.size - 1)])
+    return float(times[min(int(np.searchsorted(risen, 0.99 * response.addition)), times.size - 1)])
 
 
 class _View:
