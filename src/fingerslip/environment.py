@@ -42,7 +42,8 @@ Sensed = dict[str, NDArray[Any]]
 
 _KINDS: tuple[ReceptorKind, ...] = ("FA-I", "SA-I")
 _SENSOR, _SENSOR_SIZES = "tactip-ridged-2d", SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.5e-3)
-_LARGEST_GRIP, _FAR, _MOST_SPIKES = 40.0, 100.0, 100_000  # [N]; [mm] and [N]; bounds of what is sensed
+_LARGEST_GRIP, _REACH, _SENSOR_REACH = 10.0, 8e-3, 12e-3  # [N]; [m], what may touch at that grip
+_FAR, _MOST_SPIKES = 100.0, 100_000  # [mm] and [N]; bounds of what is sensed
 _LOSS = 10.0  # what a loss costs, in mm of slip
 _BASES = MemoryBases()
 
@@ -107,7 +108,9 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
             raise InputError("control_period", f"got {control_period:g} s", allowed)
         self.render_mode, self._force_rate, self._latency = render_mode, force_rate, latency
         self._kinds = _KINDS if body == "finger" else ()
-        self._holder = map_holder(self._settings, "original", _KINDS) if body == "finger" else _sensor()
+        finger = map_holder(self._settings, "original", _KINDS) if body == "finger" else None
+        # A controller may squeeze as hard as it can: more of the skin touches than in a map.
+        self._holder = _sensor() if finger is None else replace(finger, search_distance=_REACH)
         self._simulation: Simulation | None = None
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.observation_space = self._space()
@@ -259,7 +262,7 @@ def _sensor() -> Holder:
     sensor = holder_of(
         SENSORS.read(_SENSOR), _SENSOR_SIZES, boundary="contact", depth=20e-3, groups=["internal_markers"]
     )
-    return replace(sensor, normal_penalty=5e9, tangential_penalty=5e9, search_distance=6e-3)
+    return replace(sensor, normal_penalty=5e9, tangential_penalty=5e9, search_distance=_SENSOR_REACH)
 
 
 for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):

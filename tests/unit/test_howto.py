@@ -18,6 +18,7 @@ LONG = {
     "own-mesh",
     "afferent-model",
     "held-object",
+    "grip-controller",
 }  # studies of their own, in other processes; seconds
 TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
 

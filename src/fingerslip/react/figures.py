@@ -48,9 +48,7 @@ def map_figure(result: MapResult, detector: str | None = None) -> Figure:
     latencies = [result.latency(phalanx, detector) for phalanx in settings.phalanges]
     finite = np.concatenate([values[np.isfinite(values)] for values in latencies])
     colours = ScalarMappable(LogNorm(_LEAST, max(float(finite.max(initial=_LEAST)), 2 * _LEAST)), _MAP_COLOURS)
-    title = (
-        f"Longest latency after '{detector}' that saves the object, where the grip rises as that of {settings.reaction}"
-    )
+    title = f"Longest latency after '{detector}' that saves the object, with the grip of {settings.reaction}"
     labels = ("rate of the load [N/s]", "friction coefficient [-]")
     figure, panels = figure_grid(len(latencies), 3, _PANEL, title, labels)
     for axes, phalanx, values in zip(panels, settings.phalanges, latencies, strict=True):

@@ -16,6 +16,7 @@ from fingerslip.sites import Site
 from unit.pads import pad
 
 gymnasium = pytest.importorskip("gymnasium")
+environment = pytest.importorskip("fingerslip.environment")  # registers
 
 STUDY = """
 held:
@@ -35,8 +36,6 @@ def held_by() -> Holder:
 @pytest.fixture(scope="module")
 def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Give what makes an environment with a pad."""
-    from fingerslip import environment
-
     study = tmp_path_factory.mktemp("domain") / "domain.yaml"
     study.write_text(STUDY)
 
@@ -132,3 +131,14 @@ def test_sensor_senses_its_pins() -> None:
         seen, _, _, _, info = env.step(np.zeros(1, np.float32))
     assert np.abs(seen["markers"]).max() > 0.01
     assert info["slipped_fraction"] >= 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:kinematics")  # no controller is wise to squeeze so
+@pytest.mark.parametrize(("body", "rate"), [("Finger", 1.0), ("Finger", 32.0), ("TacTip", 4.0)])
+def test_controller_may_squeeze_as_hard_as_it_can(body: str, rate: float) -> None:
+    env = gymnasium.make(f"fingerslip/Hold{body}2D-v0", disable_env_checker=True).unwrapped
+    grips, info, lost, over = episode(env, 1.0, friction=0.3, load_rate=rate)
+    assert (lost, over) == (False, True)
+    assert grips[-1] == pytest.approx(10.0, rel=1e-6)
+    assert abs(info["travel"]) < 2e-3
