@@ -197,8 +197,15 @@ def long_study(block: Callable[..., Path]) -> Path:
 
 def _started(path: Path, results: Path) -> Iterator[subprocess.Popen[str]]:
     command = [sys.executable, "-m", "fingerslip", "run", str(path), "--results", str(results)]
-    # A new session, so that only the command itself gets the signal, as from a job scheduler.
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+    # A new session, so that only the command itself gets the signal, as from a job scheduler. Tests that run in the
+    # background inherit that Ctrl-C is ignored: here it counts, as on a terminal.
+    with subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
+    ) as process:
         yield process
         process.kill()
 
