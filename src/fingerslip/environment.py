@@ -113,7 +113,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         self._holder = _sensor() if finger is None else replace(finger, search_distance=_REACH)
         self._simulation: Simulation | None = None
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
-        self.observation_space = self._space()
+        self.observation_space = self._space()  # type: ignore[assignment]
 
     def _space(self) -> spaces.Dict:
         """Return the space of what is sensed; the number of nodes is that of a model."""
@@ -266,4 +266,4 @@ def _sensor() -> Holder:
 
 
 for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):
-    gymnasium.register(f"fingerslip/{_name}-v0", entry_point=HoldEnv, kwargs={"body": _body})
+    gymnasium.register(f"fingerslip/{_name}-v0", entry_point=HoldEnv, kwargs={"body": _body})  # type: ignore[arg-type]
