@@ -6,7 +6,7 @@ Importing this module registers `fingerslip/HoldFinger2D-v0` and `fingerslip/Hol
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,12 +21,14 @@ from fingerslip.afferents.model import AFFERENTS
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
-from fingerslip.errors import InputError, unknown_name
+from fingerslip.errors import InputError
+from fingerslip.parameters import Duration, NonNegativeNumber, PositiveDuration, parameters
 from fingerslip.react.film import pixels
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import MemoryBases
 from fingerslip.react.mapping import ReactionMap, map_holder, read_reaction_map
 from fingerslip.react.moment import Moment
+from fingerslip.react.reflex import ForceRate
 from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model, holder_of
 from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
@@ -46,6 +48,25 @@ _LARGEST_GRIP, _REACH, _SENSOR_REACH = 10.0, 8e-3, 12e-3  # [N]; [m], what may t
 _FAR, _MOST_SPIKES = 100.0, 100_000  # [mm] and [N]; bounds of what is sensed
 _LOSS = 10.0  # what a loss costs, in mm of slip
 _BASES = MemoryBases()
+
+
+@parameters
+class Control:
+    """How a controller acts: what holds, time from action to action, to its effect [s], and the largest rate [N/s]."""
+
+    body: Literal["finger", "tactip"]
+    control_period: PositiveDuration
+    latency: Duration
+    force_rate: ForceRate
+
+
+@parameters
+class Task:
+    """What is held: friction coefficient, rate of the load [N/s], and the latency of the grip [s]."""
+
+    friction: NonNegativeNumber
+    load_rate: ForceRate
+    latency: Duration
 
 
 class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
@@ -100,13 +121,14 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         force_rate: float = 50.0,
         render_mode: str | None = None,
     ) -> None:
+        control = Control(body=body, control_period=control_period, latency=latency, force_rate=force_rate)
         default = ReactionMap(held=HeldObject(mass=0.1, load=RampLoad(rate=4.0, force=1.0), step=2e-3))
         self._settings = default if study is None else read_reaction_map(study)
         self._steps = round(control_period / self._settings.held.step)
         if self._steps < 1 or abs(self._steps * self._settings.held.step - control_period) > 1e-9:
             allowed = f"needs whole steps of {self._settings.held.step:g} s"
             raise InputError("control_period", f"got {control_period:g} s", allowed)
-        self.render_mode, self._force_rate, self._latency = render_mode, force_rate, latency
+        self.render_mode, self._force_rate, self._latency = render_mode, control.force_rate, control.latency
         self._kinds = _KINDS if body == "finger" else ()
         finger = map_holder(self._settings, "original", _KINDS) if body == "finger" else None
         # A controller may squeeze as hard as it can: more of the skin touches than in a map.
@@ -143,15 +165,10 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
             "load_rate": float(np.exp(self.np_random.uniform(np.log(min(rates)), np.log(max(rates))))),
             "latency": self._latency,
         }
-        for name in options or {}:
-            if name not in drawn:
-                raise unknown_name("options", name, drawn)
-        self._truth = {name: float(value) for name, value in {**drawn, **(options or {})}.items()}
+        task = self._task = Task(**{**drawn, **(options or {})})
         load = self._settings.held.load
         assert isinstance(load, RampLoad)
-        self._held = replace(
-            self._settings.held, friction=self._truth["friction"], load=RampLoad(self._truth["load_rate"], load.force)
-        )
+        self._held = replace(self._settings.held, friction=task.friction, load=RampLoad(task.load_rate, load.force))
         simulation = self._simulation = Simulation(held_model(self._held, self._holder), threads=1, bases=_BASES)
         for _ in range(round(self._held.begins / self._held.step)):
             seen = simulation.step()
@@ -167,7 +184,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
 
     def _grip(self, time: float) -> float:
         """Return the grip force [N] at a time since the load began [s]."""
-        return float(np.interp(time - self._truth["latency"], self._times, self._grips))
+        return float(np.interp(time - self._task.latency, self._times, self._grips))
 
     def step(self, action: NDArray[np.float32]) -> tuple[Sensed, float, bool, bool, dict[str, Any]]:
         """Change the grip, and go on for a control period."""
@@ -219,7 +236,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         """Return the truth."""
         moment = Moment(self._travels[-1][0], seen, self._areas, self._first["slip_distance"])
         return {
-            **self._truth,
+            **asdict(self._task),
             "time": moment.time,
             "load": self._held.total_load(moment.time),
             "travel": self._travels[-1][1],

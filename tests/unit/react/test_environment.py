@@ -106,7 +106,12 @@ def test_what_is_sensed_is_finite_and_the_truth_has_no_nan(make: Any) -> None:
     ("wrong", "message"),
     [
         ({"control_period": 3e-3}, "control_period: got 0.003 s, needs whole steps of 0.002 s"),
-        ({"options": {"mass": 1.0}}, "options: 'mass' is not known, needs one of friction, load_rate, latency"),
+        ({"latency": -1.0}, "Control.latency: got -1 s, needs "),
+        ({"force_rate": float("nan")}, "Control.force_rate: got nan N/s, needs "),
+        ({"body": "hand"}, "Control.body: got 'hand', needs "),
+        ({"options": {"mass": 1.0}}, "Task.mass: is not known, may be one of friction, load_rate, latency"),
+        ({"options": {"friction": "x"}}, "Task.friction: got 'x', needs "),
+        ({"options": {"latency": float("nan")}}, "Task.latency: got nan s, needs "),
     ],
 )
 def test_wrong_settings_are_refused(make: Any, wrong: dict[str, Any], message: str) -> None:
