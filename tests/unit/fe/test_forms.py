@@ -122,13 +122,14 @@ def test_patch_test_is_exact_to_rounding(element, integration, formulation, pois
     space, materials, stiffness = stiffness_of(distorted(element, 3), law, formulation, integration, depth)
     exact, dim = linear_field(space), space.dim
     moved = solve_static(stiffness, np.zeros(space.n_dofs), vector_dofs(side_nodes(space), dim).ravel(), exact)
-    np.testing.assert_allclose(moved, exact, atol=1e-12 * np.abs(exact).max())
+    displacement_error, stress_error = (1e-13, 1e-11) if dim == 2 else (1e-12, 1e-9)
+    np.testing.assert_allclose(moved, exact, atol=displacement_error * np.abs(exact).max())
     strain, stress = hooke(law, dim, formulation)
     recovery = cell_recovery(space, materials)
     strains = recovery.strains(moved)
     expected = np.array([*np.diag(stress), *(stress[pair] for pair in SHEARS[dim])])
     stresses = recovery.stresses(strains)
-    np.testing.assert_allclose(stresses, np.tile(expected, (len(stresses), 1)), atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(stresses, np.tile(expected, (len(stresses), 1)), atol=stress_error * np.abs(expected).max())
     density = recovery.energy_densities(strains)
     np.testing.assert_allclose(density, 0.5 * np.sum(stress * strain), rtol=1e-9)
     assert 0.5 * moved @ stiffness @ moved == pytest.approx(depth * density[0], rel=1e-9)
@@ -149,7 +150,7 @@ def test_only_rigid_body_modes_are_free_of_force(element, integration, formulati
     space, _, stiffness = stiffness_of(distorted(element, 3), elastic(poisson_ratio=0.48), formulation, integration)
     values, count = np.linalg.eigvalsh(stiffness.toarray()), 3 if space.dim == 2 else 6
     assert np.abs(values[:count]).max() <= 1e-12 * values[-1]
-    assert values[count] >= 1e-6 * values[-1]
+    assert values[count] >= (1e-4 if space.dim == 2 else 1e-6) * values[-1]
 
 
 def test_stiffness_is_symmetric_and_scales_with_depth():
@@ -177,7 +178,7 @@ def test_mass_is_that_of_the_body_and_of_its_rotation(element):
     sideways, up = (np.tile(np.eye(dim)[axis], len(space.positions)) for axis in (0, -1))
     volume = 2.0 * 0.1
     assert sideways @ mass @ sideways == pytest.approx(volume * 1000.0, rel=1e-13)
-    assert abs(sideways @ mass @ up) < 1e-12
+    assert sideways @ mass @ up == 0.0
     assert abs(mass - mass.T).max() <= 1e-14 * abs(mass).max()
     assert np.linalg.eigvalsh(mass.toarray()).min() > 0.0
     whole = mass_matrix(
