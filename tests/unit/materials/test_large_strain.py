@@ -186,6 +186,33 @@ def test_uniaxial_strain_has_its_closed_form():
     np.testing.assert_allclose(cauchy[:, 1], pressure, rtol=1e-13)
 
 
+def test_mooney_rivlin_has_the_closed_forms_of_rubber():
+    """sigma = 2 (l^2 - 1/l) (c10 + c01/l) uniaxially, 2 (l^2 - l^-4) (c10 + c01 l^2) equibiaxially, for a stretch l."""
+    law, stretch = MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.49), np.array([0.6, 1.3, 2.0])
+    for along, aside, through, expected in (
+        (stretch, stretch**-0.5, stretch**-0.5, 2 * (stretch**2 - 1 / stretch) * (8e3 + 3e3 / stretch)),
+        (stretch, stretch, stretch**-2, 2 * (stretch**2 - stretch**-4) * (8e3 + 3e3 * stretch**2)),
+    ):
+        stress = law.kirchhoff_stress(np.log(np.stack([along, aside, through], axis=1)))
+        # No pressure changes differences.
+        np.testing.assert_allclose(stress[:, 0] - stress[:, 2], expected, rtol=1e-12)
+        same = 0.0 if np.array_equal(aside, through) else expected
+        np.testing.assert_allclose(stress[:, 1] - stress[:, 2], same, rtol=1e-12, atol=1e-8)
+
+
+def test_growing_bulk_modulus_is_the_incompressible_limit():
+    """Stretched along one axis with free sides, ln J is a third of the stress along the axis over the bulk modulus."""
+    stretch = 1.5
+    for bulk_modulus in (1e6, 1e7):
+        law, log_volume = Ogden((OgdenTerm(10e3, 2.0),), 1000.0, bulk_modulus=bulk_modulus), 0.0
+        for _ in range(50):
+            aside = (log_volume - np.log(stretch)) / 2
+            shape = law.kirchhoff_stress(np.array([[np.log(stretch), aside, aside]]))[0] - bulk_modulus * log_volume
+            log_volume = -shape[1] / bulk_modulus
+        expected = 10e3 * (stretch**2 - 1 / stretch) / (3 * bulk_modulus)
+        assert log_volume == pytest.approx(expected, rel=3e4 / bulk_modulus)
+
+
 @pytest.mark.parametrize("law", [NeoHookean(34e3, 0.45, 1000.0), MooneyRivlin(8e3, 1000.0, 3e3, poisson_ratio=0.49)])
 def test_simple_shear_needs_the_modulus_at_rest_and_normal_stresses(law):
     """Of the shear k: tau_xy = G k for every shear, and tau_xx - tau_yy = G k^2."""
