@@ -76,7 +76,7 @@ def test_rows_are_the_surfaces_of_the_layers(section: str) -> None:
     expected = {0: surface_depth, grid.epidermis_rows: interface_depth, len(grid.points) - 1: lambda *_: 1.5e-3}
     for row, depth in expected.items():
         # The last nodes of an open section are shifted onto the cut.
-        assert depths(curve, grid.points[row])[2:-2] == pytest.approx(depth(fingertip, grid.arc_length[2:-2]), abs=1e-6)
+        assert depths(curve, grid.points[row])[2:-2] == pytest.approx(depth(fingertip, grid.arc_length[2:-2]), abs=5e-7)
 
 
 @pytest.mark.parametrize(("size", "rows"), [(0.12e-3, (4, 7)), (0.15e-3, (3, 5)), (0.5e-3, (1, 2)), (2e-3, (1, 1))])
