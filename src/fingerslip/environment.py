@@ -10,12 +10,17 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import gymnasium
 import numpy as np
-from gymnasium import spaces
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    needs = 'fingerslip.environment: gymnasium is missing, environments need it; pip install "fingerslip[gym]"'
+    raise ModuleNotFoundError(needs) from error
 
 from fingerslip.afferents.model import AFFERENTS
 from fingerslip.contact.states import OPEN
