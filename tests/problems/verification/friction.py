@@ -87,9 +87,10 @@ def _tangents() -> Iterator[Check]:
     for element in ("Q4", "H8"):
         # The third step of the slide, at 60 um, sticks: its traction follows the slide and not the pressure.
         history = drag_block(element, Coulomb(0.5))
-        moved = history["counterface_displacement"].values[:, 0, 0]
-        slopes = np.diff(history["tangential_traction"].values[:, 0, 0]) / np.diff(moved)
-        yield relative(f"{element} stick: dt / ds [MPa/m]", SHEAR_STIFFNESS / 1e6, float(slopes[3]) / 1e6, 1e-6)
+        slid = history.isel(time=slice(1, None))  # the press moves nothing along
+        moved = slid["counterface_displacement"].values[:, 0, 0]
+        slopes = np.diff(slid["tangential_traction"].values[:, 0, 0]) / np.diff(moved)
+        yield relative(f"{element} stick: dt / ds [MPa/m]", SHEAR_STIFFNESS / 1e6, float(slopes[2]) / 1e6, 1e-6)
         yield absolute(f"{element} slip: dt / ds [MPa/m]", 0.0, float(slopes[-1]) / 1e6, 1e-6)
         yield absolute(f"{element} stick: dt / dp", 0.0, by_pressure(Coulomb(0.5), element, 3), 1e-6)
         yield relative(f"{element} slip, Coulomb: dt / dp", 0.5, by_pressure(Coulomb(0.5), element, -1), 1e-6)
