@@ -10,8 +10,8 @@ from functools import cached_property
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
-from scipy import linalg
 from numpy.typing import NDArray
+from scipy import linalg
 
 from fingerslip.dynamics.motions import Motions, Outcome, compute
 from fingerslip.dynamics.reduced.reduction import (
@@ -134,7 +134,8 @@ class _Maker:
         """Responses at sites (n, k) [m], in the order of their inertia."""
         fields = site_responses(self.body, self.motions.systems)
         _, vectors = linalg.eigh(fields.T @ (self.body.mass @ fields))
-        return fields @ vectors[:, ::-1]
+        ordered: Array = fields @ vectors[:, ::-1]
+        return ordered
 
     @cached_property
     def _key(self) -> str:
