@@ -14,7 +14,7 @@ from problems.blocks import ELEMENTS
 from problems.matrices import EXACT, needs_mkl
 from problems.pushed import pad, push_and_slide
 from problems.verification.reference import full_motions, full_system
-from unit.dynamics.models import error_of
+from unit.dynamics.models import contact, error_of
 
 SOLVERS = [pytest.param(EXACT, marks=needs_mkl, id="pardiso"), pytest.param(SuperLU(), id="superlu")]
 
@@ -25,9 +25,9 @@ SOLVERS = [pytest.param(EXACT, marks=needs_mkl, id="pardiso"), pytest.param(Supe
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_condensed_solution_is_the_full_solution(element, solver):
     """Tolerance 1e-9 of the largest value of each field: rounding alone, amplified by 1/(beta h^2) in accelerations."""
-    contact = fs.Contact("bottom", fs.Plane(), fs.Coulomb(0.4), 1e8, 1e8, search_distance=1.0)
+    stiff = contact(normal_penalty=1e8, tangential_penalty=1e8, search_distance=1.0)
     record = fs.Recording(snapshots_every=1e-9)
-    model = push_and_slide(element, damping=fs.RayleighDamping(2.0, 1e-4), contacts=(contact,), record=record)
+    model = push_and_slide(element, damping=fs.RayleighDamping(2.0, 1e-4), contacts=stiff, record=record)
     history, full = fs.simulate(model, solver=solver), full_system(model)
     motions = full_motions(full, history.counterface_displacement.values[:, 0], history.time.values)
     np.testing.assert_array_equal(history.contact_node, full.nodes)
@@ -52,7 +52,7 @@ TABLE = fs.RigidBody(1e-3, free=("y", "rz"), centre=(0.0, -2e-3), inertia=(1e-8,
 
 
 def curved(**changes):
-    return (fs.Contact("bottom", fs.Cylinder(20e-3, centre=(0.0, -20e-3)), fs.Coulomb(0.4), **changes),)
+    return contact(counterface=fs.Cylinder(20e-3, centre=(0.0, -20e-3)), **changes)
 
 
 @pytest.mark.parametrize(

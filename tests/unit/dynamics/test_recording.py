@@ -15,6 +15,7 @@ from fingerslip.dynamics.recording import steps
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
+from unit.dynamics.models import assert_same_history, contact, model_of
 
 RELAXING = fs.Elastic(50e3, 0.45, 1000.0, prony=(fs.PronyTerm(0.3, 0.1),))
 SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
@@ -116,15 +117,13 @@ def test_energy_of_the_cells_is_the_strain_energy():
 
 def pressed_in_a_sleeve(strain: float, law: type = fs.Elastic, **others) -> xr.Dataset:
     """Return the history of a block that is held sideways and pressed slowly to a uniaxial strain."""
-    mesh = box("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5))
-    sites = (fs.Site("middle", "", (1e-3, 2e-3)),)
     model = push_and_slide(
-        mesh=mesh,
+        mesh=box("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5)),
         materials={"bulk": law(34e3, 0.4, 1e-3)},
         supports={"bulk": ("x",), "top": ("x", "y")},
-        contacts=(fs.Contact("bottom", normal_penalty=1e12),),
+        contacts=contact(normal_penalty=1e12),
         programme=(fs.Press(4e-3 * strain, 1e-3),),
-        record=fs.Recording(sites, snapshots_every=0.04),
+        record=fs.Recording((fs.Site("middle", "", (1e-3, 2e-3)),), snapshots_every=0.04),
         **others,
     )
     return fs.simulate(model)
@@ -158,22 +157,14 @@ def test_forces_of_an_inclined_plate_are_along_its_own_axes():
     angle = np.radians(30.0)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     straight = push_and_slide()
-    points = np.ascontiguousarray(turn @ straight.mesh.p)
-    mesh = type(straight.mesh)(points, straight.mesh.t, _subdomains=straight.mesh.subdomains)
-    mesh = mesh.with_boundaries({name: np.asarray(facets) for name, facets in straight.mesh.boundaries.items()})
-    contact = fs.Contact("bottom", counterface=fs.Plane(normal=tuple(turn @ [0.0, 1.0])), friction=fs.Coulomb(0.4))
-    turned = fs.simulate(push_and_slide(mesh=mesh, contacts=(contact,)))
-    expected = fs.simulate(straight)
-    scale = np.abs(expected.counterface_force.values).max()
-    np.testing.assert_allclose(
-        turned.counterface_force.values[:, 0], expected.counterface_force.values[:, 0] @ turn.T, atol=1e-8 * scale
-    )
-    friction = expected["tangential_traction"].values
-    scale = np.abs(friction).max()
-    np.testing.assert_allclose(turned["tangential_traction"].values, friction @ turn.T, atol=1e-7 * scale)
-    for name in ("normal_traction", "slip_distance", "gap"):
-        values = expected[name].values
-        np.testing.assert_allclose(turned[name].values, values, atol=1e-7 * np.abs(values).max(), err_msg=name)
+    mesh = dataclasses.replace(straight.mesh, doflocs=np.ascontiguousarray(turn @ straight.mesh.p))
+    plate = contact(counterface=fs.Plane(normal=tuple(turn @ [0.0, 1.0])))
+    turned, expected = fs.simulate(push_and_slide(mesh=mesh, contacts=plate)), fs.simulate(straight)
+    for name, share in {"counterface_force": 1e-8, "tangential_traction": 1e-7}.items():
+        values = expected[name].values @ turn.T
+        np.testing.assert_allclose(turned[name].values, values, atol=share * np.abs(values).max(), err_msg=name)
+    names = ["normal_traction", "slip_distance", "gap"]
+    assert_same_history(turned[names], expected[names], 1e-7)
 
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
@@ -181,73 +172,53 @@ def test_forces_of_an_inclined_plate_are_along_its_own_axes():
 def test_friction_is_along_the_surface_where_the_step_ends(dim, kinematics):
     """A round counterface that slides in large steps turns the normals; without friction nothing is along it."""
     shape = fs.Cylinder(10e-3, (0.0, 1.0)) if dim == 2 else fs.Sphere(10e-3, (0.0, 1.0, 0.0))
-    axes = [
-        np.linspace(-4e-3, 4e-3, 9),
-        np.linspace(0.0, 4e-3, 4),
-        *([np.linspace(-2e-3, 2e-3, 3)] if dim == 3 else []),
-    ]
-    model = fs.Model(
-        mesh=box("Q4" if dim == 2 else "H8", *axes),
-        materials={"bulk": (fs.Elastic if kinematics == "small" else fs.NeoHookean)(1e5, 0.3, 1000.0)},
-        formulation="plane_strain" if dim == 2 else "solid",
-        supports={"top": ("x", "y", "z")[:dim]},
-        contacts=(fs.Contact("bottom", shape, fs.Coulomb(0.0)),),
-        programme=(fs.Press(4e-4, 2e-3), fs.Slide(1e-3, 2e-3)),
-        time=fs.TimeStepping(0.1),
-        kinematics=kinematics,
-    )
-    history = fs.simulate(model)
-    assert history["normal_traction"].values.max() > 1e3
-    assert np.abs(history["tangential_traction"].values).max() < 1e-12 * history["normal_traction"].values.max()
-    model = dataclasses.replace(model, contacts=(fs.Contact("bottom", shape, fs.Coulomb(0.5)),))
-    history = fs.simulate(model)
-    friction, pressure = history["tangential_traction"].values, history["normal_traction"].values
-    assert (np.linalg.norm(friction, axis=-1) <= 0.5 * pressure * (1.0 + 1e-9)).all()
-    sliding = history["contact_state"].values == 2
-    np.testing.assert_allclose(np.linalg.norm(friction, axis=-1)[sliding], 0.5 * pressure[sliding], rtol=1e-9)
-    assert sliding.any()
+    axes = [np.linspace(-4e-3, 4e-3, 9), np.linspace(0.0, 4e-3, 4), np.linspace(-2e-3, 2e-3, 3)]
+    values = {
+        "materials": {"bulk": (fs.Elastic if kinematics == "small" else fs.NeoHookean)(1e5, 0.3, 1000.0)},
+        "programme": (fs.Press(4e-4, 2e-3), fs.Slide(1e-3, 2e-3)),
+        "time": fs.TimeStepping(0.1),
+        "kinematics": kinematics,
+    }
+    for mu in (0.0, 0.5):
+        touched = contact(counterface=shape, friction=fs.Coulomb(mu))
+        history = fs.simulate(model_of("Q4" if dim == 2 else "H8", *axes[:dim], contacts=touched, **values))
+        pressure, state = history["normal_traction"].values, history["contact_state"].values
+        friction = np.linalg.norm(history["tangential_traction"].values, axis=-1)
+        assert pressure.max() > 1e3
+        assert (friction <= max(mu * (1.0 + 1e-9), 1e-12) * np.maximum(pressure, 0.0 if mu else pressure.max())).all()
+        assert (state == 2).any()
+        if mu:
+            np.testing.assert_allclose(friction[state == 2], mu * pressure[state == 2], rtol=1e-9)
+
+
+def loaded(element, load, step, **values):
+    """Return the model of a square or cube that hangs at its top and is loaded from below, along its last axis."""
+    dim = 3 if element == "T4" else 2
+    pull = fs.Traction(tuple(load * np.eye(dim)[-1]), fs.Ramp((0.0, 1.0, 2.0), (0.0, 1.0, 0.0)))
+    elastic = {"bulk": fs.Elastic(1e3, 0.0, 1.0)}
+    axes, time = [np.linspace(0.0, 1.0, 3)] * dim, fs.QuasiStatic(step, end=1.0 if step == 1.0 else 2.0)
+    return model_of(element, *axes, materials=elastic, tractions={"bottom": pull}, time=time, **values)
 
 
 @pytest.mark.parametrize("element", ["Q4", "T6", "T4"])
 def test_cells_that_small_strain_turns_inside_out_are_named(element, caplog):
-    dim = 3 if element == "T4" else 2
-    mesh = box(element, *[np.linspace(0.0, 1.0, 3)] * dim)
-    model = fs.Model(
-        mesh=mesh,
-        materials={"bulk": fs.Elastic(1e3, 0.0, 1.0)},
-        formulation="solid" if dim == 3 else "plane_strain",
-        supports={"top": ("x", "y", "z")[:dim]},
-        tractions={"bottom": (0.0,) * (dim - 1) + (900.0,)},
-        time=fs.QuasiStatic(1.0, end=1.0),
-    )
-    fs.simulate(model)
+    fs.simulate(loaded(element, 900.0, 1.0))
     assert not caplog.records
-    fs.simulate(dataclasses.replace(model, tractions={"bottom": (0.0,) * (dim - 1) + (1100.0,)}))
-    assert f"turns {mesh.nelements} of {mesh.nelements} cells inside out" in caplog.text
+    model = loaded(element, 1100.0, 1.0)
+    fs.simulate(model)
+    assert f"turns {model.mesh.nelements} of {model.mesh.nelements} cells inside out" in caplog.text
     assert "write kinematics: finite" in caplog.text
 
 
 def test_cells_that_are_inside_out_at_a_snapshot_alone_are_named_once(caplog):
-    ramp = fs.Ramp((0.0, 1.0, 2.0), (0.0, 1.0, 0.0))
-    model = fs.Model(
-        mesh=box("Q4", *[np.linspace(0.0, 1.0, 3)] * 2),
-        materials={"bulk": fs.Elastic(1e3, 0.0, 1.0)},
-        formulation="plane_strain",
-        supports={"top": ("x", "y")},
-        tractions={"bottom": fs.Traction((0.0, 1100.0), ramp)},
-        time=fs.QuasiStatic(0.5, end=2.0),
-        record=fs.Recording(snapshots_every=0.5),
-    )
-    fs.simulate(model)
+    fs.simulate(loaded("Q4", 1100.0, 0.5, record=fs.Recording(snapshots_every=0.5)))
     assert caplog.text.count("cells inside out") == 1
 
 
 def pulled(step, count, every):
     """Return the history of one cell with snapshots."""
-    mesh = box("Q4", [0.0, 1.0], [0.0, 1.0])
     time, record = fs.QuasiStatic(step, end=step * count), fs.Recording(snapshots_every=every)
-    elastic = {"materials": {"bulk": fs.Elastic(2.0, 0.0, 3.0)}, "formulation": "plane_stress"}
-    return fs.simulate(fs.Model(mesh=mesh, supports={"bottom": ("x", "y")}, time=time, record=record, **elastic))
+    return fs.simulate(model_of("Q4", [0.0, 1.0], [0.0, 1.0], time=time, record=record))
 
 
 @settings(deadline=None)
@@ -271,6 +242,7 @@ def test_tiny_intervals_keep_every_step_and_none_keeps_no_snapshots():
 def test_snapshots_so_far_are_those_of_the_whole_run(material):
     model = push_and_slide(materials={"bulk": material}, record=fs.Recording(snapshots_every=0.02))
     whole = fs.simulate(model)
+    names = [name for name in whole.data_vars if "snapshot_time" in whole[name].dims]
     assert whole.sizes["snapshot_time"] > 5
     with fs.Simulation(model) as sim:
         for taken in range(1, whole.sizes["time"]):
@@ -279,7 +251,7 @@ def test_snapshots_so_far_are_those_of_the_whole_run(material):
                 so_far = sim.history()
                 count = so_far.sizes["snapshot_time"]
                 assert count == (whole.snapshot_time <= whole.time[taken]).sum()
-                for name in filter(lambda name: "snapshot_time" in whole[name].dims, whole.data_vars):
+                for name in names:
                     np.testing.assert_array_equal(so_far[name], whole[name][:count], err_msg=name)
 
 
