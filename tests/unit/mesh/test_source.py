@@ -12,17 +12,14 @@ import skfem
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.errors import InputError
-from fingerslip.mesh.io import write_mesh
-from fingerslip.mesh.scan.build import SurfaceMesh
+import fingerslip as fs
 from fingerslip.mesh.sizes import GROWTH, check_sizes, grade, size_at, subdivide
 from fingerslip.mesh.source import MeshFile, MeshSource, choose_source, inspect_mesh, mesh_size_note
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
 from fingerslip.verification.meshes import box
 from unit.study.block import block_mesh
 
-SOURCES = (MeshFile, SurfaceMesh, MeshSizes, SolidSizes)
+SOURCES = (MeshFile, fs.SurfaceMesh, fs.MeshSizes, fs.SolidSizes)
 
 
 @parameters
@@ -72,15 +69,15 @@ def test_a_source_of_ones_own_has_answers_for_the_rest() -> None:
 @pytest.mark.parametrize(
     ("values", "source"),
     [
-        ({}, MeshSizes),
-        ({"contact_size": "0.1 mm"}, MeshSizes),
-        ({"element": "T6"}, MeshSizes),
-        ({"element": "T10", "bulk_size": "1 mm"}, SolidSizes),
-        ({"element": "H8"}, MeshSizes),
+        ({}, fs.MeshSizes),
+        ({"contact_size": "0.1 mm"}, fs.MeshSizes),
+        ({"element": "T6"}, fs.MeshSizes),
+        ({"element": "T10", "bulk_size": "1 mm"}, fs.SolidSizes),
+        ({"element": "H8"}, fs.MeshSizes),
         ({"file": "a.msh"}, MeshFile),
         ({"file": "a.msh", "element": "T4"}, MeshFile),
-        ({"skin": "a.stl", "unit": "mm"}, SurfaceMesh),
-        ({"tip": [1, 0, 0]}, SurfaceMesh),
+        ({"skin": "a.stl", "unit": "mm"}, fs.SurfaceMesh),
+        ({"tip": [1, 0, 0]}, fs.SurfaceMesh),
     ],
 )
 def test_the_keys_of_a_file_choose_the_source(values: dict[str, Any], source: type) -> None:
@@ -101,7 +98,7 @@ def test_tables_of_a_mesh_have_a_row_for_each_region() -> None:
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     path = tmp_path / "block.msh"
-    write_mesh(block_mesh(), path)
+    fs.write_mesh(block_mesh(), path)
     return path
 
 
@@ -217,11 +214,11 @@ def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
         (lambda: MeshFile("none.msh").key(), r"mesh\.file: cannot read none\.msh \(No such file"),
         (lambda: check_sizes(0.2e-3, 0.1e-3), r"bulk_size: got 0\.1 mm, needs >= 0\.2 mm \(contact_size\)$"),
         (
-            lambda: choose_source((MeshFile, SurfaceMesh), {}),
+            lambda: choose_source((MeshFile, fs.SurfaceMesh), {}),
             "mesh: does not say where the mesh comes from, needs file or skin, tip, pad",
         ),
     ],
 )
 def test_what_does_not_fit_is_refused(call, message: str) -> None:
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fs.InputError, match=message):
         call()

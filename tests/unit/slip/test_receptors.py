@@ -7,14 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.slip import (
-    PeakSettings,
-    acceleration_events,
-    acceleration_peaks,
-    contact_edges,
-    receptor_signals,
-    receptors_in_areas,
-)
+import fingerslip as fs
+from fingerslip.slip import PeakSettings, acceleration_events, contact_edges, receptor_signals, receptors_in_areas
 from fingerslip.slip import receptors as peaks_module
 from fingerslip.slip.receptors import noise_of, receptor_rows, tangential_acceleration, transition_end
 from unit.synthetic import DEPTHS, HALF_WIDTH, Process, make
@@ -137,7 +131,7 @@ FAMOUS = {1.53: 0.054, 1.64: 0.15, 1.71: 0.637}
 
 @pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
 def test_peaks_are_found_where_they_are(step: float) -> None:
-    table = acceleration_peaks(make(Process(step=step, peaks=FAMOUS)))
+    table = fs.acceleration_peaks(make(Process(step=step, peaks=FAMOUS)))
     assert [peak.time for peak in table.peaks] == pytest.approx(list(FAMOUS), abs=1.01 * step)
     # A pulse of 6 ms is as high as its mean over the step.
     over_step = 1.0 if step < 2e-3 else 0.5 * (1.0 + np.exp(-((step / 6e-3) ** 2)))
@@ -154,13 +148,13 @@ def test_peaks_stand_out_of_noise(seed: int, step: float) -> None:
 
 
 def test_transition_is_left_out_however_large() -> None:
-    table = acceleration_peaks(make(Process(step=1e-3, peaks=FAMOUS)))
+    table = fs.acceleration_peaks(make(Process(step=1e-3, peaks=FAMOUS)))
     assert table.transition.height > table.by_prominence[0].height
     assert 1.0 < table.transition.time < table.transition_end < 1.15
 
 
 def test_ranking_is_by_prominence() -> None:
-    ranked = acceleration_peaks(make(Process(peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).by_prominence
+    ranked = fs.acceleration_peaks(make(Process(peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).by_prominence
     assert [peak.time for peak in ranked] == pytest.approx([1.8, 1.3, 1.5], abs=0.0051)
     assert [peak.prominence for peak in ranked] == sorted((peak.prominence for peak in ranked), reverse=True)
 
@@ -194,7 +188,7 @@ def test_history_without_receptors_has_no_peaks() -> None:
     history = make(Process())
     others = history.isel(site=np.isin(history["site_kind"].values, ["FA-II", "SA-II"]))
     bare = history.drop_dims("site")
-    assert acceleration_peaks(others).peaks == acceleration_peaks(bare).peaks == ()
+    assert fs.acceleration_peaks(others).peaks == fs.acceleration_peaks(bare).peaks == ()
     assert acceleration_events(bare).overall is None
 
 
@@ -217,7 +211,7 @@ def test_ringing_that_never_falls_leaves_no_peaks() -> None:
 
 def test_ringing_after_a_release_is_no_further_release() -> None:
     history = make(Process(peaks={1.5: 0.3, 1.509: 0.2, 1.517: 0.13, 1.525: 0.09, 1.533: 0.06, 1.8: 0.6}, step=1e-3))
-    assert [peak.time for peak in acceleration_peaks(history).peaks] == pytest.approx([1.5, 1.8], abs=2e-3)
+    assert [peak.time for peak in fs.acceleration_peaks(history).peaks] == pytest.approx([1.5, 1.8], abs=2e-3)
 
 
 def test_noise_spread_is_the_deviation_of_normal_noise() -> None:

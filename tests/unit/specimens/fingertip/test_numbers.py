@@ -8,17 +8,9 @@ from typing import Any
 
 import pytest
 
-from fingerslip.errors import InputError
+import fingerslip as fs
 from fingerslip.parameters import as_mapping, from_mapping, walk_values
-from fingerslip.specimens.fingertip import (
-    Fingertip,
-    Nail,
-    fingertip_from,
-    preset,
-    preset_header,
-    preset_names,
-    preset_table,
-)
+from fingerslip.specimens.fingertip import Nail, preset_header
 from fingerslip.specimens.fingertip.numbers import Fingerprint, Layers, Ridges, skin_room
 from unit.fingers import change, change_solid
 
@@ -58,7 +50,7 @@ NAIL = {"start": "-4 mm", "end": "5 mm", "half_width": "5 mm", "thickness": "0.5
     ],
 )
 def test_wrong_combinations_are_one_clear_error(groups, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fs.InputError, match=message):
         change(**groups)
 
 
@@ -91,13 +83,13 @@ def test_room_is_set_by_the_nearest_face(changes: dict[str, Any], room: float, l
 
 def test_skin_without_room_is_named_before_the_receptors_in_it() -> None:
     """FA-II at 3 mm would be in this skin too, but it is the skin that does not fit."""
-    with pytest.raises(InputError, match=r"layers\.skin_thickness: got 4 mm, needs a value < 3 mm") as caught:
+    with pytest.raises(fs.InputError, match=r"layers\.skin_thickness: got 4 mm, needs a value < 3 mm") as caught:
         change(layers={"skin_thickness": "4 mm"})
     assert caught.value.repair == "make the skin thinner or change phalanx.sagittal.distal_end"
 
 
 def test_preset_in_3d_keeps_the_sections_of_that_in_2d():
-    plane, solid = preset("wang2014-2d"), preset("wang2014-3d")
+    plane, solid = fs.preset("wang2014-2d"), fs.preset("wang2014-3d")
     # The half height of the section is calibrated, that of the fingertip in 3D is not.
     assert dataclasses.replace(plane.sagittal, half_height=6.5e-3) == solid.sagittal
     assert plane.sagittal.half_height == 7e-3
@@ -119,7 +111,7 @@ def test_preset_in_3d_keeps_the_sections_of_that_in_2d():
     ],
 )
 def test_shapes_that_do_not_fit_are_refused(groups, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fs.InputError, match=message):
         change_solid(**groups)
 
 
@@ -128,7 +120,7 @@ def test_shapes_that_do_not_fit_are_refused(groups, message):
 )
 def test_nail_lies_on_the_finger(name, value):
     assert change_solid(solid={"nail": NAIL}, materials={"nail": HARD}).solid.nail == Nail(-4e-3, 5e-3, 5e-3, 5e-4)
-    with pytest.raises(InputError, match=f"solid.nail.{name}: got {value}"):
+    with pytest.raises(fs.InputError, match=f"solid.nail.{name}: got {value}"):
         change_solid(solid={"nail": {**NAIL, name: value}}, materials={"nail": HARD})
 
 
@@ -136,7 +128,7 @@ NAME = "wang2014-2d"
 
 
 def test_preset_holds_what_is_published():
-    fingertip, materials = preset(NAME), preset(NAME).materials
+    fingertip, materials = fs.preset(NAME), fs.preset(NAME).materials
     assert (fingertip.layers.skin_thickness, fingertip.receptors.fa_ii_depth) == (1.5e-3, 3e-3)
     assert (fingertip.section, fingertip.formulation) == ("sagittal", "plane_stress")
     assert {name: m.youngs_modulus for name, m in materials.items()} == {
@@ -151,10 +143,10 @@ def test_preset_holds_what_is_published():
 
 @pytest.mark.parametrize("name", [NAME, "wang2014-3d"])
 def test_every_value_of_the_preset_has_a_source(name):
-    table = preset_table(name)
+    table = fs.preset_table(name)
     references = resources.files("fingerslip").joinpath("references.bib").read_text()
     # What a preset leaves out, such as the nail, has no source either.
-    given = {leaf.path for leaf in walk_values(preset(name))}
+    given = {leaf.path for leaf in walk_values(fs.preset(name))}
     assert {row.path for row in table} == given
     assert {row.source for row in table} == {"assumed", "wang2014", "corniani2024"}
     assert all(row.source == "assumed" or f"{{{row.source}," in references for row in table)
@@ -164,20 +156,20 @@ def test_every_value_of_the_preset_has_a_source(name):
 
 
 def test_header_says_what_the_set_does_not_claim():
-    assert preset_names() == (NAME, "wang2014-3d")
-    for name in preset_names():
+    assert fs.preset_names() == (NAME, "wang2014-3d")
+    for name in fs.preset_names():
         assert "no dimension" in preset_header(name)["claims_not"]
 
 
 def test_study_overrides_merge_deeply():
-    assert fingertip_from({"preset": NAME}, "x") == preset(NAME)
-    assert from_mapping(Fingertip, as_mapping(preset(NAME)), "x") == preset(NAME)
-    fingertip = fingertip_from(
+    assert fs.fingertip_from({"preset": NAME}, "x") == fs.preset(NAME)
+    assert from_mapping(fs.Fingertip, as_mapping(fs.preset(NAME)), "x") == fs.preset(NAME)
+    fingertip = fs.fingertip_from(
         {"preset": NAME, "phalanx": {"variant": "flattened", "sagittal": {"distal_end": "3 mm"}}}, "x"
     )
     assert fingertip.phalanx.variant == "flattened"
     assert fingertip.phalanx.sagittal.distal_end == 3e-3
-    assert fingertip.phalanx.sagittal.palmar_level == preset(NAME).phalanx.sagittal.palmar_level
+    assert fingertip.phalanx.sagittal.palmar_level == fs.preset(NAME).phalanx.sagittal.palmar_level
 
 
 @pytest.mark.parametrize(
@@ -196,5 +188,5 @@ def test_study_overrides_merge_deeply():
     ],
 )
 def test_wrong_overrides_are_one_clear_error(mapping, message):
-    with pytest.raises(InputError, match=message):
-        fingertip_from(mapping, "study.fingertip")
+    with pytest.raises(fs.InputError, match=message):
+        fs.fingertip_from(mapping, "study.fingertip")
