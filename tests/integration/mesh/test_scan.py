@@ -95,7 +95,7 @@ def cap(half_axes: tuple[float, float, float]) -> float:
 
 @pytest.fixture(scope="module")
 def mesh():
-    return build_from_surfaces(SKIN, PHALANX, SIZES)
+    return build_from_surfaces(SKIN, PHALANX, COARSE)
 
 
 def volumes(mesh) -> dict[str, float]:

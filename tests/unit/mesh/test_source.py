@@ -134,6 +134,12 @@ def test_path_is_relative_to_a_folder(file: Path) -> None:
     assert MeshFile("block.msh", "mm").beside(file.parent) == MeshFile(str(file.resolve()), "mm")
 
 
+def test_a_small_size_spreads_to_both_sides_at_the_rate_of_growth() -> None:
+    divided = grade(LINE, np.where(np.abs(LINE - 4.0) < 0.01, 0.1, 5.0))
+    expected = 0.1 + GROWTH * np.abs(0.5 * (divided[1:] + divided[:-1]) - 4.0)
+    assert np.diff(divided) == pytest.approx(expected, rel=0.12)
+
+
 LINE = np.linspace(0.0, 10.0, 2001)
 
 
@@ -156,14 +162,6 @@ def test_graded_parts_are_near_the_wanted_sizes_and_grow_slowly(wanted: list[flo
         # Rounding to an even number of parts changes all of them alike.
         assert np.all(parts <= 1.2 * sizes.max() * (1 + 2 / len(parts)))
         assert np.all(np.abs(np.diff(parts)) <= 1.3 * GROWTH * np.maximum(parts[1:], parts[:-1]))
-
-
-def test_a_small_size_spreads_to_both_sides_at_the_rate_of_growth() -> None:
-    sizes = np.where(np.abs(LINE - 4.0) < 0.01, 0.1, 5.0)
-    divided = grade(LINE, sizes)
-    middles, parts = 0.5 * (divided[1:] + divided[:-1]), np.diff(divided)
-    expected = 0.1 + GROWTH * np.abs(middles - 4.0)
-    assert parts == pytest.approx(expected, rel=0.12)
 
 
 def test_sizes_at_points_grow_from_the_nearest_source_up_to_the_bulk() -> None:

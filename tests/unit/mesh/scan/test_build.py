@@ -132,12 +132,6 @@ def test_wanted_sizes_grow_from_the_pad():
     assert far == SIZES.bulk_size
 
 
-@pytest.mark.parametrize(("field", "value"), [("bulk_size", 1e-3), ("tolerance", 0.5e-3), ("cut", -1.0)])
-def test_sizes_that_do_not_fit(field: str, value: float):
-    with pytest.raises(fs.InputError, match=field):
-        dataclasses.replace(SIZES, **{field: value})
-
-
 FINGER = ellipsoid()
 
 TIP, PAD = np.array([0.9, 0.3, -0.2]), np.array([0.1, -1.0, 0.2])
@@ -176,6 +170,7 @@ def moved(shift):
 
 
 INSIDE_OUT = fs.Surface(SKIN.points, SKIN.triangles[:, ::-1])
+UNFIT = ({"bulk_size": 1e-3}, {"tolerance": 0.5e-3}, {"cut": -1.0})
 BEHIND = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="phalanx.stl")
 
 
@@ -189,10 +184,11 @@ BEHIND = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="phalanx.stl")
         (INSIDE_OUT, PHALANX, {}, "inside out"),
         (SKIN, PHALANX, {"cut": 30e-3}, r"cut: got 30 mm from the tip, needs < 23.9"),
         (SKIN, PHALANX, {"skin_thickness": 7.5e-3}, "smaller skin_thickness"),
+        *((SKIN, PHALANX, change, next(iter(change))) for change in UNFIT),
     ],
 )
-def test_bodies_that_are_no_finger(skin, phalanx, changes, message):
-    with pytest.raises(fs.MeshError, match=message):
+def test_bodies_and_sizes_that_are_no_finger(skin, phalanx, changes, message):
+    with pytest.raises((fs.InputError, fs.MeshError), match=message):
         fs.build_from_surfaces(skin, phalanx, dataclasses.replace(SIZES, **changes))
 
 
