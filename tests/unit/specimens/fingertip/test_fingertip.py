@@ -58,18 +58,6 @@ def test_only_the_groups_asked_for_are_sites_reference_nodes_last():
     assert solid.sites(("FA-I", "reference_nodes"), 3) == (*receptors, *fs.reference_sites(solid))
 
 
-@pytest.mark.parametrize(
-    ("finger", "groups", "message"),
-    [
-        (change_solid(), ("reference_nodes",), r"record.reference_nodes: without a fingertip in 3D, .* T4 or T10"),
-        (change(), ("FA-I", "whisker"), r"a fingertip has no 'whisker', needs some of FA-I, .*, external_markers"),
-    ],
-)
-def test_groups_that_a_section_does_not_have_are_refused(finger, groups, message):
-    with pytest.raises(fs.InputError, match=message):
-        finger.sites(groups, 2)
-
-
 COARSE = fs.MeshSizes(contact_size=0.15e-3, bulk_size=0.9e-3)
 
 EVERYTHING = frozenset(RECEPTOR_KINDS)

@@ -196,31 +196,6 @@ def test_coarse_section_has_all_names_and_the_same_mesh_again(element, capfd):
     assert mesh.doflocs.tobytes() == again.doflocs.tobytes()
 
 
-@pytest.mark.parametrize(
-    ("groups", "sizes", "message"),
-    [
-        (
-            {},
-            {"contact_size": 0.3e-3, "bulk_size": 1e-3},
-            "contact_size: got 0.3 mm.*third of ridges.pitch.*'0.1175 mm'",
-        ),
-        (
-            {"ridges": {"enabled": False}, "fingerprint": {"enabled": True}},
-            {"contact_size": 0.3e-3, "bulk_size": 1e-3},
-            "third of fingerprint.pitch.*switch the fingerprint off",
-        ),
-        ({}, {"contact_size": 0.157e-3}, "contact_size: got 0.157 mm, needs <= 0.1567 mm, a third of ridges"),
-        ({}, {"bulk_size": 0.05e-3}, r"^MeshSizes.bulk_size: got 0.05 mm, needs >= 0.12 mm \(contact_size\)$"),
-        ({}, {"element": "T4"}, "element"),
-        ({"sagittal": {"zone": {"start": "-20 mm"}}}, {}, "sagittal.zone: reaches from -20 mm to 7 mm, needs to lie"),
-        ({"sagittal": {"zone": {"end": "40 mm"}}}, {}, "sagittal.zone: reaches from -12 mm to 40 mm"),
-    ],
-)
-def test_sizes_that_do_not_fit_are_one_clear_error(groups, sizes, message):
-    with pytest.raises(fs.InputError, match=message):
-        fs.build_section(change(**groups), **sizes)
-
-
 def test_poor_cells_are_refused_with_their_place(monkeypatch):
     good = section_module.mesh_core
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from fingerslip.errors import InputError
 from fingerslip.mesh.facets import site_nodes
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
@@ -97,12 +96,6 @@ def test_sites_stand_with_the_finger():
     assert np.linalg.norm(turned["skin-h1"] - turned["skin-v7"]) == pytest.approx(
         np.linalg.norm(level["skin-h1"] - level["skin-v7"])
     )
-
-
-@pytest.mark.parametrize("function", [reference_sites, solid_receptor_sites, skin_markers])
-def test_sections_have_no_sites_in_3d(function):
-    with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
-        function(change())
 
 
 def test_dots_lie_on_the_skin_and_form_a_lattice_from_below():

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip import (
     at_depth,
     below_skin,
@@ -21,11 +20,10 @@ from fingerslip.specimens.fingertip import (
     relief_depth,
     skin_grid,
     skin_ring,
-    solid_shape,
     surface_depth,
 )
 from fingerslip.specimens.fingertip.outline import inward_normal
-from unit.fingers import change, change_solid
+from unit.fingers import change_solid
 
 FINGER = change_solid(solid={"base_half_width": "7 mm"})
 
@@ -69,11 +67,6 @@ def test_depth_is_measured_along_normals_and_projection_goes_back_along_them():
     for depth in (-1e-4, 0.0, 1e-4, 1e-3):
         assert np.allclose(depth_below_skin(FINGER, below_skin(FINGER, skin, depth)), depth, atol=5e-6)
     assert np.abs(onto_skin(FINGER, below_skin(FINGER, skin, 1e-4)) - skin).max() < 5e-6
-
-
-def test_sections_have_no_surface_in_3d():
-    with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
-        solid_shape(change())
 
 
 RIPPLED = change_solid(fingerprint={"enabled": True})
