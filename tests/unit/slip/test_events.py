@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.contact.states import OPEN
+from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.slip import (
     EventSettings,
     acceleration_events,
@@ -58,17 +58,12 @@ def test_displacement_events_count_nodes(step: float) -> None:
         assert getattr(found, name) == pytest.approx(moments[rank - 1], abs=step)
 
 
-def test_velocity_jump_is_no_slip_event() -> None:
-    history = make(Process())
-    just_after = history["contact_state"].sel(time=PRESS_END + 5e-3, method="nearest")
-    assert (just_after[:41] == 2).all(), "the whole patch has to slip for an instant, or this test shows nothing"
-    found = fs.find_events(history)
-    assert found.slip.incipient > 1.3
-    assert found.displacement.incipient > 1.3
-
-
-def test_jump_moves_events_by_no_more_than_its_step() -> None:
-    with_jump, without = (fs.find_events(make(Process(step=1e-3, jump=jump))) for jump in (True, False))
+def test_jump_of_velocity_is_no_slip_event_and_moves_others_by_no_more_than_its_step() -> None:
+    history = make(Process(step=1e-3))
+    just_after = history["contact_state"].sel(time=PRESS_END + 1e-3, method="nearest")
+    assert (just_after[:41] == SLIP).all(), "the whole patch has to slip for an instant, or this test shows nothing"
+    with_jump, without = fs.find_events(history), fs.find_events(make(Process(step=1e-3, jump=False)))
+    assert with_jump.displacement.incipient > 1.3
     for name in NAMES:
         assert getattr(with_jump.slip, name) == pytest.approx(getattr(without.slip, name), abs=1.02e-3)
 
@@ -125,11 +120,6 @@ def test_slip_before_the_second_slide_does_not_count_in_it() -> None:
     assert second.incipient == pytest.approx(1.9 + 20e-6 / SPEED, abs=5e-3)
 
 
-def test_slides_that_follow_each_other_are_one() -> None:
-    cut = (("press", 0.0, 1.0), ("slide", 1.0, 1.2), ("slide", 1.2, 1.6), ("slide", 1.6, 2.0))
-    assert fs.find_events(make(Process(phases=cut))) == fs.find_events(make(Process()))
-
-
 def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for() -> None:
     history = make(Process())
     state = history["contact_state"].copy()
@@ -140,13 +130,11 @@ def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for() -> None
 def test_stuck_node_that_lifts_off_is_counted_out() -> None:
     history = make(Process())
     state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
-    plate = history["counterface_displacement"][:, 0, 0]
-    displacement[:, 20, 0] = plate
+    displacement[:, 20, 0] = history["counterface_displacement"][:, 0, 0]
     stuck = history.assign(contact_displacement=displacement)
     assert displacement_events(stuck, EventSettings()).overall is None
     state[350:, 20] = OPEN
-    lifted = stuck.assign(contact_state=state)
-    assert displacement_events(lifted, EventSettings()).overall is not None
+    assert displacement_events(stuck.assign(contact_state=state), EventSettings()).overall is not None
 
 
 @settings(max_examples=25, deadline=None)
@@ -248,37 +236,26 @@ def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_no
     assert later.incipient == pytest.approx(second, abs=5e-3)
 
 
-def test_events_and_peaks_are_those_of_their_own_searches() -> None:
-    found = find_slip(MADE)
+def test_events_and_peaks_are_those_of_their_own_searches_and_measures_take_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found, expected = find_slip(MADE), read_measures(MADE)
     assert found.events == fs.find_events(MADE)
     assert found.events.acceleration == acceleration_events(MADE)
     assert found.peaks == fs.acceleration_peaks(MADE)
-
-
-def test_only_a_history_has_events() -> None:
+    monkeypatch.setattr(measures, "find_slip", None)
+    assert read_measures(MADE, slip=found) == expected
     with pytest.raises(fs.InputError, match="needs a history"):
         find_slip({})  # type: ignore[arg-type]
 
 
-def test_measures_take_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, expected = find_slip(MADE), read_measures(MADE)
-    monkeypatch.setattr(measures, "find_slip", None)
-    assert read_measures(MADE, slip=found) == expected
-
-
-def test_names_are_the_fields_of_the_data() -> None:
+def test_names_are_the_fields_of_the_data_labels_are_words_and_no_peak_belongs_to_48_percent_slip() -> None:
     assert list(EVENTS) == [field.name for field in dataclasses.fields(fs.SlipEvents) if field.name != "recorded"]
     assert list(READINGS) == [field.name for field in dataclasses.fields(fs.Events)]
     assert (*EVENTS, "latency") == TIMES
     assert set(MAIN_EVENTS) < set(EVENTS)
     assert list(READING_HEADINGS) == list(READINGS)
-
-
-def test_labels_are_words() -> None:
     labels = ["incipient slip", "48 % slip", "three-quarter slip", "overall slip", "latency"]
     assert list(map(event_label, TIMES)) == labels
-
-
-def test_no_peak_belongs_to_48_percent_slip() -> None:
     undefined = [(reading, time) for reading in READINGS for time in TIMES if not defines_time(reading, time)]
     assert undefined == [("acceleration", "noticed")]

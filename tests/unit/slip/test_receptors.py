@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,16 +30,13 @@ def test_without_contact_there_are_no_edges_and_no_receptors() -> None:
     assert receptor_signals(apart)["acceleration"].isnull().all()
 
 
-def test_five_receptors_of_each_type_at_each_edge() -> None:
+def test_five_receptors_of_each_type_at_the_nearer_edge() -> None:
     chosen = receptors_in_areas(HISTORY)
     assert {key: len(names) for key, names in chosen.items()} == {(k, a): 5 for k in DEPTHS for a in "AB"}
     # Sites stand every 0.5 mm, so the five nearest to -4 mm are -5 .. -3 mm.
     positions = HISTORY["site_position"].sel(site=list(chosen["SA-II", "A"]), component="x").values
     assert sorted(positions) == pytest.approx([-5e-3, -4.5e-3, -4e-3, -3.5e-3, -3e-3])
     assert positions[0] == pytest.approx(-4e-3)
-
-
-def test_a_receptor_belongs_to_the_nearer_edge_only() -> None:
     chosen = receptors_in_areas(HISTORY, per_area=25)
     left, right = (set(chosen["FA-I", area]) for area in "AB")
     assert len(left | right) == 25
@@ -50,16 +48,10 @@ def test_signals_are_means_over_the_area() -> None:
     assert signals["acceleration"].dims == ("kind", "area", "time")
     assert (signals["receptor_count"] == 5).all()
     names = list(receptors_in_areas(HISTORY)["FA-II", "B"])
-    mean = HISTORY["strain_energy_density"].sel(site=names).mean("site").values
-    assert signals["strain_energy_density"].sel(kind="FA-II", area="B").values == pytest.approx(mean)
-    rows = history_rows("FA-II", "B")
-    ends = HISTORY["acceleration"].values[201:203, rows, 0]
-    assert float(signals["acceleration"].sel(kind="FA-II", area="B")[202]) == pytest.approx(ends.mean())
-
-
-def history_rows(kind: str, area: str) -> list[int]:
-    names = HISTORY["site"].values.tolist()
-    return [names.index(name) for name in receptors_in_areas(HISTORY)[kind, area]]
+    of_area, own = signals.sel(kind="FA-II", area="B"), HISTORY.sel(site=names)
+    assert of_area["strain_energy_density"].values == pytest.approx(own["strain_energy_density"].mean("site").values)
+    ends = own["acceleration"].values[201:203, :, 0]
+    assert float(of_area["acceleration"][202]) == pytest.approx(ends.mean())
 
 
 def test_missing_types_have_count_zero() -> None:
@@ -110,20 +102,17 @@ def test_rows_of_receptors_are_those_of_their_names() -> None:
     assert len(rows) == 8
 
 
-def test_acceleration_between_uneven_records_is_the_mean_over_the_steps_between_them() -> None:
-    velocity = np.zeros((4, 1, 2))
-    velocity[:, 0] = [[0.0, 9.0], [1.0, 9.0], [3.0, 9.0], [2.0, 9.0]]
-    history = HISTORY.isel(time=slice(4), site=slice(1)).assign(velocity=(("time", "site", "component"), velocity))
-    history = history.assign_coords(time=[0.0, 0.5, 1.0, 3.0]).assign_attrs(time_step="auto")
-    history["acceleration"][...] = 7.0
-    assert tangential_acceleration(history, np.array([0]))[:, 0].tolist() == [7.0, 2.0, 4.0, -0.5]
+def test_acceleration_is_along_the_plate_and_the_mean_over_each_step_or_over_those_between_uneven_records() -> None:
+    def short(**variables: list[float]) -> xr.Dataset:
+        values = {name: np.stack([along, np.full(4, 9.0)], axis=-1)[:, None] for name, along in variables.items()}
+        few = HISTORY.isel(time=slice(4), site=slice(1))
+        return few.assign({name: (("time", "site", "component"), array) for name, array in values.items()})
 
-
-def test_acceleration_is_along_the_plate_and_the_mean_over_each_step() -> None:
-    values = np.zeros((4, 1, 2))
-    values[:, 0] = [[1.0, 9.0], [3.0, 9.0], [-5.0, 9.0], [0.0, 9.0]]
-    history = HISTORY.isel(time=slice(4), site=slice(1)).assign(acceleration=(("time", "site", "component"), values))
-    assert tangential_acceleration(history, np.array([0]))[:, 0].tolist() == [1.0, 2.0, -1.0, -2.5]
+    even = short(acceleration=[1.0, 3.0, -5.0, 0.0])
+    assert tangential_acceleration(even, np.array([0]))[:, 0].tolist() == [1.0, 2.0, -1.0, -2.5]
+    uneven = short(acceleration=[7.0] * 4, velocity=[0.0, 1.0, 3.0, 2.0])
+    uneven = uneven.assign_coords(time=[0.0, 0.5, 1.0, 3.0]).assign_attrs(time_step="auto")
+    assert tangential_acceleration(uneven, np.array([0]))[:, 0].tolist() == [7.0, 2.0, 4.0, -0.5]
 
 
 FAMOUS = {1.53: 0.054, 1.64: 0.15, 1.71: 0.637}
@@ -159,29 +148,22 @@ def test_ranking_is_by_prominence() -> None:
     assert [peak.prominence for peak in ranked] == sorted((peak.prominence for peak in ranked), reverse=True)
 
 
-def test_three_quarter_needs_a_separate_peak() -> None:
-    flattened = acceleration_events(make(Process(peaks={1.50: 0.058, 1.71: 0.423})))
-    scaled = acceleration_events(make(Process(peaks={1.48: 0.07, 1.70: 0.1, 1.71: 0.275})))
-    assert flattened.three_quarter is None
-    assert scaled.three_quarter is None
-    assert (flattened.incipient, flattened.overall) == pytest.approx((1.50, 1.71), abs=0.01)
-
-
-def test_peaks_below_the_noise_do_not_count() -> None:
-    buried = acceleration_events(make(Process(peaks={1.4: 0.004, 1.71: 0.5}, noise=1.0)))
-    assert buried.incipient is None
-    assert buried.overall == pytest.approx(1.71, abs=0.01)
-
-
-def test_only_noise_has_no_overall_slip() -> None:
-    history = make(Process(edge=3.0, centre=4.0, peaks={}, noise=1.0))
-    assert acceleration_events(history).overall is None
-
-
-def test_release_without_stopping_is_incipient_only() -> None:
-    found = acceleration_events(make(Process(edge=1.3, centre=2.5, peaks={1.5: 0.1, 1.7: 0.3})))
-    assert found.overall is None
-    assert found.incipient == pytest.approx(1.5, abs=0.01)
+@pytest.mark.parametrize(
+    ("process", "incipient", "overall"),
+    [
+        (Process(peaks={1.50: 0.058, 1.71: 0.423}), 1.50, 1.71),
+        (Process(peaks={1.48: 0.07, 1.70: 0.1, 1.71: 0.275}), 1.48, 1.71),
+        (Process(peaks={1.4: 0.004, 1.71: 0.5}, noise=1.0), None, 1.71),
+        (Process(edge=3.0, centre=4.0, peaks={}, noise=1.0), None, None),
+        (Process(edge=1.3, centre=2.5, peaks={1.5: 0.1, 1.7: 0.3}), 1.5, None),
+    ],
+    ids=["none between", "not separate", "below the noise", "only noise", "release without stopping"],
+)
+def test_peaks_that_are_missing_merge_or_drown_give_no_event(process, incipient, overall) -> None:
+    events = acceleration_events(make(process))
+    assert events.three_quarter is None or process.noise
+    for found, expected in ((events.incipient, incipient), (events.overall, overall)):
+        assert (found is None) if expected is None else found == pytest.approx(expected, abs=0.01)
 
 
 def test_history_without_receptors_has_no_peaks() -> None:
