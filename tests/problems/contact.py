@@ -50,6 +50,14 @@ def random_problem(seed, dim, count, decades, friction):
     return Problem(body, penalty, rng.normal(size=(count, dim)), np.full(count, friction))
 
 
+def pressed_row(count, slide=0.0, mu=0.6):
+    """Return W, penalties, q and mu of a shallow arch of nodes on an elastic row, pressed and pulled sideways."""
+    x = np.linspace(-1.0, 1.0, count)
+    body = np.kron(0.1 / (np.abs(x[:, None] - x) + 0.5 / count), np.eye(2) + 0.1 * (np.eye(2, k=1) + np.eye(2, k=-1)))
+    free = np.column_stack([x**2 - 0.5, np.full(count, slide)])
+    return body + 0.1 * np.eye(2 * count), np.full((count, 2), 0.1), free, np.full(count, mu)
+
+
 def friction_residual(compliance, free, friction, forces):
     """Return how far forces (n_c, dim) [N] are from their projection, same shape; zero at a solution."""
     scale = step_lengths(np.diag(compliance).reshape(free.shape))

@@ -9,9 +9,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.contact.friction import Conditions, TangentFrame, weakens
-from fingerslip.contact.states import SLIP
 from fingerslip.parameters import from_mapping
-from fingerslip.verification.blocks import drag_block
 
 LAWS = {
     "coulomb": fs.Coulomb(0.4),
@@ -114,14 +112,3 @@ def test_contact_without_friction_is_allowed_and_a_law_is_frozen():
     assert law.coefficient == 0.0
     with pytest.raises(dataclasses.FrozenInstanceError):
         law.coefficient = 1.0
-
-
-def test_a_sliding_block_follows_the_coefficient():
-    """Pressed and dragged steadily, friction over normal force is the coefficient at the end of every step."""
-    law = fs.TimeDependent((0.0, 0.5, 1.0), (0.5, 0.5, 0.2))
-    history = drag_block("Q4", law, speed=1e-3, travel=1e-3)
-    sliding = (history["contact_state"].values == SLIP).all(axis=1)
-    assert sliding.sum() > 20
-    force = history["counterface_force"].values[sliding, 0]
-    expected = np.interp(history["time"].values[sliding], law.times, law.values)
-    np.testing.assert_allclose(np.abs(force[:, 0] / force[:, 1]), expected, rtol=1e-9)

@@ -62,22 +62,13 @@ SOLID = fs.Elastic(2e5, 0.48, 1200.0)
         ("Q4", elastic(), "solid", "got solid for a mesh in 2 dimensions, needs plane_strain or plane_stress"),
     ],
 )
-def test_materials_that_do_not_fit_the_mesh_are_refused(space, materials, formulation, message):
+def test_materials_and_tractions_that_do_not_fit_the_mesh_are_refused(space, materials, formulation, message):
     if isinstance(space, str):
         space, materials = build_space(distorted(space, 2)), {"bulk": materials}
     with pytest.raises(fs.InputError, match=message):
         cell_materials(space, materials, formulation)
-
-
-def test_tractions_and_integration_have_to_fit_the_element():
-    with pytest.raises(fs.InputError, match=r"tractions.top: got 3 components, needs 2"):
-        traction_load(build_space(distorted("Q4")), {"top": (0.0, 1.0, 0.0)}, 1.0)
-    with pytest.raises(fs.InputError, match="got 'nodal' for H8, needs linear triangles or tetrahedra"):
-        stiffness_of(distorted("H8", 2), SOLID, "solid", "nodal")
-
-
-def test_incompressible_plane_stress_is_allowed():
-    assert stiffness_of(distorted("Q4"), elastic(3.0, 0.5), "plane_stress")[2].nnz
+    with pytest.raises(fs.InputError, match=rf"tractions.top: got 4 components, needs {space.dim}"):
+        traction_load(space, {"top": (0.0,) * 4}, 1.0)
 
 
 @pytest.mark.parametrize("element", EVERY_ELEMENT)
@@ -87,8 +78,13 @@ def test_selective_and_nodal_integration_are_for_their_elements(element, integra
     if integration == "nodal" and element not in ("T3", "T4"):
         with pytest.raises(fs.InputError, match=f"integration: got 'nodal' for {element}, .*; write 'selective'"):
             check_integration(element, integration)
+        with pytest.raises(fs.InputError, match=f"got 'nodal' for {element}, needs linear triangles or tetrahedra"):
+            stiffness_of(distorted(element, 2), elastic(), formulation_of(element), "nodal")
     else:
         check_integration(element, integration)
+        in_2d = dimension(element) == 2
+        law = elastic(3.0, 0.5 if in_2d else 0.4999)
+        assert stiffness_of(distorted(element, 1), law, "plane_stress" if in_2d else "solid", integration)[2].nnz
 
 
 GRADIENTS = {
@@ -149,12 +145,6 @@ def test_only_rigid_body_modes_are_free_of_force(element, integration, formulati
     values, count = np.linalg.eigvalsh(stiffness.toarray()), 3 if space.dim == 2 else 6
     assert np.abs(values[:count]).max() <= 1e-12 * values[-1]
     assert values[count] >= (1e-4 if space.dim == 2 else 1e-6) * values[-1]
-
-
-def test_stiffness_is_symmetric_and_scales_with_depth():
-    whole, half = (stiffness_of(distorted("Q4"), elastic(), depth=depth)[2] for depth in (1.0, 0.5))
-    assert abs(whole - whole.T).max() <= 1e-13 * abs(whole).max()
-    np.testing.assert_allclose(half.toarray(), 0.5 * whole.toarray(), atol=1e-13 * abs(whole).max())
 
 
 @pytest.mark.parametrize("element", ["Q4", "T3", "T6"])

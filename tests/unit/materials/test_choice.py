@@ -42,10 +42,14 @@ def test_law_is_elastic_unless_named():
     assert read(law="neo_hookean", **HOOKE) == fs.NeoHookean(34e3, 0.48, 1000.0)
 
 
-def test_materials_are_written_as_they_are_read():
+def test_materials_are_written_as_they_are_read_objects_taken_as_they_are_and_others_refused():
     ogden = fs.Ogden((fs.OgdenTerm(2e3, 3.0),), 1000.0, bulk_modulus=1e6)
     for law in (fs.Elastic(34e3, 0.48, 1000.0), fs.NeoHookean(34e3, 0.48, 1000.0), ogden):
         assert read(**as_mapping(law)) == law
+        assert Body({"skin": law}).layers["skin"] is law
+    with pytest.raises(fs.InputError, match=r"layers\.skin"):
+        Body({"skin": 3.0})
+    assert {law.__name__ for law in LAWS} <= set(json_schema(Body)["$defs"])
 
 
 @pytest.mark.parametrize(
@@ -67,44 +71,30 @@ def test_mistakes_are_at_their_place(values, message):
     assert message in str(caught.value)
 
 
-def test_objects_are_taken_as_they_are_and_others_refused():
-    law = fs.NeoHookean(34e3, 0.48, 1000.0)
-    assert Body({"skin": law}).layers["skin"] is law
-    with pytest.raises(fs.InputError, match=r"layers\.skin"):
-        Body({"skin": 3.0})
-
-
-def test_schema_has_every_law():
-    schema = json_schema(Body)
-    assert {law.__name__ for law in LAWS} <= set(schema["$defs"])
-
-
-def test_another_law_keeps_what_it_needs():
-    assert kept_values(HOOKE, {"youngs_modulus": "3 kPa"}) == HOOKE
-    assert kept_values(HOOKE, {"law": "neo_hookean"}) == HOOKE
-    assert kept_values(HOOKE, {"law": "mooney_rivlin"}) == {"density": "1000 kg/m^3"}
-    # What is no name is told by whoever reads the values.
-    assert kept_values(HOOKE, {"law": {}}) == HOOKE
-    assert kept_values({"law": "ogden", "terms": [], "density": "1 kg/m^3"}, {"law": "elastic"}) == {
-        "density": "1 kg/m^3"
-    }
-    assert kept_values(HOOKE, {"law": "nonsense"}) == HOOKE
+@pytest.mark.parametrize(
+    ("values", "changes", "kept"),
+    [
+        (HOOKE, {"youngs_modulus": "3 kPa"}, HOOKE),
+        (HOOKE, {"law": "neo_hookean"}, HOOKE),
+        (HOOKE, {"law": "mooney_rivlin"}, {"density": "1000 kg/m^3"}),
+        ({"law": "ogden", "terms": [], "density": "1 kg/m^3"}, {"law": "elastic"}, {"density": "1 kg/m^3"}),
+        # What is no name is told by whoever reads the values.
+        (HOOKE, {"law": {}}, HOOKE),
+        (HOOKE, {"law": "nonsense"}, HOOKE),
+    ],
+)
+def test_another_law_keeps_what_it_needs(values, changes, kept):
+    assert kept_values(values, changes) == kept
 
 
 @pytest.mark.parametrize("name", fs.material_names())
-def test_every_material_is_a_law_and_says_what_it_claims(name):
+def test_every_material_is_a_law_says_what_it_claims_and_names_sources_the_assumed_ones_first(name):
     assert isinstance(fs.material(name), Material | FiniteMaterial)
     assert all(material_header(name)[key] for key in ("citation", "published", "claims_not"))
-
-
-@pytest.mark.parametrize("name", fs.material_names())
-def test_sources_are_in_the_references_or_assumed(name):
     references = resources.files("fingerslip").joinpath("references.bib").read_text()
-    table = material_table(name)
-    assert all(row.source == "assumed" or f"{{{row.source}," in references for row in table)
-    assert [row.source == "assumed" for row in table] == sorted(
-        (row.source == "assumed" for row in table), reverse=True
-    )
+    sources = [row.source for row in material_table(name)]
+    assert all(source == "assumed" or f"{{{source}," in references for source in sources)
+    assert sources == sorted(sources, key=lambda source: source != "assumed")
 
 
 @pytest.mark.parametrize(
@@ -120,16 +110,12 @@ def test_silicones_follow_the_test_they_were_fitted_to(name, stresses):
     np.testing.assert_allclose(nominal, stresses, rtol=0.048 if name == "ecoflex-00-30" else 0.005)
 
 
-def test_tissue_is_that_of_the_fingertip_preset():
-    finger = fs.preset("wang2014-2d").materials
-    assert fs.material("pulp").at_rest() == finger["tissue"]
+def test_tissue_is_that_of_the_fingertip_preset_and_pulp_that_relaxes_ends_near_pulp():
+    finger, pulp, relaxing = fs.preset("wang2014-2d").materials, fs.material("pulp"), fs.material("pulp-relaxing")
+    assert pulp.at_rest() == finger["tissue"]
     assert fs.material("skin").at_rest() == finger["epidermis"]
-
-
-def test_pulp_that_relaxes_ends_near_pulp():
-    law, left = fs.material("pulp-relaxing"), 1.0 - 0.6
-    assert [term.time for term in law.prony] == [4e-3, 70e-3, 1.4]
-    assert left * law.shear_modulus == pytest.approx(fs.material("pulp").shear_modulus)
+    assert [term.time for term in relaxing.prony] == [4e-3, 70e-3, 1.4]
+    assert (1.0 - 0.6) * relaxing.shear_modulus == pytest.approx(pulp.shear_modulus)
 
 
 def test_ranges_are_shown_with_the_notes():

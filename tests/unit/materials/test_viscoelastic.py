@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import fingerslip as fs
 from fingerslip.materials.large_strain import log_volume_of
 from fingerslip.materials.prony import check_prony, recurrence, relaxation
-from fingerslip.materials.relaxing import StepLaw, constants_of, shape_energy, shape_stress, spring_strain, volume_part
+from fingerslip.materials.relaxing import constants_of, shape_energy, shape_stress, spring_strain, volume_part
 from fingerslip.materials.viscoelastic import Relaxed, across_of, follow_strains, stored_energy, stress, with_across
 from unit.fe.finite.bodies import LAWS, SOFT
 
@@ -45,12 +45,6 @@ def test_recurrence_takes_fields_and_no_times():
     assert follow.follow(np.zeros((6, 0, 3))).shape == (2, 6, 0, 3)
 
 
-def test_short_steps_leave_no_digits_out():
-    follow = recurrence((fs.PronyTerm(0.3, 1e6),), 1e-6)
-    assert follow.end[0] == pytest.approx(0.5e-12, rel=1e-3)
-    assert follow.start[0] == pytest.approx(0.5e-12, rel=1e-3)
-
-
 @pytest.mark.parametrize(
     ("share", "time", "message"),
     [(0.0, 1.0, "share: got 0"), (1.0, 1.0, "share: got 1"), (0.3, 0.0, "time"), (0.3, -1.0, "time")],
@@ -76,22 +70,16 @@ def test_every_law_takes_terms_and_hands_them_to_small_strain(make):
         make((fs.PronyTerm(0.6, 1.0), fs.PronyTerm(0.6, 2.0)))
 
 
-def test_shares_may_leave_little():
+def test_steps_may_be_short_and_relaxation_is_not_faster_than_half_of_one_unless_it_is_controlled():
+    short = recurrence((fs.PronyTerm(0.3, 1e6),), 1e-6)
+    assert (short.end[0], short.start[0]) == pytest.approx((0.5e-12, 0.5e-12), rel=1e-3), "no digits are left out"
     check_prony((fs.PronyTerm(0.5, 1.0), fs.PronyTerm(0.49, 1.0)))
-
-
-def test_steps_that_are_controlled_may_be_long():
-    follow = recurrence((fs.PronyTerm(0.3, 1e-3),), 10.0, controlled=True)
-    assert follow.follow(np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
-
-
-def test_times_below_half_the_step_are_refused_with_the_limit():
     recurrence((fs.PronyTerm(0.3, 0.05),), 0.1)
-    with pytest.raises(fs.InputError) as caught:
+    message = "materials.skin.prony.2.time: got 0.04 s for a step of 0.1 s, needs at least 0.05 s, half"
+    with pytest.raises(fs.InputError, match=message):
         recurrence((*TERMS, fs.PronyTerm(0.1, 0.04)), 0.1, "materials.skin.prony")
-    assert "materials.skin.prony.2.time: got 0.04 s for a step of 0.1 s, needs at least 0.05 s, half" in str(
-        caught.value
-    )
+    long = recurrence((fs.PronyTerm(0.3, 1e-3),), 10.0, controlled=True)
+    assert long.follow(np.array([0.0, 1.0, 1.0]))[0] == pytest.approx([0.0, 1.0 - 1e-4, 1.0], abs=1e-12)
 
 
 EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -133,26 +121,6 @@ def test_a_change_of_volume_alone_has_hardly_any_energy_of_shape(law):
     assert abs(small) < 1e-7
     if abs(small) > 1e-12:
         assert double / small == pytest.approx(8.0, rel=0.01)
-
-
-@EVERY_LAW
-def test_law_of_a_step_has_the_elastic_law_as_its_limits(law):
-    strain = strains()
-    whole = StepLaw(law, 0.0, np.zeros(20))
-    np.testing.assert_array_equal(whole.kirchhoff_stress(strain), law.kirchhoff_stress(strain))
-    nothing = StepLaw(law, 1.0, np.full(20, 0.2)).kirchhoff_stress(strain)
-    np.testing.assert_allclose(nothing, np.tile(volume_part(law, log_volume_of(strain))[1][:, None] - 0.2, 3))
-
-
-@EVERY_LAW
-def test_tangent_of_a_step_is_the_derivative_of_its_stress(law):
-    strain, step = strains(), 1e-6
-    own = StepLaw(law, 0.4, np.linspace(0.0, 1.0, 20))
-    tangent = own.kirchhoff_tangent(strain)
-    for axis in range(3):
-        change = step * np.eye(3)[axis]
-        slope = (own.kirchhoff_stress(strain + change) - own.kirchhoff_stress(strain - change)) / 2 / step
-        np.testing.assert_allclose(tangent[:, :, axis], slope, atol=1e-6 * np.abs(tangent).max())
 
 
 @settings(max_examples=60)

@@ -9,15 +9,7 @@ from fingerslip.contact.solve import partition as module
 from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.partition import first_partition, solve_in_partitions
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from problems.contact import TOLERANCE
-
-
-def pressed_row(count, slide, mu=0.6):
-    """Return a shallow arch of nodes on an elastic row, pressed and pulled sideways."""
-    x = np.linspace(-1.0, 1.0, count)
-    body = np.kron(0.1 / (np.abs(x[:, None] - x) + 0.5 / count), np.eye(2) + 0.1 * (np.eye(2, k=1) + np.eye(2, k=-1)))
-    free = np.column_stack([x**2 - 0.5, np.full(count, slide)])
-    return body + 0.1 * np.eye(2 * count), np.full((count, 2), 0.1), free, np.full(count, mu)
+from problems.contact import TOLERANCE, pressed_row
 
 
 def to_and_fro():

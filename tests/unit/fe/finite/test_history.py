@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerslip.fe.finite.history import PACKED, end_history, selective_excess, spring_excess
+from fingerslip.fe.finite.history import end_history, selective_excess, spring_excess
 from fingerslip.materials.prony import PronyTerm, recurrence
 from fingerslip.materials.relaxing import Constants, shape_energy
 from problems.blocks import KINDS
@@ -47,20 +47,6 @@ def test_dashpots_follow_what_is_remembered_and_a_step_finds_their_share(kind):
             shared = np.tensordot(follow.shares * follow.decay, followed, axes=1)
             shared += follow.shares @ follow.start * values[-1]
             np.testing.assert_allclose(found[members], shared, atol=1e-12)
-
-
-@EVERY_KIND
-def test_sizes_and_what_a_step_finds_at_rest(kind):
-    bulk = relaxing_body(kind)
-    rest, dim = bulk.at_rest(STEP), bulk.space.dim
-    assert rest.history.points.shape == (bulk.weights.size, PACKED[dim] + 3)
-    assert rest.history.point_dashpots.shape[0] == len(TERMS)
-    assert rest.left.terms.taken_share == pytest.approx(
-        [recurrence(TERMS, STEP).shares @ recurrence(TERMS, STEP).end, 0.0]
-    )
-    for left in (rest.left.points, rest.left.groups, rest.left.offsets, rest.left.group_offsets, rest.pulled):
-        assert not left.any()
-    assert rest.left.moduli[1] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_halved_steps_have_their_own_weights_and_the_state_keeps_its_history():
