@@ -149,10 +149,8 @@ def test_both_readings_are_shown_where_the_paper_names_none() -> None:
 
 
 def test_a_condition_on_a_sampled_value_is_what_the_samples_leave_open() -> None:
-    study = study_of()
-    swept = [
-        dataclasses.replace(run, sampled={**run.sampled, "contact.friction_coefficient": 0.5}) for run in study.runs
-    ]
-    assert published_intervals(swept, [published_set("wang2014-table2")])
-    other = [dataclasses.replace(run, values={**run.values, "contact.friction_coefficient": 0.5}) for run in study.runs]
-    assert published_intervals(other, [published_set("wang2014-table2")]) == ()
+    friction, published = {"contact.friction_coefficient": 0.5}, [published_set("wang2014-table2")]
+    runs = study_of().runs
+    assert published_intervals([dataclasses.replace(run, sampled=run.sampled | friction) for run in runs], published)
+    other = [dataclasses.replace(run, values=run.values | friction) for run in runs]
+    assert published_intervals(other, published) == ()
