@@ -36,7 +36,7 @@ LONG = {
     *("viscous-limits", "large-relaxation-turned", "coulomb-oscillator", "controlled-creep", "elastica", "large-tube"),
     *("halved-step", "viscous-hertz", "sliding-block", "condensed-2d", "friction-tangents"),
     *("controlled-oscillator", "hht-order", "relaxation", "ciavarella-jaeger", "cattaneo", "hht-damping", "rod"),
-    *("viscous-vibration", "slip-weakening", "locking-2d", "rolling-cylinder", "cylinder-on-incline"),
+    *("viscous-vibration", "slip-weakening", "rolling-cylinder", "cylinder-on-incline"),
     *("ball-between-plates", "rigid-pads"),
 }
 MARKED = [

@@ -17,6 +17,7 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.integration import Integration
 from fingerslip.linear.resources import allowed_threads, limited_threads, suitable_threads
+from fingerslip.linear.solver import LinearSolver
 from fingerslip.verification.meshes import axes_of, box, components, dimension, formulation_of
 from fingerslip.verification.problem import Check, Problem, absolute
 from problems.verification.reference import condensed_states, full_motions, full_system, make_stepper
@@ -57,10 +58,10 @@ def _everywhere(states: Sequence[State], name: str, system: System) -> Array:
     return field
 
 
-def _compared(element: str, integration: Integration) -> Iterator[Check]:
+def compared(element: str, integration: Integration, solver: LinearSolver | None = None) -> Iterator[Check]:
     """Compare one element over a whole press and slide, at every node and every step."""
     model = _model(element, integration)
-    stepper, times, full = make_stepper(model), step_times(model), full_system(model)
+    stepper, times, full = make_stepper(model, solver), step_times(model), full_system(model)
     system = stepper.system
     with limited_threads(suitable_threads(len(full.mass), allowed_threads(), system.space.dim)):
         states = list(condensed_states(stepper, model))
@@ -83,6 +84,6 @@ def _cases(linear: str, *elements: str) -> dict[str, tuple[str, str]]:
 
 _TITLE, _SOURCE = "Condensed solver against the full system", "Newton's method"
 PROBLEMS = (
-    Problem("condensed-2d", f"{_TITLE}, in 2D", _SOURCE, _compared, _cases("T3", "Q4", "T3", "T6")),
-    Problem("condensed-3d", f"{_TITLE}, in 3D", _SOURCE, _compared, _cases("T4", "H8", "T4", "T10"), slow=True),
+    Problem("condensed-2d", f"{_TITLE}, in 2D", _SOURCE, compared, _cases("T3", "Q4", "T3", "T6")),
+    Problem("condensed-3d", f"{_TITLE}, in 3D", _SOURCE, compared, _cases("T4", "H8", "T4", "T10"), slow=True),
 )

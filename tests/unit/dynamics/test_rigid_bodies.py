@@ -193,7 +193,7 @@ def history(request):
     turn = fs.BodyLoad(**{about: 2e-4}, ramp=fs.Ramp((0.05, 0.1), (0.0, 1.0)))
     inertia = (1e-6,) * (1 if dim == 2 else 3)
     body = fs.RigidBody(0.02, free=(up, about), centre=(0.0,) * dim, inertia=inertia, loads=(turn,))
-    return fs.simulate(held(element, body=body, gravity=None, time=fs.TimeStepping(1e-3, alpha=0.0, end=0.15)))
+    return fs.simulate(held(element, body=body, gravity=None, time=fs.TimeStepping(1e-3, alpha=0.0, end=0.12)))
 
 
 def test_the_moment_of_contact_turns_the_body(history):

@@ -108,7 +108,7 @@ def test_a_base_that_sets_off_makes_a_bar_swing():
     length, modulus, density, speed = 1.0, 1e6, 1000.0, 0.1
     rotation = (3.0 * modulus / density) ** 0.5 / length
     period = 2.0 * np.pi / rotation
-    end = 2 * period
+    end = period
     history = fs.simulate(
         model_of(
             "Q4",
