@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.dynamics.recording import steps
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.dynamics.recording import steps as recorded_steps
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
@@ -26,15 +27,13 @@ def history():
     return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
 
 
-def test_every_variable_has_its_dimensions_units_and_name(history):
+def test_every_variable_is_finite_and_has_its_dimensions_units_and_labels(history):
     assert set(history.data_vars) == set(VARIABLES)
     assert set(history.coords) == set(COORDINATES)
     for name, known in (COORDINATES | VARIABLES).items():
         assert history[name].dims == known.dims
         assert history[name].attrs == {"units": known.units, "long_name": known.long_name}
-
-
-def test_labels_tell_what_was_recorded(history):
+        assert name in COORDINATES or np.isfinite(history[name].values).all(), name
     assert history.site.values.tolist() == ["deep", "low"]
     assert history.site_kind.values.tolist() == ["FA-II", "SA-I"]
     assert history.site_region.values.tolist() == ["", "bulk"]
@@ -70,11 +69,6 @@ def test_sites_move_and_strain_as_the_mesh_does():
         assert (history.stress.values[-1, number] <= stress.max(axis=0) + 0.05 * scale).all()
 
 
-def test_nothing_is_infinite_or_missing(history):
-    for name in VARIABLES:
-        assert np.isfinite(history[name].values).all(), name
-
-
 def test_body_force_is_the_sum_of_the_tractions(history):
     area = history.contact_area
     normal = (history.normal_traction * area).sum("contact_node")
@@ -86,21 +80,22 @@ def test_body_force_is_the_sum_of_the_tractions(history):
     assert friction[-1, 0] > 0.0, "a plate that moves along +x pulls the skin along +x"
 
 
-def test_gap_follows_from_positions_and_is_penetration_over_penalty(history):
+def test_gaps_tractions_states_and_slip_follow_from_each_other(history):
+    """A gap is the penetration over the penalty; a sticking node gathers no slip at all, not even rounding."""
     height = history.contact_position[:, 1] + history.contact_displacement[:, :, 1]
     lowest = float(history.contact_position[:, 1].min())
     gap = (height - lowest - history.counterface_displacement[:, 0, 1]).transpose("time", "contact_node").values
     np.testing.assert_allclose(history.gap.values, gap, atol=1e-15)
-    expected = np.maximum(-gap, 0.0) * history.attrs["normal_penalty"]
-    np.testing.assert_allclose(history.normal_traction.values, expected, atol=1e-9 * expected.max())
-
-
-def test_states_follow_from_tractions(history):
-    pressure, friction = history.normal_traction.values, np.linalg.norm(history.tangential_traction.values, axis=-1)
-    state = history.contact_state.values
-    assert ((state == 0) == (pressure == 0.0)).all()
-    np.testing.assert_allclose(friction[state == 2], 0.4 * pressure[state == 2], rtol=1e-8)
-    assert (friction[state == 1] < 0.4 * pressure[state == 1]).all()
+    pressure, expected = history.normal_traction.values, np.maximum(-gap, 0.0) * history.attrs["normal_penalty"]
+    np.testing.assert_allclose(pressure, expected, atol=1e-9 * expected.max())
+    state, friction = history.contact_state.values, np.linalg.norm(history.tangential_traction.values, axis=-1)
+    assert ((state == OPEN) == (pressure == 0.0)).all()
+    np.testing.assert_allclose(friction[state == SLIP], 0.4 * pressure[state == SLIP], rtol=1e-8)
+    assert (friction[state == STICK] < 0.4 * pressure[state == STICK]).all()
+    steps = np.diff(history.slip_distance.values, axis=0)
+    assert (steps >= 0.0).all()
+    assert (state[1:] == STICK).any()
+    assert (steps[state[1:] == STICK] == 0.0).all()
 
 
 def test_energy_of_the_cells_is_the_strain_energy():
@@ -228,7 +223,7 @@ def test_snapshots_are_at_the_steps_nearest_to_multiples_of_the_interval_with_bo
     times = step * np.arange(count + 1)
     multiples = np.append(np.arange(0.0, times[-1], ratio * step), times[-1])
     nearest = np.unique(np.abs(times[:, None] - multiples).argmin(axis=0))
-    assert steps.snapshot_steps(times, ratio * step) == nearest.tolist()
+    assert recorded_steps.snapshot_steps(times, ratio * step) == nearest.tolist()
 
 
 def test_tiny_intervals_keep_every_step_and_none_keeps_no_snapshots():
@@ -261,17 +256,8 @@ def test_records_are_refused_by_what_they_take_before_there_are_any(every, eleme
     """The estimate is at most a third more than what the history takes."""
     model = push_and_slide(element, record=fs.Recording(SITES, snapshots_every=every))
     taken = sum(variable.nbytes for variable in fs.simulate(model).data_vars.values())
-    monkeypatch.setattr(steps, "available_memory", lambda: taken - 1)
+    monkeypatch.setattr(recorded_steps, "available_memory", lambda: taken - 1)
     with pytest.raises(fs.InputError, match=r"GB for their records, .* GB are available; .*or take fewer snapshots"):
         fs.simulate(model)
-    monkeypatch.setattr(steps, "available_memory", lambda: int(1.3 * taken))
+    monkeypatch.setattr(recorded_steps, "available_memory", lambda: int(1.3 * taken))
     fs.simulate(model)
-
-
-def test_a_sticking_node_gathers_no_slip_at_all(history):
-    """Not even rounding: over thousands of steps it would add up."""
-    slip, state = history.slip_distance.values, history.contact_state.values
-    stuck = state[1:] == 1
-    assert stuck.any()
-    assert (np.diff(slip, axis=0)[stuck] == 0.0).all()
-    assert (np.diff(slip, axis=0) >= 0.0).all()

@@ -120,7 +120,7 @@ def test_only_the_mesh_tells_its_kind_and_size(file: Path) -> None:
     assert (inspected.suffix, region, cells, jacobian) == (".msh", "block", 32, pytest.approx(1.0))
 
 
-def test_key_follows_content_and_unit_but_not_the_name(file: Path) -> None:
+def test_key_follows_content_and_unit_but_not_the_name_and_a_path_is_relative_to_a_folder(file: Path) -> None:
     first = MeshFile(str(file)).key()
     assert MeshFile(str(file), "mm").key() != first
     copy = file.with_name("copy.msh")
@@ -128,16 +128,17 @@ def test_key_follows_content_and_unit_but_not_the_name(file: Path) -> None:
     assert MeshFile(str(copy)).key() == first
     copy.write_bytes(file.read_bytes() + b" ")
     assert MeshFile(str(copy)).key() != first
-
-
-def test_path_is_relative_to_a_folder(file: Path) -> None:
     assert MeshFile("block.msh", "mm").beside(file.parent) == MeshFile(str(file.resolve()), "mm")
 
 
-def test_a_small_size_spreads_to_both_sides_at_the_rate_of_growth() -> None:
+def test_sizes_grow_from_a_small_one_at_the_rate_of_growth_up_to_the_bulk() -> None:
     divided = grade(LINE, np.where(np.abs(LINE - 4.0) < 0.01, 0.1, 5.0))
     expected = 0.1 + GROWTH * np.abs(0.5 * (divided[1:] + divided[:-1]) - 4.0)
     assert np.diff(divided) == pytest.approx(expected, rel=0.12)
+    points = np.array([[0.0, 0.0], [3.0, 4.0], [0.0, 1.0], [50.0, 0.0]])
+    # At (0, 1) the finer source counts: 0.5 + 0.2 of the distance 1.
+    found = size_at(points, np.array([[0.0, 0.0], [0.0, 2.0]]), np.array([1.0, 0.5]), 2.0)
+    assert found == pytest.approx([0.5 + 0.2 * 2.0, min(1.0 + 0.2 * 5.0, 0.5 + 0.2 * np.hypot(3, 2)), 0.7, 2.0])
 
 
 LINE = np.linspace(0.0, 10.0, 2001)
@@ -164,14 +165,6 @@ def test_graded_parts_are_near_the_wanted_sizes_and_grow_slowly(wanted: list[flo
         assert np.all(np.abs(np.diff(parts)) <= 1.3 * GROWTH * np.maximum(parts[1:], parts[:-1]))
 
 
-def test_sizes_at_points_grow_from_the_nearest_source_up_to_the_bulk() -> None:
-    points = np.array([[0.0, 0.0], [3.0, 4.0], [0.0, 1.0], [50.0, 0.0]])
-    sources, own = np.array([[0.0, 0.0], [0.0, 2.0]]), np.array([1.0, 0.5])
-    # At (0, 1) the finer source counts: 0.5 + 0.2 of the distance 1.
-    found = size_at(points, sources, own, 2.0)
-    assert found == pytest.approx([0.5 + 0.2 * 2.0, min(1.0 + 0.2 * 5.0, 0.5 + 0.2 * np.hypot(3, 2)), 0.7, 2.0])
-
-
 def circle(radius: float, count: int = 4000) -> np.ndarray:
     angle = np.linspace(0.0, 2 * np.pi, count)
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -187,7 +180,7 @@ def test_no_part_of_a_bend_turns_by_more_than_the_limit(turn: float) -> None:
     assert len(chord) == np.ceil(360.0 / turn - 1e-6)
 
 
-def test_corners_of_a_curve_become_nodes() -> None:
+def test_corners_of_a_curve_become_nodes_and_parts_of_a_line_are_no_longer_than_wanted() -> None:
     side = np.linspace(0.0, 1.0, 101)
     path = np.vstack([np.column_stack([side, 0 * side])[:-1], np.column_stack([0 * side + 1.0, side])])
     divided = subdivide(path, np.full(len(path), 0.3), np.radians(18.0))
@@ -195,15 +188,10 @@ def test_corners_of_a_curve_become_nodes() -> None:
     assert divided[[0, -1]] == pytest.approx(np.array([[0.0, 0.0], [1.0, 1.0]]))
     # Each side alone: ceil(1 / 0.3) parts.
     assert len(divided) == 2 * 4 + 1
-
-
-def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
-    line = np.column_stack([LINE, 0 * LINE])
-    sizes = 0.2 + 0.1 * LINE
-    parts = np.diff(subdivide(line, sizes, np.radians(18.0))[:, 0])
-    middles = np.cumsum(parts) - parts / 2
-    assert np.all(parts <= (0.2 + 0.1 * middles) * 1.01)
-    assert np.all(parts >= (0.2 + 0.1 * middles) * 0.9)
+    parts = np.diff(subdivide(np.column_stack([LINE, 0 * LINE]), 0.2 + 0.1 * LINE, np.radians(18.0))[:, 0])
+    wanted = 0.2 + 0.1 * (np.cumsum(parts) - parts / 2)
+    assert np.all(parts <= wanted * 1.01)
+    assert np.all(parts >= wanted * 0.9)
 
 
 @pytest.mark.parametrize(

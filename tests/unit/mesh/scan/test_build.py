@@ -44,13 +44,7 @@ def test_number_of_tetrahedra_is_foreseen_from_the_volume():
     assert SCAN.refined(0.5) is None
 
 
-def test_paths_are_relative_to_a_folder(tmp_path: Path):
-    scan = fs.SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0), "phalanx.stl").beside(tmp_path)
-    assert (scan.skin, scan.phalanx) == (str(tmp_path.resolve() / "skin.stl"), str(tmp_path.resolve() / "phalanx.stl"))
-    assert fs.SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0)).beside(tmp_path).phalanx is None
-
-
-def test_key_follows_content_and_settings_but_not_the_folder(tmp_path: Path):
+def test_paths_are_relative_to_a_folder_and_the_key_follows_content_and_settings_alone(tmp_path: Path):
     def scan(folder: str, skin: str = "skin") -> fs.SurfaceMesh:
         (tmp_path / folder).mkdir(exist_ok=True)
         (tmp_path / folder / "skin.stl").write_text(skin)
@@ -60,13 +54,9 @@ def test_key_follows_content_and_settings_but_not_the_folder(tmp_path: Path):
     assert scan("a").key() == scan("b").key() == first
     assert dataclasses.replace(scan("a"), plate_angle=0.1).key() != first
     assert scan("b", "another skin").key() != first
-
-
-def test_a_flat_skin_has_no_size(tmp_path: Path) -> None:
-    points = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], dtype=float)
-    meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
-    with pytest.raises(fs.MeshError, match=r"skin\.vtu: is flat, needs a surface around a body"):
-        scan_cells(dataclasses.replace(SCAN, skin=str(tmp_path / "skin.vtu")))
+    both = fs.SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0), "phalanx.stl").beside(tmp_path)
+    assert (both.skin, both.phalanx) == (str(tmp_path.resolve() / "skin.stl"), str(tmp_path.resolve() / "phalanx.stl"))
+    assert scan("a").phalanx is None
 
 
 def test_mesh_and_its_tables_in_millimetres_come_from_one_scan(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -98,19 +88,16 @@ def test_quality_of_a_known_tetrahedron():
     assert row.mean_radius_ratio == pytest.approx(3 * (3 - np.sqrt(3)) / 6 / (np.sqrt(3) / 2))
 
 
-def test_deviation_of_a_box_from_a_shifted_sphere():
+def test_deviation_of_a_ball_from_a_smaller_sphere_and_no_thickness_without_an_inside():
     sphere = ellipsoid((5e-3, 5e-3, 5e-3), points=400)
     points = np.vstack([sphere.points * 1.1, np.zeros((1, 3))])
     cells = np.column_stack([sphere.triangles, np.full(len(sphere.triangles), 400)])
     ball = skfem.MeshTet1(points.T.copy(), cells.T.copy())
-    found = deviation(ball.with_boundaries({"skin": ball.boundary_facets()}), "skin", sphere)
+    ball = ball.with_boundaries({"skin": ball.boundary_facets()})
+    found = deviation(ball, "skin", sphere)
     assert found.mean == pytest.approx(0.5e-3, rel=0.02)
     assert found.largest == pytest.approx(0.5e-3, rel=0.05)
-
-
-def test_a_mesh_without_an_inside_of_the_skin_has_no_thickness():
-    mesh = skfem.MeshTet1()
-    assert skin_range(mesh.with_boundaries({"skin": mesh.boundary_facets()}), ellipsoid()) == (0.0, 0.0, 0.0)
+    assert skin_range(ball, sphere) == (0.0, 0.0, 0.0)
 
 
 SKIN = ellipsoid(points=400, name="skin.stl")
@@ -153,16 +140,13 @@ def test_any_pose_comes_back(seed: int):
 
 
 @pytest.mark.parametrize("angle", [0.0, 20.0, -10.0])
-def test_plate_angle_lowers_the_tip(angle: float):
+def test_landmarks_give_the_axes_and_a_plate_angle_lowers_the_tip(angle: float):
     placement = fs.placement_from_directions(FINGER, (1, 0, 0), (0, -1, 0), np.radians(angle))
     tip = placement.rotation @ [1.0, 0.0, 0.0]
     assert np.degrees(np.arcsin(-tip[1])) == pytest.approx(angle, abs=1.0)
-
-
-def test_landmarks_give_the_axes():
-    placement = fs.placement_from_landmarks(FINGER, (12e-3, 1e-3, 0), (-12e-3, 1e-3, 0), (0, -8e-3, 0))
-    assert placement.rotation == pytest.approx(np.eye(3), abs=1e-12)
-    assert placement.shift == pytest.approx([-12e-3, 8e-3, 0.0], abs=0.2e-3)
+    level = fs.placement_from_landmarks(FINGER, (12e-3, 1e-3, 0), (-12e-3, 1e-3, 0), (0, -8e-3, 0))
+    assert level.rotation == pytest.approx(np.eye(3), abs=1e-12)
+    assert level.shift == pytest.approx([-12e-3, 8e-3, 0.0], abs=0.2e-3)
 
 
 def moved(shift):
@@ -199,14 +183,19 @@ def test_bodies_and_sizes_that_are_no_finger(skin, phalanx, changes, message):
         ({"layers": fs.LayerSizes()}, r"scan_skin.stl: is open: 1 hole.*cut the finger"),
         ({"phalanx": SCAN.skin}, r"phalanx: got .* the file of the skin"),
         ({"skin": "none.stl"}, r"mesh.skin: cannot read none.stl"),
+        ({"skin": "flat.vtu"}, r"flat\.vtu: is flat, needs a surface around a body"),
         ({"tip": (0, 1, 0), "pad": (0, 0, -1)}, r"long axis is \d\d degrees off the direction of the tip"),
         ({"tip": (0, 0, 0)}, "tip: got"),
     ],
 )
-def test_scans_that_do_not_fit(changes, message):
+def test_scans_that_do_not_fit(changes, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    points = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], dtype=float)
+    meshio.write("flat.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
     scan = dataclasses.replace(SCAN, **changes)
+    make = {"none.stl": scan.key, "flat.vtu": lambda: scan_cells(scan)}.get(scan.skin, scan.build)
     with pytest.raises((fs.InputError, fs.MeshError), match=message):
-        (scan.key if scan.skin == "none.stl" else scan.build)()
+        make()
 
 
 @pytest.mark.parametrize(
