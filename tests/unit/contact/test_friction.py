@@ -44,15 +44,16 @@ def test_coefficients_are_those_of_the_formula(law, at, expected):
     np.testing.assert_allclose(LAWS[law].coefficients(conditions(**at)), expected, rtol=1e-12)
 
 
-def test_the_coefficient_of_a_law_is_that_before_anything_changes_it():
-    assert [law.coefficient for law in LAWS.values()] == [0.4, 0.8, 0.5, 0.8, 0.6, 0.4]
-
-
 def test_isotropic_laws_hold_in_2d_and_3d_along_any_tangent_and_anisotropic_ones_in_3d_in_their_own_frame():
     for name, law in LAWS.items():
         own = name == "anisotropic"
         assert law.dims == ((3,) if own else (2, 3))
         assert law.frame == (TangentFrame((0.0, 1.0, 0.0), 2.0) if own else TangentFrame(direction=None, stretch=1.0))
+    # The coefficient is that before anything changes it; contact without friction is allowed.
+    assert [law.coefficient for law in LAWS.values()] == [0.4, 0.8, 0.5, 0.8, 0.6, 0.4]
+    assert fs.Coulomb(0.0).coefficient == 0.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        LAWS["coulomb"].coefficient = 1.0
 
 
 def test_conditions_at_some_nodes_keep_the_time():
@@ -105,10 +106,3 @@ def test_values_that_make_no_law_are_refused(make, message):
 )
 def test_a_file_gives_lengths_and_times_with_units_and_coefficients_without(kind, values, law):
     assert from_mapping(kind, values, "f") == law
-
-
-def test_contact_without_friction_is_allowed_and_a_law_is_frozen():
-    law = fs.Coulomb(0.0)
-    assert law.coefficient == 0.0
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        law.coefficient = 1.0
