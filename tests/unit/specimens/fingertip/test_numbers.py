@@ -24,6 +24,7 @@ def test_derived_numbers_are_those_of_the_chosen_section_and_switches():
     # Two half squared cosines.
     assert Ridges(True, 0.47e-3, 0.15e-3, 0.1e-3).mean_height == pytest.approx(0.0625e-3)
     assert Fingerprint(True, "0.47 mm", "0.1 mm", "180 deg").phase == pytest.approx(3.14159265)
+    assert change_solid(solid={"nail": NAIL}, materials={"nail": HARD}).solid.nail == Nail(-4e-3, 5e-3, 5e-3, 5e-4)
 
 
 @pytest.mark.parametrize(
@@ -60,10 +61,6 @@ def test_preset_in_3d_keeps_the_sections_of_that_in_2d():
     assert solid.materials["epidermis"] == solid.materials["dermis"]
 
 
-def test_nail_lies_on_the_finger():
-    assert change_solid(solid={"nail": NAIL}, materials={"nail": HARD}).solid.nail == Nail(-4e-3, 5e-3, 5e-3, 5e-4)
-
-
 NAME = "wang2014-2d"
 
 
@@ -82,23 +79,18 @@ def test_preset_holds_what_is_published():
 
 
 @pytest.mark.parametrize("name", [NAME, "wang2014-3d"])
-def test_every_value_of_the_preset_has_a_source(name):
+def test_every_value_of_the_preset_has_a_source_and_it_says_what_it_does_not_claim(name):
     table = fs.preset_table(name)
     references = resources.files("fingerslip").joinpath("references.bib").read_text()
     # What a preset leaves out, such as the nail, has no source either.
-    given = {leaf.path for leaf in walk_values(fs.preset(name))}
-    assert {row.path for row in table} == given
+    assert {row.path for row in table} == {leaf.path for leaf in walk_values(fs.preset(name))}
     assert {row.source for row in table} == {"assumed", "wang2014", "corniani2024"}
     assert all(row.source == "assumed" or f"{{{row.source}," in references for row in table)
     assert all(row.note for row in table)
     assumed = [row.source == "assumed" for row in table]
     assert assumed == sorted(assumed, reverse=True)
-
-
-def test_header_says_what_the_set_does_not_claim():
     assert fs.preset_names() == (NAME, "wang2014-3d")
-    for name in fs.preset_names():
-        assert "no dimension" in preset_header(name)["claims_not"]
+    assert "no dimension" in preset_header(name)["claims_not"]
 
 
 def test_study_overrides_merge_deeply():

@@ -72,16 +72,13 @@ def test_depth_is_measured_along_normals_and_projection_goes_back_along_them():
 RIPPLED = change_solid(fingerprint={"enabled": True})
 
 
-def test_middle_line_has_the_ripples_of_the_section():
+def test_middle_line_has_the_ripples_of_the_section_and_back_and_sides_are_smooth():
     curve = outline_curve(dataclasses.replace(RIPPLED, section="sagittal"))
     s = np.linspace(-11e-3, 6e-3, 500)
     x, y = (np.interp(s, curve.arc_length, column) for column in curve.points.T)
     relief = relief_depth(RIPPLED, np.column_stack([x, y, np.zeros_like(x)]))
     assert np.allclose(relief, surface_depth(RIPPLED, s), atol=1e-9)
     assert np.ptp(relief) > 0.09e-3
-
-
-def test_back_and_sides_are_smooth():
     places = np.array([[0.0, 6.5e-3, 0.0], [0.0, 1e-4, 8e-3], [0.0, -1e-4, -8e-3]])
     assert not relief_depth(RIPPLED, places).any()
     assert not relief_depth(change_solid(), np.array([[0.0, -6.5e-3, 0.0]])).any()
@@ -97,10 +94,5 @@ def test_lowest_point_stays_and_distances_too(angle):
     assert lowest[1] == pytest.approx(-6.5e-3, abs=2e-6)
     before, after = (np.linalg.norm(points[5] - points[60], axis=1) for points in (grid, turned))
     assert np.allclose(before, after, rtol=1e-12)
-
-
-def test_positive_angle_lifts_the_tip():
     tip = np.array([[8e-3, 0.0, 0.0]])
-    level, lifted = (pose_points(change_solid(solid={"angle": angle}), tip)[0] for angle in ("0 rad", "0.3 rad"))
-    assert np.array_equal(level, tip[0])
-    assert lifted[1] > level[1] + 1e-3
+    assert np.sign(pose_points(finger, tip)[0, 1].round(3)) == np.sign(angle), "a positive angle lifts the tip"

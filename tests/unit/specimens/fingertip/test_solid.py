@@ -40,7 +40,7 @@ def skin():
     return swept(change_solid())
 
 
-def test_rows_lie_at_their_depths_and_end_on_the_cut(skin):
+def test_rows_lie_at_their_depths_end_on_the_cut_and_are_as_fine_as_wanted_at_the_contact(skin):
     finger = change_solid()
     assert skin.levels == pytest.approx([0.0, 0.5e-3, 1e-3])
     assert np.abs(onto_skin(finger, skin.points[0]) - skin.points[0]).max() < 1e-9
@@ -49,9 +49,6 @@ def test_rows_lie_at_their_depths_and_end_on_the_cut(skin):
     for level, row in zip(skin.levels, skin.points, strict=True):
         assert np.all(row[rim, 0] == -16e-3)
         assert np.allclose(depth_below_skin(finger, row[~rim]), level, atol=1e-5)
-
-
-def test_contact_is_as_fine_as_wanted(skin):
     edge = np.linalg.norm(skin.points[0][skin.triangles[:, 0]] - skin.points[0][skin.triangles[:, 1]], axis=1)
     fine = skin.fine[skin.triangles].all(axis=1)
     assert np.median(edge[fine]) == pytest.approx(0.8e-3, rel=0.15)
@@ -73,11 +70,6 @@ def test_tetrahedra_fill_the_rows_and_conform(skin):
     # Outside: the first and the last row of triangles, and two triangles for each side of a prism on the cut.
     assert np.count_nonzero(count == 1) == 2 * len(skin.triangles) + 2 * rim * (len(skin.levels) - 1)
     assert list(np.unique(row)) == [0, 1]
-
-
-def test_sizes_grow_with_distance_up_to_the_largest():
-    points = np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [9e-3, 0.0, 0.0]])
-    assert graded_sizes(points, points[:1], 0.3e-3, 1e-3) == pytest.approx([0.3e-3, 0.5e-3, 1e-3])
 
 
 def test_triangles_are_fine_near_the_contact_and_never_wider_than_the_tissue(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -119,23 +111,17 @@ def shell(is_open, scale=1.0, shift=0.0):
 
 
 @pytest.mark.parametrize("reaching", [True, False])
-def test_cells_fill_the_hull(reaching):
+def test_cells_fill_the_hull_whose_rim_runs_round_once(reaching):
     skin = shell(True)
+    ring = rim(skin)
+    assert np.array_equal(np.sort(ring), np.flatnonzero(np.abs(skin.points[:, 0]) < 1e-9))
+    assert np.linalg.norm(skin.points[ring] - skin.points[np.roll(ring, 1)], axis=1).max() < 1.6e-3
     phalanx = shell(True, 0.5) if reaching else shell(False, 0.3, 2.2e-3)
     core = mesh_solid_core(skin, phalanx, 1.2e-3)
     inner = enclosed(phalanx)
     assert volume(core, "phalanx") == pytest.approx(inner, rel=1e-6)
     assert volume(core, "tissue") == pytest.approx(enclosed(skin) - inner, rel=1e-6)
     assert np.array_equal(core.points[: len(skin.points)], skin.points)
-
-
-def test_rim_runs_round_once():
-    skin = shell(True)
-    ring = rim(skin)
-    on_cut = np.flatnonzero(np.abs(skin.points[:, 0]) < 1e-9)
-    assert np.array_equal(np.sort(ring), on_cut)
-    step = np.linalg.norm(skin.points[ring] - skin.points[np.roll(ring, 1)], axis=1)
-    assert step.max() < 1.6e-3
 
 
 def test_sizes_have_defaults_that_do_not_lock_and_are_refined_together():
@@ -151,6 +137,8 @@ def test_coarse_finger_has_about_as_many_cells_as_foreseen():
     mesh, finger = coarse_solid(), change_solid()
     assert type(mesh) is skfem.MeshTet1
     assert 0.2 * mesh.t.shape[1] < SIZES.estimated_cells(finger) < mesh.t.shape[1]
+    points = np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [9e-3, 0.0, 0.0]])
+    assert graded_sizes(points, points[:1], 0.3e-3, 1e-3) == pytest.approx([0.3e-3, 0.5e-3, 1e-3])
     coarse, fine = (solid_cells(finger, SolidSizes("T4", size, size)) for size in (1e-3, 0.5e-3))
     assert fine == pytest.approx(8 * coarse)
 
