@@ -129,16 +129,13 @@ def test_rounding_of_the_steps_does_not_move_a_knot():
     ],
 )
 def test_nodes_within_one_and_a_half_times_the_approach_are_candidates_and_under_loads_all(changes, reach):
+    """All have the area of the boundary together."""
     history, heights = fs.simulate(push_and_slide(**changes)), np.linspace(-4.0, 4.0, 9) ** 2 / 16.0 * 1e-3
     np.testing.assert_allclose(np.sort(history.contact_position.values[:, 1]), np.sort(heights[heights <= reach]))
-
-
-def test_tributary_areas_are_those_of_the_boundary():
-    history = fs.simulate(push_and_slide(contacts=contact(search_distance=1.0)))
     mesh = pad("Q4")
     ends = mesh.p[:, mesh.facets[:, mesh.boundaries["bottom"]]]
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum()
-    assert float(history.contact_area.sum()) == pytest.approx(1e-3 * length, rel=1e-12)
+    area = 1e-3 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum()
+    assert reach < 1.0 or float(history.contact_area.sum()) == pytest.approx(area, rel=1e-12)
 
 
 def test_corners_of_quadratic_tetrahedra_may_follow_their_neighbours_into_the_plate():

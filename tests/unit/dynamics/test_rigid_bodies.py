@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import fingerslip as fs
 from fingerslip.errors import EquilibriumError, InputError
-from problems.held import GRAVITY, MU, apart, held
+from problems.held import GRAVITY, apart, held
 from problems.pushed import push_and_slide
 from unit.dynamics.models import contact, error_of
 
@@ -55,18 +55,17 @@ def test_material_damping_leaves_rigid_bodies_and_driven_counterfaces_alone():
 @pytest.mark.parametrize("element", ["Q4", "T6", "H8"])
 def test_two_fingers_hold_an_object_by_friction_alone(element):
     history = fs.simulate(held(element, time=fs.TimeStepping(2e-3, end=0.2)))
-    last = history.isel(time=-1)
-    weight = 0.02 * GRAVITY
+    last, weight = history.isel(time=-1), 0.02 * GRAVITY
     # The fingers ring a little; the mean over the last half of the run does not.
-    force = history.rigid_body_force.values[100 // 2 :, 0]
+    force = history.rigid_body_force.values[50:, 0]
     np.testing.assert_allclose(force.mean(axis=0)[-1], weight, rtol=0.05)
-    if element != "T6":  # triangles of both fingers lean to the same side
-        assert np.abs(force[:, :-1]).max() < 1e-9 * weight, "the squeeze is symmetric"
-        assert np.abs(last.rigid_body_displacement.values[0, :-1]).max() < 1e-12
     np.testing.assert_allclose(last.rigid_body_force.values[0], -last.counterface_force.values.sum(axis=0), atol=1e-15)
-    both = history.friction_utilisation.values
-    np.testing.assert_allclose(both[:, 0], both[:, 1], atol=1e-9 if element != "T6" else 0.1)
-    assert 0.0 < both[-1, 0] < 1.0
+    used, is_symmetric = history.friction_utilisation.values, element != "T6"  # whose cells lean to the same side
+    np.testing.assert_allclose(used[:, 0], used[:, 1], atol=1e-9 if is_symmetric else 0.1)
+    assert 0.0 < used[-1, 0] < 1.0
+    if is_symmetric:
+        assert np.abs(force[:, :-1]).max() < 1e-9 * weight
+        assert np.abs(last.rigid_body_displacement.values[0, :-1]).max() < 1e-12
     imbalance = np.abs(history.energy_imbalance.values).max()
     assert imbalance < 1e-9 * np.abs(history.external_work.values).max()
 
@@ -176,13 +175,6 @@ def test_utilisation_of_anisotropic_friction_is_one_in_any_direction():
     assert history.friction_utilisation.values.max() <= 1.0 + 1e-9
 
 
-def test_friction_utilisation_is_one_when_the_object_slides():
-    history = fs.simulate(held(gravity=None, body=_loaded(-5.0)))
-    assert history.friction_utilisation.values[-1] == pytest.approx([1.0, 1.0])
-    normal = np.abs(history.counterface_force.values[-1, :, 0])
-    np.testing.assert_allclose(np.abs(history.counterface_force.values[-1, :, 1]), MU * normal, rtol=1e-9)
-
-
 # What histories say of them.
 
 
@@ -215,16 +207,12 @@ def test_the_moment_of_contact_turns_the_body(history):
     rate = np.gradient(angle, history.time.values)[2:-2]
     computed = history.rigid_body_angular_velocity.values[2:-2, 0, axis]
     np.testing.assert_allclose(computed, rate, atol=0.1 * np.abs(rate).max())
-
-
-def test_tractions_of_a_turning_face_are_in_its_frame(history):
-    """The normal of a flat face turns with the body: friction has no part along it."""
-    start = history.counterface_normal.values[history.contact_counterface.values]
-    dim = start.shape[1]
+    # The normal of a flat face turns with the body: friction has no part along it.
     angles = np.zeros((history.sizes["time"], 3))
     angles[:, 2 if dim == 2 else slice(None)] = history.rigid_body_rotation.values[:, 0].squeeze()
     turned = Rotation.from_rotvec(angles).as_matrix()[:, :dim, :dim]
-    along = np.einsum("tcd,tde,ce->tc", history.tangential_traction.values, turned, start)
+    normals = history.counterface_normal.values[history.contact_counterface.values]
+    along = np.einsum("tcd,tde,ce->tc", history.tangential_traction.values, turned, normals)
     assert np.abs(along).max() < 1e-9 * history.normal_traction.values.max()
 
 
@@ -254,19 +242,14 @@ def turning(moment, *, free=("ry", "rz")):
 
 
 @pytest.mark.parametrize(("moment", "warned"), [(0.45, False), (0.9, True)])
-def test_rotations_that_are_not_very_small_are_warned_of(moment, warned, caplog):
+def test_rotations_about_several_axes_that_are_not_very_small_are_warned_of(moment, warned, caplog):
+    """About one axis they may be any; larger ones about several are refused."""
     with caplog.at_level(logging.WARNING):
         history = fs.simulate(turning(moment))
     assert float(history.rigid_body_rotation.max()) == pytest.approx(2 * moment / 10.0, rel=1e-2)
     text = f"bodies.block.free.rz: the body turned by up to {float(history.rigid_body_rotation.max()):.3g} rad"
     assert (text in caplog.text) == warned
-
-
-def test_large_rotations_are_refused():
+    about_one = fs.simulate(turning(20.0 * moment, free=("rz",)))
+    assert float(about_one.rigid_body_rotation.max()) == pytest.approx(4.0 * moment, rel=1e-2)
     with pytest.raises(InputError, match=r"bodies.block.free.rz: the body has turned by 0.20\d rad at t = 0.024 s"):
         fs.simulate(turning(1.2))
-
-
-def test_a_body_turns_by_any_angle_about_one_axis():
-    history = fs.simulate(turning(10.0, free=("rz",)))
-    assert float(history.rigid_body_rotation.max()) == pytest.approx(2.0, rel=1e-2)

@@ -29,13 +29,22 @@ def test_a_support_carries_weight_and_loads(dim):
     np.testing.assert_allclose(history.support_force.values[-1, 0], expected * up, rtol=1e-10, atol=1e-10 * expected)
 
 
-def test_supports_share_what_they_carry():
-    """The sides carry half of the pull each, and what both hold counts for the first of them."""
+def test_supports_share_what_they_carry_and_what_two_hold_moves_with_the_first():
+    """The sides carry half of the pull each, and what both hold counts for the first of them.
+
+    The corner belongs to the left side, which rests; the rest of the top moves down.
+    """
     held = {"left": ("x", "y"), "right": ("x", "y"), "bottom": ("x",)}
     history = fs.simulate(supported_block(supports=held, tractions={"top": (0.0, 100.0)}))
     forces = history.support_force.values[-1]
     np.testing.assert_allclose(forces[:, 1], [-0.5, -0.5, 0.0], atol=1e-12)
     np.testing.assert_allclose(forces[:, 0].sum(), 0.0, atol=1e-12)
+    down = fs.SupportMotion((0.0, -1e-3), fs.Ramp((0.0, 0.2), (0.0, 1.0)))
+    moving = {"supports": {"left": ("y",), "top": ("x", "y")}, "support_motions": {"top": down}}
+    history = fs.simulate(supported_block(**moving, record=fs.Recording(snapshots_every=0.2)))
+    x, y = history.node_position.values.T
+    moved = history.snapshot_displacement.values[-1, y > 5e-3 - 1e-9, 1]
+    np.testing.assert_allclose(moved, np.where(x[y > 5e-3 - 1e-9] < 1e-9, 0.0, -1e-3), atol=1e-15)
 
 
 @pytest.mark.parametrize("basis", [None, fs.ReducedBasis()])
@@ -136,16 +145,6 @@ def test_the_whole_mesh_is_shown_where_it_has_moved_to():
     np.testing.assert_allclose(history.displacement.values[-1, 0], [-0.8e-3, -0.4e-3], rtol=1e-12)
     top = history.node_position.values[:, 1] > 4e-3 - 1e-9
     np.testing.assert_allclose(history.snapshot_displacement.values[-1, top], [[-0.8e-3, -0.4e-3]] * top.sum())
-
-
-def test_what_two_supports_hold_moves_with_the_first():
-    """The corner belongs to the left side, which rests; the rest of the top moves down."""
-    down = fs.SupportMotion((0.0, -1e-3), fs.Ramp((0.0, 0.2), (0.0, 1.0)))
-    model = supported_block(supports={"left": ("y",), "top": ("x", "y")}, support_motions={"top": down})
-    history = fs.simulate(dataclasses.replace(model, record=fs.Recording(snapshots_every=0.2)))
-    x, y = history.node_position.values.T
-    moved = history.snapshot_displacement.values[-1, y > 5e-3 - 1e-9, 1]
-    np.testing.assert_allclose(moved, np.where(x[y > 5e-3 - 1e-9] < 1e-9, 0.0, -1e-3), atol=1e-15)
 
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
