@@ -12,15 +12,7 @@ import problems.verification
 from fingerslip.tables.table import to_markdown
 from fingerslip.verification.catalogue import FILES, choose, known_names, problem
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import (
-    Problem,
-    VerificationError,
-    absolute,
-    relative,
-    run,
-    solve_problem,
-    table,
-)
+from fingerslip.verification.problem import Problem, VerificationError, absolute, relative, run, solve_problem, table
 from places import ROOT
 from problems.verification import locking
 

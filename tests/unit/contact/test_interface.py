@@ -139,10 +139,7 @@ def test_a_node_that_leaves_and_lands_elsewhere_starts_afresh():
 
 
 @settings(max_examples=200, deadline=None, derandomize=True)
-@given(
-    st.lists(st.tuples(st.floats(-0.02, 0.01), st.floats(-0.1, 0.1)), min_size=1, max_size=8),
-    st.floats(0.0, 2.0),
-)
+@given(st.lists(st.tuples(st.floats(-0.02, 0.01), st.floats(-0.1, 0.1)), min_size=1, max_size=8), st.floats(0.0, 2.0))
 def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
     nodes = candidates()
     before = rest_state(nodes, np.zeros(1))

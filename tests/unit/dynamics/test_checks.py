@@ -59,8 +59,7 @@ def test_a_clearance_is_the_gap_along_the_normal_at_the_start(counterface):
 
 
 @pytest.mark.parametrize(
-    ("supports", "free"),
-    [({"top": ("y",), "left": ("x",)}, 90 - 9 - 5), ({"bulk": ("y",), "top": ("x", "y")}, 45 - 9)],
+    ("supports", "free"), [({"top": ("y",), "left": ("x",)}, 90 - 9 - 5), ({"bulk": ("y",), "top": ("x", "y")}, 45 - 9)]
 )
 def test_boundaries_and_whole_regions_are_supported(supports, free):
     """The latter along y, so that the body shears as a whole."""

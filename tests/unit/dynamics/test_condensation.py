@@ -35,10 +35,7 @@ def curved(**changes):
     "changes",
     [
         {"mesh": pad("Q4", columns=16)},
-        {
-            "contacts": curved(drive=fs.Drive(1e-3, 2e-4)),
-            "programme": (fs.Hold(0.05), fs.Slide(0.2e-3, 4e-3)),
-        },
+        {"contacts": curved(drive=fs.Drive(1e-3, 2e-4)), "programme": (fs.Hold(0.05), fs.Slide(0.2e-3, 4e-3))},
         {
             "contacts": curved(rigid_body="table"),
             "bodies": {"table": dataclasses.replace(TABLE, loads=(fs.BodyLoad(y=0.01, rz=2e-5),))},

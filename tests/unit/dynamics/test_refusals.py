@@ -85,10 +85,7 @@ MODELS = [
     ),
     *((pressed_and_slid(way), "along the counterface") for way in ((0.0, 1.0), (0.0, 0.0), (1e-9, 1.0))),
     (pressed_and_slid((1.0, 0.0, 0.0)), "programme.1.slide.direction: got 3 components, needs 2"),
-    (
-        {"contacts": contact(friction=fs.Anisotropic(0.4, 0.8))},
-        "contacts.0.friction: got Anisotropic in 2 .*needs 3",
-    ),
+    ({"contacts": contact(friction=fs.Anisotropic(0.4, 0.8))}, "contacts.0.friction: got Anisotropic in 2 .*needs 3"),
     # Loads, and steps without inertia.
     ({"gravity": (9.81,)}, "gravity: got 1 components, needs 2"),
     ({"initial_velocity": (1.0,)}, "initial_velocity: got 1 components, needs 2"),

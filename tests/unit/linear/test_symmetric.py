@@ -7,11 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from fingerslip.linear.symmetric import (
-    symmetric_product,
-    symmetric_products,
-    write_symmetric_product,
-)
+from fingerslip.linear.symmetric import symmetric_product, symmetric_products, write_symmetric_product
 
 SIZES = [0, 1, 2, 3, 4, 5, 7, 8, 150, 151]
 

@@ -231,11 +231,7 @@ SITE = {"name": "mine", "kind": "probe", "position": ["0 mm", "-6.5 mm"], "regio
     [
         (fs.RigidBody, JUG, BODY),
         (fs.Site, SITE, fs.Site("mine", "probe", (0.0, -6.5e-3), "dermis")),
-        (
-            fs.Slide,
-            {"distance": "6 mm", "speed": "3 mm/s", "press": "-200 um"},
-            fs.Slide(6e-3, 3e-3, press=-0.2e-3),
-        ),
+        (fs.Slide, {"distance": "6 mm", "speed": "3 mm/s", "press": "-200 um"}, fs.Slide(6e-3, 3e-3, press=-0.2e-3)),
     ],
 )
 def test_what_a_file_gives_with_units_is_read_and_written_back(kind, values, expected):

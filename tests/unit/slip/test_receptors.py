@@ -17,14 +17,20 @@ from unit.synthetic import DEPTHS, HALF_WIDTH, Process, make
 HISTORY = make(Process())
 
 
-def test_edges_are_those_of_the_patch() -> None:
-    assert contact_edges(HISTORY) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
+@pytest.mark.parametrize("normal", [(0.0, 1.0), (0.6, 0.8)])
+def test_edges_are_those_of_the_patch_of_one_body_along_the_plate(normal: tuple[float, float]) -> None:
+    turn = np.array([[normal[1], normal[0]], [-normal[0], normal[1]]])
+    history = HISTORY.assign_coords(
+        counterface_normal=(("counterface", "component"), [normal]),
+        contact_position=(("contact_node", "component"), HISTORY["contact_position"].values @ turn.T),
+    )
+    assert contact_edges(history) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
     # The patch grows with the square root of time.
-    assert contact_edges(HISTORY, 0.25) == pytest.approx((-HALF_WIDTH / 2, HALF_WIDTH / 2), abs=2.1e-4)
-
-
-def test_without_contact_there_are_no_edges_and_no_receptors() -> None:
-    apart = HISTORY.assign(contact_state=HISTORY["contact_state"] * 0)
+    assert contact_edges(history, 0.25) == pytest.approx((-HALF_WIDTH / 2, HALF_WIDTH / 2), abs=2.1e-4)
+    counterfaces = np.where(HISTORY["contact_position"][:, 0] > 1e-3, 1, 0)
+    two = history.assign_coords(contact_counterface=("contact_node", counterfaces))
+    assert contact_edges(two, counterface=0) == pytest.approx((-HALF_WIDTH, 1e-3), abs=2.1e-4)
+    apart = history.assign(contact_state=history["contact_state"] * 0)
     assert contact_edges(apart) is None
     assert receptors_in_areas(apart) == {}
     assert receptor_signals(apart)["acceleration"].isnull().all()
@@ -52,22 +58,9 @@ def test_signals_are_means_over_the_area() -> None:
     assert of_area["strain_energy_density"].values == pytest.approx(own["strain_energy_density"].mean("site").values)
     ends = own["acceleration"].values[201:203, :, 0]
     assert float(of_area["acceleration"][202]) == pytest.approx(ends.mean())
-
-
-def test_missing_types_have_count_zero() -> None:
-    signals = receptor_signals(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-I"))
-    assert signals["receptor_count"].sel(area="A").values.tolist() == [5, 0, 0, 0]
-    assert signals["acceleration"].sel(kind="SA-I").isnull().all()
-
-
-@pytest.mark.parametrize("normal", [(0.0, 1.0), (0.6, 0.8)])
-def test_tilted_plate_has_tangential_coordinates(normal: tuple[float, float]) -> None:
-    turn = np.array([[normal[1], normal[0]], [-normal[0], normal[1]]])
-    tilted = HISTORY.assign_coords(
-        counterface_normal=(("counterface", "component"), [normal]),
-        contact_position=(("contact_node", "component"), HISTORY["contact_position"].values @ turn.T),
-    )
-    assert contact_edges(tilted) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
+    few = receptor_signals(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-I"))
+    assert few["receptor_count"].sel(area="A").values.tolist() == [5, 0, 0, 0]
+    assert few["acceleration"].sel(kind="SA-I").isnull().all()
 
 
 def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
@@ -80,22 +73,11 @@ def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
         assert set(swapped["FA-I", one]) == set(chosen["FA-I", other])
 
 
-def test_edges_are_those_of_one_body() -> None:
-    counterfaces = np.where(HISTORY["contact_position"][:, 0] > 1e-3, 1, 0)
-    two = HISTORY.assign_coords(contact_counterface=("contact_node", counterfaces))
-    assert contact_edges(two, counterface=0) == pytest.approx((-HALF_WIDTH, 1e-3), abs=2.1e-4)
-
-
-def test_receptors_move_with_the_contact_over_time() -> None:
+def test_receptors_move_with_the_contact_over_time_and_have_the_rows_of_their_names() -> None:
     """At a quarter of the press the contact is half as wide, and so are the positions of its receptors."""
     chosen = receptors_in_areas(HISTORY, per_area=1, kinds=("SA-I",), time=0.25)
-    positions = [
-        float(HISTORY["site_position"].sel(site=chosen["SA-I", area][0], component="x").values) for area in "AB"
-    ]
-    assert positions == pytest.approx([-2e-3, 2e-3])
-
-
-def test_rows_of_receptors_are_those_of_their_names() -> None:
+    places = HISTORY["site_position"].sel(component="x")
+    assert [float(places.sel(site=chosen["SA-I", area][0])) for area in "AB"] == pytest.approx([-2e-3, 2e-3])
     rows = receptor_rows(HISTORY, ("FA-I", "SA-II"), 2)
     chosen = receptors_in_areas(HISTORY, 2, ("FA-I", "SA-II"))
     assert HISTORY["site"].values[rows].tolist() == [name for names in chosen.values() for name in names]

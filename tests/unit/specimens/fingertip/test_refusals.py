@@ -124,10 +124,7 @@ REFUSED = {
             "third of fingerprint.pitch.*switch the fingerprint off",
         ),
         ({"sizes": {"contact_size": 0.157e-3}}, "contact_size: got 0.157 mm, needs <= 0.1567 mm, a third of ridges"),
-        (
-            {"sizes": {"bulk_size": 0.05e-3}},
-            r"^MeshSizes.bulk_size: got 0.05 mm, needs >= 0.12 mm \(contact_size\)$",
-        ),
+        ({"sizes": {"bulk_size": 0.05e-3}}, r"^MeshSizes.bulk_size: got 0.05 mm, needs >= 0.12 mm \(contact_size\)$"),
         ({"sizes": {"element": "T4"}}, "element"),
         (
             {"sizes": {}, "sagittal": {"zone": {"start": "-20 mm"}}},

@@ -36,8 +36,7 @@ def test_sizes_resolve_the_ridges_and_both_are_refined():
 
 
 @pytest.mark.parametrize(
-    ("section", "element", "sizes"),
-    [("sagittal", "Q4", (0.12e-3, 0.28e-3)), ("transverse", "T3", (0.15e-3, 0.6e-3))],
+    ("section", "element", "sizes"), [("sagittal", "Q4", (0.12e-3, 0.28e-3)), ("transverse", "T3", (0.15e-3, 0.6e-3))]
 )
 def test_number_of_cells_is_foreseen(section, element, sizes):
     fingertip, source = change(section=section), fs.MeshSizes(*sizes, element=element)
