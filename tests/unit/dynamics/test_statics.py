@@ -33,12 +33,11 @@ def test_the_compliance_is_symmetric_and_of_the_nodes_within_reach_and_a_site_th
     assert (np.linalg.eigvalsh(body.compliance)[6:] > -1e-15).all()
     crown = int(np.argmin(np.linalg.norm(body.positions, axis=1)))
     assert body.at_sites == pytest.approx(body.compliance[3 * crown : 3 * crown + 3], rel=1e-9, abs=1e-12)
-
-
-def test_a_convex_body_hides_nothing():
     angle = np.linspace(-1.2, 1.2, 41)
     arc = np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
-    assert depth_in_hull(arc, np.array([0.0, 1.0])) == pytest.approx(np.zeros(41), abs=1e-12)
+    assert depth_in_hull(arc, np.array([0.0, 1.0])) == pytest.approx(np.zeros(41), abs=1e-12), (
+        "a convex body hides none"
+    )
 
 
 BALL = dataclasses.replace(pressed_dome().contacts[0], counterface=fs.Sphere(5e-3, (0.0, 1.0, 0.0)))

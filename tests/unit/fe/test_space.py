@@ -38,18 +38,13 @@ def test_degrees_of_freedom_are_numbered_node_by_node(element):
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
-def test_vertices_come_first_and_the_middles_of_sides_after_them(element):
-    mesh = distorted(element)
-    positions, count = build_space(mesh).positions, mesh.nvertices
-    np.testing.assert_allclose(positions[:count], mesh.p.T[:count], atol=1e-15)
-    middles = mesh.p[:, mesh.facets].mean(axis=1).T if element == "T6" else np.zeros((0, 2))
-    np.testing.assert_allclose(positions[count:], middles, atol=1e-15)
-
-
-@pytest.mark.parametrize("element", ELEMENTS)
-def test_the_centre_basis_has_one_point_at_the_centroid(element):
+def test_vertices_come_before_the_middles_of_sides_and_the_centre_basis_has_one_point_at_the_centroid(element):
     """scikit-fem takes an integration order of zero for none given, and then integrates fully."""
-    space = build_space(distorted(element))
+    mesh = distorted(element)
+    space, count = build_space(mesh), mesh.nvertices
+    np.testing.assert_allclose(space.positions[:count], mesh.p.T[:count], atol=1e-15)
+    middles = mesh.p[:, mesh.facets].mean(axis=1).T if element == "T6" else np.zeros((0, 2))
+    np.testing.assert_allclose(space.positions[count:], middles, atol=1e-15)
     assert space.centre.X.shape == (2, 1)
     np.testing.assert_allclose(space.centre.X[:, 0], 0.5 if element == "Q4" else 1 / 3, rtol=1e-14)
 
@@ -209,22 +204,18 @@ def test_motions_that_supports_leave_free(element, supports, motions):
     assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
 
 
-def test_a_single_held_node_leaves_the_rotation_about_it():
-    space = build_space(box("Q4", GRID, GRID))
-    for corner in (0, len(space.positions) // 2):
-        free = np.setdiff1d(np.arange(space.n_dofs), [2 * corner, 2 * corner + 1])
-        assert [piece.motions for piece in free_pieces(space, free)] == [(ABOUT_Z,)]
-
-
-def test_pieces_that_hang_apart_are_judged_one_by_one():
+def test_pieces_that_hang_apart_are_judged_one_by_one_and_a_held_node_leaves_the_rotation_about_it():
     one = box("Q4", GRID, GRID)
     both = skfem.MeshQuad(np.hstack([one.p, one.p + 10e-3]), np.hstack([one.t, one.t + one.p.shape[1]]))
     space = build_space(both.with_subdomains({"both": np.arange(both.nelements)}))
-    second = np.arange(one.p.shape[1], both.p.shape[1])
+    second, every = np.arange(one.p.shape[1], both.p.shape[1]), np.arange(space.n_dofs)
     held = vector_dofs(np.setdiff1d(np.arange(both.p.shape[1]), second), 2).ravel()
-    (piece,) = free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), held))
+    (piece,) = free_pieces(space, np.setdiff1d(every, held))
     assert piece.nodes.tolist() == second.tolist()
     assert piece.motions == (X, Y, ABOUT_Z)
+    for node in second[[0, len(second) // 2]]:
+        (piece,) = free_pieces(space, np.setdiff1d(every, [*held, 2 * node, 2 * node + 1]))
+        assert piece.motions == (ABOUT_Z,)
 
 
 def test_size_and_place_of_the_body_make_no_difference():

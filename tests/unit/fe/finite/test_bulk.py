@@ -161,11 +161,6 @@ def test_the_state_near_does_not_change_the_thickness():
     np.testing.assert_allclose(bulk.deformed(at, near).log_strain, bulk.deformed(at).log_strain, atol=1e-9)
 
 
-def test_nodal_integration_of_other_elements_is_refused():
-    with pytest.raises(InputError, match="integration"):
-        body("Q4", "nodal")
-
-
 @pytest.mark.parametrize("kind", KINDS, ids="-".join)
 def test_iterates_of_a_step_carry_what_its_start_left(kind):
     bulk = relaxing_body(kind)
@@ -202,7 +197,7 @@ def test_nothing_is_integrated_from_mean_volumes_without_lateral_contraction():
     assert np.isfinite(bulk.deformed(moved(bulk, 0.05)).mean_volume).all()
 
 
-def test_the_groups_of_quadrilaterals_are_their_cells():
+def test_the_groups_of_quadrilaterals_are_their_cells_and_nodes_between_materials_have_one_for_each():
     """The mean of the ratios of areas is the ratio of the areas of the cell."""
     bulk = body("Q4")
     at = moved(bulk, 0.05)
@@ -213,9 +208,6 @@ def test_the_groups_of_quadrilaterals_are_their_cells():
 
     start = bulk.space.positions
     np.testing.assert_allclose(bulk.deformed(at).mean_volume, areas(start + at.reshape(-1, 2)) / areas(start))
-
-
-def test_nodes_between_materials_have_a_group_for_each():
     one, two = body("T3", "nodal"), body("T3", "nodal", law=STIFF, beside=SOFT)
     nodes = len(one.space.positions)
     between = np.intersect1d(*(two.nodes[two.materials.number == number] for number in (0, 1))).size
@@ -256,11 +248,8 @@ def test_no_stress_is_left_across_the_plane(law, guess):
     np.testing.assert_array_equal(strain, kept)
     found = np.column_stack([strain[:, :2], across])
     np.testing.assert_allclose(law.kirchhoff_stress(found)[:, 2], 0.0, atol=1e-8)
-
-
-def test_a_sheet_at_rest_keeps_its_thickness_and_no_points_have_none():
     np.testing.assert_array_equal(thickness_strain(SOFT, np.zeros((3, 3))), 0.0)
-    assert thickness_strain(SOFT, np.zeros((0, 3))).shape == (0,)
+    assert thickness_strain(law, np.zeros((0, 3))).shape == (0,)
 
 
 def test_what_a_step_finds_at_its_start_pulls_across_as_well():
@@ -288,11 +277,6 @@ class Sheet:
         return np.tile(np.diag([1e4, 1e4, self.stiffness]), (len(log_strain), 1, 1))
 
 
-@pytest.mark.parametrize("law", [*LAWS, Sheet(1.0, 0.0)], ids=lambda law: type(law).__name__)
-def test_laws_with_a_thickness_are_taken(law):
-    check_thickness("skin", law)
-
-
 class Pushing:
     """A law that always pushes across the plane."""
 
@@ -303,15 +287,14 @@ class Pushing:
         return np.ones((len(strain), 3, 3))
 
 
-def test_a_law_without_such_a_thickness_is_an_error_that_says_what_to_do():
-    with pytest.raises(FingerslipError, match=r"Pushing: no thickness .* take plane strain"):
-        thickness_strain(Pushing(), np.zeros((1, 3)))
-
-
 @pytest.mark.parametrize(("stiffness", "stress"), [(0.0, 0.0), (-1.0, 0.0), (np.nan, np.nan), (1e4, 3.0)])
 def test_laws_without_a_thickness_are_refused(stiffness, stress):
-    expected = (
-        rf"materials\.skin: got Sheet, .* is {stress:g} Pa at rest and grows by {stiffness:g} Pa.*take plane_strain"
-    )
-    with pytest.raises(InputError, match=expected):
+    found = rf"is {stress:g} Pa at rest and grows by {stiffness:g} Pa"
+    with pytest.raises(InputError, match=rf"materials\.skin: got Sheet, .* {found}.*take plane_strain"):
         check_thickness("skin", Sheet(stiffness, stress))
+    for law in (*LAWS, Sheet(1.0, 0.0)):
+        check_thickness("skin", law)
+    with pytest.raises(FingerslipError, match=r"Pushing: no thickness .* take plane strain"):
+        thickness_strain(Pushing(), np.zeros((1, 3)))
+    with pytest.raises(InputError, match="integration"):
+        body("Q4", "nodal")
