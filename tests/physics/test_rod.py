@@ -4,8 +4,6 @@ Source: the wave equation. The contact force is E A v0 / c from the touch to 2 L
 from the free end; then the rod flies off at 2 v0 with no internal energy. nu = 0, c = sqrt(E / rho).
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A finger in 3D pressed on a plate and slid: balance of forces, symmetry, and slip from the edge inwards."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

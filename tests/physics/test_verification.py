@@ -1,7 +1,5 @@
 """Every verification problem must pass all its checks; sources and tolerances stand with the problems."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 import numpy as np

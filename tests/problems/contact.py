@@ -5,8 +5,6 @@ for gaps and slips y = W r + q follows here from the conditions themselves, with
 compliance w of a node's own direction, min(r_n, y_n / w_n) is zero up to e F, and so on.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

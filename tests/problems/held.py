@@ -1,7 +1,5 @@
 """Rigid bodies between two fingers, on a pad, and by themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import fingerslip as fs

@@ -1,7 +1,5 @@
 """Random damage to text, plain data and bytes, repeatable by its random numbers."""
 
-from __future__ import annotations
-
 import copy
 import random
 import re

@@ -1,7 +1,5 @@
 """Meshes of every builder lie flat, and are refused once a node of theirs is moved through a facet."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any

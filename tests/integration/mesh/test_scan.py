@@ -1,7 +1,5 @@
 """Scans become layered meshes: names, volumes, depths, distances from the scan."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import re

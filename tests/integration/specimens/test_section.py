@@ -1,7 +1,5 @@
 """The mesh of a section: names, areas, sizes, quality, and the same mesh every time."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The fingertip in 3D: names, volumes, layers, angles, quality, and the size of the published mesh."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -3,8 +3,6 @@
 The reference is :mod:`problems.verification.reference`: Newton's method on all displacements with dense matrices.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Steps that control their own error: creep and relaxation over minutes, and an oscillator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Refinement of the fingertip of the shipped two-dimensional study in mesh, time step and contact stiffness."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 

@@ -1,7 +1,5 @@
 """Friction laws against the closed form of a uniform contact, and their derivatives by finite differences."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A cylinder pressed deep into a neo-Hookean block and dragged, beside a second program's result."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

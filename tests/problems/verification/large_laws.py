@@ -1,7 +1,5 @@
 """Laws of large strain on small distorted meshes of every element: stretched, sheared, and turned round once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Large strain against small strain, a free block that tumbles, and steps that are halved."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -6,8 +6,6 @@ shear by dead loads the volume stays, so that all of the stress is R(t) of the e
 is hardly compressible likewise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any

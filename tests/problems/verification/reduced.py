@@ -1,7 +1,5 @@
 """The reduced basis against the mesh: the same motion of the fingertip, in both."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 

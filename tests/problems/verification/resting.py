@@ -1,7 +1,5 @@
 """Blocks without inertia that only gravity and friction hold on a plate."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -18,8 +18,6 @@ stiff: 1.7 % with half the size, 1.1 % more with cells that grow by 1.8, and cel
 change 0.2 %. So 2 % are allowed. The half width of contact is known to a cell, and the end of contact to a step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 

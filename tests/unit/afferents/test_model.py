@@ -1,7 +1,5 @@
 """Spikes of a history by models of one's own and of the project."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

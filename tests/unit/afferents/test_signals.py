@@ -1,7 +1,5 @@
 """Stimuli against what a homogeneous strain makes of them; filters and spectra against sines."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Contact candidates: who may touch, their frames, areas and penalties."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

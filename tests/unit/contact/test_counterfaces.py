@@ -1,7 +1,5 @@
 """Rigid counterfaces: their distance from points, their normals, where they just touch, and frames on them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

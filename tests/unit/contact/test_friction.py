@@ -1,7 +1,5 @@
 """Friction laws: coefficients in closed form, the frames in which they hold, and values that they refuse."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The contact law over steps: stick, slip, reversal, landing, and its energies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

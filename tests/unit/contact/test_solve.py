@@ -1,7 +1,5 @@
 """The frictional contact problem: every solver meets the conditions, and none passes a wrong solution off."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Small models that several tests of this folder compute."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import fingerslip as fs

@@ -1,7 +1,5 @@
 """Motions with steps that control their own error: where they are recorded, how long they are, what they leave."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

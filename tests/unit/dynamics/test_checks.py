@@ -1,7 +1,5 @@
 """Models that cannot be computed are refused before anything is assembled, and what is doubtful is said."""
 
-from __future__ import annotations
-
 import dataclasses
 import logging
 

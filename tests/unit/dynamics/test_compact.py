@@ -1,7 +1,5 @@
 """Steps of a reduced body in compiled code: those of the mesh, steered, saved, and handed over where they fail."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Steps are solved on the contact nodes alone, and give what the full system gives."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

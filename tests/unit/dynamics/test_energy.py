@@ -1,7 +1,5 @@
 """The energy balance: what time integration takes out, contact forces that a step must not count, and energy made."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Motions at large strain: equilibrium whatever the factors, halves of steps that are not solved, and contact."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What acts on a body: tractions, gravity, drives, the programme of a counterface, and the penalties of contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

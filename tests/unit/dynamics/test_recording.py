@@ -1,7 +1,5 @@
 """What a history holds: labels, units, snapshots, and values that follow from each other."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A reduced basis moves as the mesh does, with as many modes as the tolerance needs, or leaves it to the mesh."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import logging

@@ -1,7 +1,5 @@
 """Models, motions, bodies, steps and commands that cannot be computed are refused, each with what to write instead."""
 
-from __future__ import annotations
-
 import dataclasses
 from types import SimpleNamespace
 

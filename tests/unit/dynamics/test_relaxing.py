@@ -1,7 +1,5 @@
 """Materials that relax: what is left in the end, energies, forces of supports, stresses, and what cannot be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Bodies without inertia that only contact holds: the answer of statics, or a clear refusal."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

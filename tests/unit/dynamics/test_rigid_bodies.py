@@ -1,7 +1,5 @@
 """Rigid bodies: Newton's law on their free directions, rotations, what histories say of them, and refusals."""
 
-from __future__ import annotations
-
 import dataclasses
 import logging
 

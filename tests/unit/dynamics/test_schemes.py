@@ -1,7 +1,5 @@
 """Time integration: published spectral radii, stability, second order, the energy it takes out, and its start."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The loop over time: steps, progress, provenance, contact candidates, and the same history every time."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass, replace
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """A condensed body without inertia: what it answers to contact forces, and that it moves as step by step."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

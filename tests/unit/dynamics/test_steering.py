@@ -1,7 +1,5 @@
 """Simulations that are taken step by step: the same motion as at once, saved and restored, and steered."""
 
-from __future__ import annotations
-
 import io
 import json
 import zipfile

@@ -1,7 +1,5 @@
 """Forces of supports, and supports that move: statics, momentum, energy and closed forms."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Motions that are computed together are those alone; what is still the same is computed once."""
 
-from __future__ import annotations
-
 import dataclasses
 import threading
 from collections import Counter

@@ -1,7 +1,5 @@
 """Histories as tidy tables, in every format, and as MATLAB files."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

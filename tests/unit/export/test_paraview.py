@@ -1,7 +1,5 @@
 """Snapshots with contact, counterfaces, sites and tensors as files for ParaView, and as other programs read them."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 from xml.etree import ElementTree as ET

@@ -1,7 +1,5 @@
 """Matrices of small strain: the material of every cell, stiffness, mass, loads, and viscoelastic layers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import get_args
 

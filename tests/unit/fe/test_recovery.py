@@ -1,7 +1,5 @@
 """Strains, stresses and energies from displacements."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The displacement space: nodes, areas, orientation, free edges and rigid motions."""
 
-from __future__ import annotations
-
 import meshio
 import numpy as np
 import pytest

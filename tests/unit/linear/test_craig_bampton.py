@@ -1,7 +1,5 @@
 """Constraint modes are exact, normal modes are those with the interface held, and the coordinates are diagonal."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import linalg, sparse

@@ -1,7 +1,5 @@
 """Memory that will not suffice is refused before it is taken; small systems are computed with one thread."""
 
-from __future__ import annotations
-
 import os
 import threading
 

@@ -1,7 +1,5 @@
 """Solvers: two half substitutions are a solution, whichever one is taken; what each does by itself."""
 
-from __future__ import annotations
-
 import gc
 import os
 import sys

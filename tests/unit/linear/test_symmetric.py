@@ -1,7 +1,5 @@
 """Products for which a matrix is read once, or half of it, are those of NumPy and SciPy."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which material a file means, and those that ship."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from importlib import resources

@@ -1,7 +1,5 @@
 """Hooke's law, and that every law's stress and tangent are derivatives of its energy."""
 
-from __future__ import annotations
-
 from typing import get_args
 
 import numpy as np

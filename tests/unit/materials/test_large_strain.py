@@ -1,7 +1,5 @@
 """Laws of large strain: known tests, stability, limits of small strain."""
 
-from __future__ import annotations
-
 import itertools
 import re
 

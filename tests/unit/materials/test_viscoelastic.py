@@ -1,7 +1,5 @@
 """Prony terms: their recurrence, small and large strain."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Files of any format: errors say what is wrong, and nothing is printed."""
 
-from __future__ import annotations
-
 import errno
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Gmsh for one mesh: left alone where somebody else uses it; shapes that overlap, and surfaces of rows of points."""
 
-from __future__ import annotations
-
 import signal
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mesh files in and out: every name and cell comes back, and a faulty file is one clear error."""
 
-from __future__ import annotations
-
 import contextlib
 from pathlib import Path
 

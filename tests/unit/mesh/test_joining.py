@@ -1,7 +1,5 @@
 """Meshes of several bodies become one, in which they stay apart."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

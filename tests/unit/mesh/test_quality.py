@@ -1,7 +1,5 @@
 """The shape of cells in numbers, what is refused, and what is mended."""
 
-from __future__ import annotations
-
 import contextlib
 
 import numpy as np

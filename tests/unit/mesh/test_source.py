@@ -1,7 +1,5 @@
 """Mesh sources, what their keys follow, and how element sizes grow."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Models as data: phases, time settings, sites, rigid bodies; defaults, units, and mistakes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

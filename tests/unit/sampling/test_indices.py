@@ -1,7 +1,5 @@
 """Sobol indices and elementary effects beside functions whose values are known."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

@@ -1,7 +1,5 @@
 """Linear fits of slip times: known slopes come back, with their units, errors and shares."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Slip events of histories whose slip is known exactly."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Iterable

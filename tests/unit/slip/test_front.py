@@ -1,7 +1,5 @@
 """Arrival of the slip front at receptors, contact near an edge, markers of the skin, and force ratios."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

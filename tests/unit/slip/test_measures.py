@@ -1,7 +1,5 @@
 """Measures of histories in which they are known, and where an added measure appears."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """The contact patch of blocks whose motion is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Receptors around the edges of the contact, their signals, and acceleration peaks told from noise."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """The constants of the slip events: what they rest on, and what the documentation says of them."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The slide's records and sustained crossings."""
 
-from __future__ import annotations
-
 import doctest
 
 import numpy as np

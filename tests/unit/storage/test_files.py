@@ -1,7 +1,5 @@
 """Files and folders that are there whole or not at all, and hashes that differ where their inputs do."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import errno

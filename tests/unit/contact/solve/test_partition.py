@@ -1,7 +1,5 @@
 """Contact in 2D by partitions: what the compiled solver finds, with an inverse that serves over steps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

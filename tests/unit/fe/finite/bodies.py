@@ -1,7 +1,5 @@
 """Bodies at large strain that tests share, elastic and relaxing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A body at large strain: forces, energy and stiffness belong together, whatever it is made of."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """What bodies that relax remember, what a step finds of it, and what their springs store."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Stress and energy at sites and in cells are means of what the elements feel."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Scans as a source of meshes: files, placement, layers, quality, and what is refused; nothing is meshed here."""
 
-from __future__ import annotations
-
 import dataclasses
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Surfaces from files: units, holes, repair, distances, decimation, and the surface below them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import meshio

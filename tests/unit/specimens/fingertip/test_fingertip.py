@@ -1,7 +1,5 @@
 """The fingertip as a specimen: what a model takes from it, and what is called unused makes no difference."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 

@@ -1,7 +1,5 @@
 """The numbers of a fingertip: what does not fit together is refused, and every value that ships has a source."""
 
-from __future__ import annotations
-
 import dataclasses
 from importlib import resources
 from typing import Any

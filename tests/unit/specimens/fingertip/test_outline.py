@@ -1,7 +1,5 @@
 """The outer outline as a curve by arc length, and depths of fingerprint, ridges and borders below it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The phalanx: its contour in both sections and its surface in 3D, in all variants."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 

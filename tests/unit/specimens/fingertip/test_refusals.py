@@ -1,7 +1,5 @@
 """Numbers, shapes, sizes and sites of a fingertip that do not fit are refused, each with what would."""
 
-from __future__ import annotations
-
 import pytest
 
 import fingerslip as fs

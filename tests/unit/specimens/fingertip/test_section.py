@@ -1,7 +1,5 @@
 """Sections as meshes: rows and columns of the skin, tissue and phalanx by Gmsh, names, and what is refused."""
 
-from __future__ import annotations
-
 import gmsh
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Receptors, reference nodes and dots at their places in the skin."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 

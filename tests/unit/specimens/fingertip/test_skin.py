@@ -1,7 +1,5 @@
 """The outer surface in 3D: its cuts are the sections; normals, layers, fingerprint, and the finger at an angle."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

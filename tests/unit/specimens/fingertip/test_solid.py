@@ -1,7 +1,5 @@
 """The fingertip in 3D as a mesh: skin, phalanx, tissue by Gmsh, and what is refused."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

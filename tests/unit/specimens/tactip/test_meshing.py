@@ -1,7 +1,5 @@
 """Meshes of a TacTip: sizes, curves, names, the section and the solid."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import gmsh

@@ -1,7 +1,5 @@
 """The TacTip: its numbers and presets, where its skin and markers are, and what a model takes from it."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
