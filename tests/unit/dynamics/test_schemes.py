@@ -165,13 +165,13 @@ def test_a_body_with_much_damping_creeps_under_a_load_that_starts_at_once(alpha,
         np.linspace(0.0, 5e-3, 5),
         np.linspace(0.0, 10e-3, 11),
         supports={"bottom": ("x", "y")},
-        time=fs.TimeStepping(1e-3, alpha, end=0.2),
+        time=fs.TimeStepping(1e-3, alpha, end=1.0),
         damping=fs.RayleighDamping(stiffness=tau),
         **load,
     )
     history = fs.simulate(model)
     strain, time = history.strain_energy.values, history.time.values
-    share = np.sqrt(strain / strain[-1]) * (1.0 - np.exp(-time[-1] / tau))
+    share = np.sqrt(strain / strain[-1])
     np.testing.assert_allclose(share[2:50], 1.0 - np.exp(-time[2:50] / tau), rtol=0.05)
     assert share[1] < share[2]
     assert (np.diff(history.damping_dissipation.values) > -1e-9 * strain[-1]).all()
