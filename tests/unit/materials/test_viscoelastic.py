@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import fingerslip as fs
 from fingerslip.materials.large_strain import log_volume_of
 from fingerslip.materials.prony import check_prony, recurrence, relaxation
-from fingerslip.materials.relaxing import constants_of, shape_energy, shape_stress, spring_strain, volume_part
+from fingerslip.materials.relaxing import StepLaw, constants_of, shape_energy, shape_stress, spring_strain, volume_part
 from fingerslip.materials.viscoelastic import Relaxed, across_of, follow_strains, stored_energy, stress, with_across
 from unit.fe.finite.bodies import LAWS, SOFT
 
@@ -119,6 +119,22 @@ def test_a_change_of_volume_alone_has_hardly_any_energy_of_shape(law):
     assert abs(small) < 1e-7
     if abs(small) > 1e-12:
         assert double / small == pytest.approx(8.0, rel=0.01)
+
+
+@EVERY_LAW
+def test_law_of_a_step_has_the_elastic_law_as_its_limits_and_its_tangent_is_the_derivative_of_its_stress(law):
+    strain, step = strains(), 1e-6
+    np.testing.assert_array_equal(
+        StepLaw(law, 0.0, np.zeros(20)).kirchhoff_stress(strain), law.kirchhoff_stress(strain)
+    )
+    nothing = StepLaw(law, 1.0, np.full(20, 0.2)).kirchhoff_stress(strain)
+    np.testing.assert_allclose(nothing, np.tile(volume_part(law, log_volume_of(strain))[1][:, None] - 0.2, 3))
+    own = StepLaw(law, 0.4, np.linspace(0.0, 1.0, 20))
+    tangent = own.kirchhoff_tangent(strain)
+    for axis in range(3):
+        change = step * np.eye(3)[axis]
+        slope = (own.kirchhoff_stress(strain + change) - own.kirchhoff_stress(strain - change)) / 2 / step
+        np.testing.assert_allclose(tangent[:, :, axis], slope, atol=1e-6 * np.abs(tangent).max())
 
 
 @settings(max_examples=60)
