@@ -1,7 +1,5 @@
 """``python -m fingerslip`` is the command, and importing it runs nothing."""
 
-from __future__ import annotations
-
 import runpy
 import subprocess
 import sys
@@ -13,14 +11,12 @@ import pytest
 from fingerslip.commands.app import app
 
 
-def test_module_runs_as_the_command() -> None:
+def test_module_runs_as_the_command():
     done = subprocess.run([sys.executable, "-m", "fingerslip", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout == f"fingerslip {version('fingerslip')}\n"
 
 
-def test_usage_names_the_command_and_not_the_file(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_usage_names_the_command_and_not_the_file(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["/somewhere/__main__.py", "run", "--help"])
     with pytest.raises(SystemExit) as end:
         runpy.run_module("fingerslip", run_name="__main__")
@@ -28,6 +24,6 @@ def test_usage_names_the_command_and_not_the_file(
     assert "Usage: fingerslip run" in capsys.readouterr().out
 
 
-def test_importing_it_runs_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_importing_it_runs_nothing(capsys):
     assert import_module("fingerslip.__main__").app is app
     assert capsys.readouterr() == ("", "")

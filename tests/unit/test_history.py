@@ -1,7 +1,5 @@
 """Histories come back from files bit by bit, or the failure is one clear error."""
 
-from __future__ import annotations
-
 import contextlib
 from pathlib import Path
 
@@ -122,7 +120,7 @@ def test_phase_times_are_start_and_end_of_each_phase_of_a_kind(history):
     assert phase_times(history, "lift") == []
 
 
-def test_sites_are_found_by_kind_and_by_name() -> None:
+def test_sites_are_found_by_kind_and_by_name():
     history = synthetic.make(synthetic.Process())
     kinds = site_kinds(history)
     rows = sites_of_kinds(history, ["SA-I", "FA-II"])
@@ -135,12 +133,12 @@ def test_sites_are_found_by_kind_and_by_name() -> None:
         site_rows(history, ["nowhere"])
 
 
-def test_a_history_without_sites_has_no_kinds_and_no_rows() -> None:
+def test_a_history_without_sites_has_no_kinds_and_no_rows():
     bare = synthetic.make(synthetic.Process()).drop_dims("site")
     assert site_kinds(bare).size == sites_of_kinds(bare, ["SA-I"]).size == site_rows(bare, []).size == 0
 
 
-def test_the_nearest_record_and_snapshot_are_found() -> None:
+def test_the_nearest_record_and_snapshot_are_found():
     history = synthetic.make(synthetic.Process(step=5e-3))
     assert nearest_record(history, 0.0126) == 3
     assert nearest_record(history, 99.0) == history.sizes["time"] - 1
@@ -148,7 +146,7 @@ def test_the_nearest_record_and_snapshot_are_found() -> None:
     assert [nearest_snapshot(shown, time) for time in (None, 0.0, 0.3, 9.0)] == [2, 0, 1, 2]
 
 
-def test_dimensions_are_told_apart() -> None:
+def test_dimensions_are_told_apart():
     history = synthetic.make(synthetic.Process())
     assert not is_solid(history)
     assert is_solid(history.drop_dims("component").assign_coords(component=["x", "y", "z"]))

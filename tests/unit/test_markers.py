@@ -1,7 +1,5 @@
 """Layouts of markers, and tracks of simulated ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

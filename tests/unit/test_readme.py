@@ -1,10 +1,6 @@
 """The examples of README and of the pages on solids, vision, tracking and detection run as they are printed."""
 
-from __future__ import annotations
-
 import re
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,22 +12,22 @@ README, SOLID, VISION = ROOT / "README.md", ROOT / "docs" / "solid.md", ROOT / "
 TRACKING, DETECTION = ROOT / "docs" / "tracking.md", ROOT / "docs" / "detection.md"
 
 
-def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -> None:
+def test_python_example_finds_overall_slip(capsys):
     (example,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
-    names: dict[str, object] = {}
+    names = {}
     exec(compile(example, "README.md", "exec"), names)
     # Once all of the contact slides, friction over normal force is the friction coefficient.
-    last = names["history"]["counterface_force"].values[-1, 0]  # type: ignore[index]
+    last = names["history"]["counterface_force"].values[-1, 0]
     assert abs(last[0]) == pytest.approx(0.6 * last[1], rel=1e-6)
     # The run of the first row of the page's table.
-    assert names["events"].overall == pytest.approx(1.706, abs=5e-4)  # type: ignore[attr-defined]
+    assert names["events"].overall == pytest.approx(1.706, abs=5e-4)
     assert "overall slip at" in capsys.readouterr().out
 
 
 @pytest.mark.slow
-def test_example_in_space_slips_and_has_what_the_page_names(capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_in_space_slips_and_has_what_the_page_names(capsys):
     (example,) = re.findall(r"```python\n(.*?)```", SOLID.read_text(encoding="utf-8"), re.DOTALL)
-    names: dict[str, Any] = {}
+    names = {}
     exec(compile(example, "solid.md", "exec"), names)
     series, events = names["series"], names["events"]
     last = names["history"].isel(time=-1)
@@ -50,25 +46,21 @@ def test_example_in_space_slips_and_has_what_the_page_names(capsys: pytest.Captu
 
 
 @pytest.mark.slow
-def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(tmp_path, monkeypatch, capsys):
     page = DETECTION.read_text(encoding="utf-8")
     assert "and are no result" in page
     monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {}
+    names = {}
     exec(compile("".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), "detection.md", "exec"), names)
     assert abs(names["result"].error.value) < 1.0
     assert "frames a second" in capsys.readouterr().out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["detector", "slides", "submission.csv"]
 
 
-def test_example_of_cameras_films_and_measures(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_example_of_cameras_films_and_measures(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (example,) = re.findall(r"```python\n(.*?)```", VISION.read_text(encoding="utf-8"), re.DOTALL)
-    names: dict[str, Any] = {}
+    names = {}
     exec(compile(example, "vision.md", "exec"), names)
     assert (tmp_path / "slide.mkv").is_file()
     assert names["truth"].sizes["time"] == 61
@@ -78,9 +70,9 @@ def test_example_of_cameras_films_and_measures(
     assert "61 frames, positions to 0.0" in capsys.readouterr().out
 
 
-def test_example_of_tracking_follows_markers() -> None:
+def test_example_of_tracking_follows_markers():
     (example,) = re.findall(r"```python\n(.*?)```", TRACKING.read_text(encoding="utf-8"), re.DOTALL)
-    names: dict[str, Any] = {}
+    names = {}
     exec(compile(example, "tracking.md", "exec"), names)
     last = names["displacement"].isel(time=-1)
     assert last.sel(axis="x").values == pytest.approx(np.full(6, 14.0), abs=0.1)

@@ -1,11 +1,7 @@
 """Every work that code, studies or docs cite stands in the list of references; every module is documented once."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
-from collections.abc import Iterator
-from pathlib import Path
 
 from places import DOCS, ROOT
 
@@ -16,12 +12,12 @@ _CITATION = re.compile(rf"({_NAME})((?:, {_NAME})*(?: (?:&|and) {_NAME})?(?: et 
 _NO_NAMES = {"Journal"}
 
 
-def plain(text: str) -> str:
+def plain(text):
     """Return text without accents."""
     return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
 
 
-def citations() -> Iterator[tuple[str, str, Path]]:
+def citations():
     """Yield the first name, the year and the file of every citation."""
     for folder, pattern in (("src/fingerslip", "*.py"), ("docs", "*.md"), ("studies", "*.yaml")):
         for path in (path for path in (ROOT / folder).rglob(pattern) if path != REFERENCES):
@@ -30,7 +26,7 @@ def citations() -> Iterator[tuple[str, str, Path]]:
                     yield name, year, path
 
 
-def test_every_citation_is_in_the_list() -> None:
+def test_every_citation_is_in_the_list():
     entries = plain(REFERENCES.read_text(encoding="utf-8")).split("\n- ")[1:]
     missing = {
         f"{name} {year} ({path.relative_to(ROOT)})"
@@ -40,12 +36,12 @@ def test_every_citation_is_in_the_list() -> None:
     assert not missing
 
 
-def test_citations_are_found() -> None:
+def test_citations_are_found():
     found = {(name, year) for name, year, _ in citations()}
     assert {("Hilber", "1977"), ("Cattaneo", "1938"), ("Wang", "2014"), ("Barrea", "2018")} <= found
 
 
-def test_every_key_of_the_bibliography_is_listed() -> None:
+def test_every_key_of_the_bibliography_is_listed():
     """Each paper that a value names as its source can be looked up."""
     bibliography = (ROOT / "src" / "fingerslip" / "references.bib").read_text(encoding="utf-8")
     entries = plain(REFERENCES.read_text(encoding="utf-8")).lower().split("\n- ")[1:]
@@ -55,7 +51,7 @@ def test_every_key_of_the_bibliography_is_listed() -> None:
         assert any(name in entry.split(year)[0] for entry in entries if year in entry), f"{name}{year}"
 
 
-def test_every_module_is_documented_once() -> None:
+def test_every_module_is_documented_once():
     pages = (path.read_text(encoding="utf-8") for path in sorted((DOCS / "api").glob("*.md")))
     modules = re.findall(r"automodule:: (\S+)", "".join(pages))
     assert sorted(modules) == sorted(set(modules))

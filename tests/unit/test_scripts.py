@@ -1,10 +1,7 @@
 """What the scripts of figures and benchmarks import is there: they run for long and rarely."""
 
-from __future__ import annotations
-
 import ast
 import importlib
-from pathlib import Path
 
 import pytest
 
@@ -13,14 +10,14 @@ from places import DOCS, ROOT
 SCRIPTS = sorted([*(ROOT / "docs" / "figures").glob("*.py"), *(ROOT / "tests" / "benchmarks").glob("*.py")])
 
 
-def imported(path: Path) -> set[tuple[str, str]]:
+def imported(path):
     """Return the modules of fingerslip that a script imports from, each with the name that it wants."""
     nodes = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.ImportFrom)]
     found = {(str(node.module), alias.name) for node in nodes for alias in node.names}
     return {(module, name) for module, name in found if module.split(".")[0] == "fingerslip"}
 
 
-def is_there(module: str, name: str) -> bool:
+def is_there(module, name):
     """Tell whether a module has a name, or a package a module of that name."""
     if hasattr(importlib.import_module(module), name):
         return True
@@ -31,21 +28,21 @@ def is_there(module: str, name: str) -> bool:
     return True
 
 
-def test_there_are_scripts() -> None:
+def test_there_are_scripts():
     assert sum(bool(imported(path)) for path in SCRIPTS) > 10
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
-def test_what_a_script_imports_is_there(path: Path) -> None:
+def test_what_a_script_imports_is_there(path):
     assert not {f"{module}.{name}" for module, name in imported(path) if not is_there(module, name)}
 
 
-def test_figures_of_the_documentation_are_small() -> None:
+def test_figures_of_the_documentation_are_small():
     large = {path.name: path.stat().st_size for path in (DOCS / "figures").glob("*") if path.stat().st_size > 150_000}
     assert large == {}, "run docs/figures/shrink.py"
 
 
-def test_pages_are_short_enough_to_be_read() -> None:
+def test_pages_are_short_enough_to_be_read():
     words = {
         path.name: len(path.read_text(encoding="utf-8").split()) for path in [ROOT / "README.md", *DOCS.rglob("*.md")]
     }

@@ -1,13 +1,11 @@
 """The version is that of the installed package."""
 
-from __future__ import annotations
-
 import re
 from importlib import metadata
 
 import fingerslip as fs
 
 
-def test_version_is_that_of_the_installed_package() -> None:
+def test_version_is_that_of_the_installed_package():
     assert fs.__version__ == metadata.version("fingerslip")
     assert re.match(r"\d+\.\d+", fs.__version__)

@@ -1,7 +1,5 @@
 """``fingerslip run``: results, exit codes, and one line per mistake with nothing written."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os
@@ -10,9 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -20,9 +15,7 @@ from unit.commands.folders import contents
 
 
 @pytest.mark.usefixtures("no_report")
-def test_run_shows_events_and_second_time_nothing_is_done(
-    invoke: Callable[..., Any], block: Callable[..., Path]
-) -> None:
+def test_run_shows_events_and_second_time_nothing_is_done(invoke, block):
     path = block()
     first = invoke("run", path)
     assert first.exit_code == 0
@@ -32,7 +25,7 @@ def test_run_shows_events_and_second_time_nothing_is_done(
 
 
 @pytest.mark.usefixtures("no_report")
-def test_quiet_hides_the_progress_and_no_answer(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+def test_quiet_hides_the_progress_and_no_answer(invoke, block):
     path = block()
     first = invoke("run", path, "--quiet")
     assert first.exit_code == 0
@@ -44,7 +37,7 @@ def test_quiet_hides_the_progress_and_no_answer(invoke: Callable[..., Any], bloc
     assert "unchanged" in invoke("run", path).stderr
 
 
-MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+MISTAKES = {
     "missing unit": ({"depth": 1}, "depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'"),
     "incompressible": (
         {"materials": {"block": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.5, "density": "1000 kg/m^3"}}},
@@ -66,9 +59,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("name", MISTAKES)
-def test_mistake_gives_one_error_and_nothing_is_written(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, name: str
-) -> None:
+def test_mistake_gives_one_error_and_nothing_is_written(invoke, block, tmp_path, name):
     changes, message = MISTAKES[name]
     path = block(**changes)
     before = contents(tmp_path)
@@ -82,9 +73,7 @@ def test_mistake_gives_one_error_and_nothing_is_written(
     assert contents(tmp_path) == before
 
 
-def test_every_mistake_is_a_line_with_its_line_in_the_file(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
-) -> None:
+def test_every_mistake_is_a_line_with_its_line_in_the_file(invoke, block, tmp_path):
     path = block(depth=1, formulation="plain", time={"step": "0 ms"}, sweep={"time.end": ["1 s", 2]})
     before = contents(tmp_path)
     result = invoke("run", path)
@@ -101,14 +90,14 @@ def test_every_mistake_is_a_line_with_its_line_in_the_file(
     assert contents(tmp_path) == before
 
 
-def test_mistakes_of_all_studies_come_together(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+def test_mistakes_of_all_studies_come_together(invoke, block):
     path = block(depth=1)
     result = invoke("check", path, "gone.yaml")
     assert result.exit_code == 2
     assert [line.split(": ")[1] for line in result.stderr.splitlines()] == [str(path), "gone.yaml"]
 
 
-def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
+def test_contact_outside_the_candidates(invoke, block, tmp_path):
     """A rounded bottom of which only the lowest nodes may touch is pressed flat."""
     contact = {"friction_coefficient": 0.6, "boundary": "bottom", "search_distance": "0.001 mm"}
     path = block(curvature=10.0, contact=contact)
@@ -120,12 +109,10 @@ def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Calla
     assert contents(tmp_path) == before
 
 
-def test_full_disk_is_exit_code_2(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_full_disk_is_exit_code_2(invoke, block, tmp_path, monkeypatch):
     from fingerslip.study.storage import store
 
-    def full(*arguments: object, **options: object) -> None:
+    def full(*arguments, **options):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(store, "write_snapshots", full)
@@ -138,12 +125,10 @@ def test_full_disk_is_exit_code_2(
     assert contents(tmp_path) == before
 
 
-def test_run_that_does_not_converge_is_exit_code_1(
-    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_run_that_does_not_converge_is_exit_code_1(invoke, block, monkeypatch):
     from fingerslip.errors import ConvergenceError
 
-    def failing(*arguments: object, **options: object) -> None:
+    def failing(*arguments, **options):
         raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
@@ -153,15 +138,13 @@ def test_run_that_does_not_converge_is_exit_code_1(
 
 
 @pytest.mark.usefixtures("no_report")
-def test_finished_runs_are_shown_also_where_others_failed(
-    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_finished_runs_are_shown_also_where_others_failed(invoke, block, monkeypatch):
     from fingerslip.dynamics import simulation
     from fingerslip.errors import ConvergenceError
 
     whole = simulation.simulate
 
-    def sometimes(model: Any, **given: Any) -> Any:
+    def sometimes(model, **given):
         if model.contacts[0].friction.coefficient > 0.3:
             raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
         return whole(model, **given)
@@ -176,10 +159,8 @@ def test_finished_runs_are_shown_also_where_others_failed(
     assert "1 of 2 runs failed, the others are finished" in result.stderr
 
 
-def test_ctrl_c_is_exit_code_130(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: object, **__: object) -> None:
+def test_ctrl_c_is_exit_code_130(invoke, block, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
@@ -190,12 +171,12 @@ def test_ctrl_c_is_exit_code_130(
 
 
 @pytest.fixture
-def long_study(block: Callable[..., Path]) -> Path:
+def long_study(block):
     """Return a study of several runs that take some seconds each."""
     return block(time={"step": "0.02 ms"}, sweep={"contact.friction_coefficient": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]})
 
 
-def _started(path: Path, results: Path) -> Iterator[subprocess.Popen[str]]:
+def _started(path, results):
     command = [sys.executable, "-m", "fingerslip", "run", str(path), "--results", str(results)]
     # A new session, so that only the command itself gets the signal, as from a job scheduler. Tests that run in the
     # background inherit that Ctrl-C is ignored: here it counts, as on a terminal.
@@ -213,7 +194,7 @@ def _started(path: Path, results: Path) -> Iterator[subprocess.Popen[str]]:
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_stopped_study_leaves_finished_runs_alone(long_study: Path, tmp_path: Path, sent: signal.Signals) -> None:
+def test_stopped_study_leaves_finished_runs_alone(long_study, tmp_path, sent):
     folder = tmp_path / "results" / "block"
     for process in _started(long_study, tmp_path / "results"):
         deadline = time.monotonic() + 60.0

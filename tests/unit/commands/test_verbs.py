@@ -1,15 +1,11 @@
 """The verbs that read, show and convert: each is called once as a user calls it."""
 
-from __future__ import annotations
-
 import json
 import re
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -27,9 +23,7 @@ from unit.commands.folders import contents
 from unit.report.scenes import block_history
 
 
-def test_check_counts_runs_steps_and_unknowns(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
-) -> None:
+def test_check_counts_runs_steps_and_unknowns(invoke, block, tmp_path):
     path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
     before = contents(tmp_path)
     result = invoke("check", path)
@@ -41,9 +35,7 @@ def test_check_counts_runs_steps_and_unknowns(
 
 
 @pytest.mark.usefixtures("no_report")
-def test_converge_gives_the_events_their_uncertainty(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
-) -> None:
+def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     study = block(curvature=2.0)
     found = invoke("converge", study, "--results", tmp_path / "r", "--workers", "1")
     assert found.exit_code == 0, found.stderr
@@ -57,7 +49,7 @@ def test_converge_gives_the_events_their_uncertainty(
 
 
 @pytest.mark.usefixtures("no_report")
-def test_diff_shows_what_differs_and_by_how_much(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+def test_diff_shows_what_differs_and_by_how_much(invoke, block):
     invoke("run", "--workers", "1", block(sweep={"contact.friction_coefficient": [0.2, 0.4]}))
     result = invoke("diff", *(f"results/block/friction_coefficient-{friction}" for friction in (0.2, 0.4)))
     assert result.exit_code == 0
@@ -65,14 +57,14 @@ def test_diff_shows_what_differs_and_by_how_much(invoke: Callable[..., Any], blo
     assert re.search(r"friction over normal force at the end of the slide +0\.2 +0\.4 +0\.2", result.output)
 
 
-def test_examples_are_listed_and_copied(invoke: Callable[..., Any]) -> None:
+def test_examples_are_listed_and_copied(invoke):
     assert "wang2014_table2" in invoke("examples").output
     assert invoke("examples", "wang2014_table2").output.strip() == "wang2014_table2.yaml"
     assert Path("wang2014_table2.yaml").is_file()
 
 
 @pytest.mark.usefixtures("no_report")
-def test_export_says_where_it_wrote(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+def test_export_says_where_it_wrote(invoke, block):
     invoke("run", "--workers", "1", block())
     result = invoke("export", "results/block", "--format", "mat")
     assert result.exit_code == 0
@@ -81,9 +73,7 @@ def test_export_says_where_it_wrote(invoke: Callable[..., Any], block: Callable[
 
 
 @pytest.mark.usefixtures("no_report")
-def test_figure_says_where_it_wrote_and_lists_its_kinds(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
-) -> None:
+def test_figure_says_where_it_wrote_and_lists_its_kinds(invoke, block, tmp_path):
     invoke("run", "--workers", "1", block())
     result = invoke("figure", "results/block", "--kind", "slip-maps", "-o", str(tmp_path / "e.svg"))
     assert result.exit_code == 0, result.output
@@ -92,7 +82,7 @@ def test_figure_says_where_it_wrote_and_lists_its_kinds(
     assert invoke("figure", "results/block", "--kind", "x").exit_code == 2
 
 
-def test_mesh_of_a_study_is_written(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
+def test_mesh_of_a_study_is_written(invoke, block, tmp_path):
     from fingerslip.mesh.io import read_mesh
 
     result = invoke("mesh", block(), "-o", "copy.msh")
@@ -101,15 +91,15 @@ def test_mesh_of_a_study_is_written(invoke: Callable[..., Any], block: Callable[
     assert set(read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
 
 
-def test_a_new_study_can_be_checked(invoke: Callable[..., Any]) -> None:
+def test_a_new_study_can_be_checked(invoke):
     result = invoke("new", "friction", "--template", "sweep")
     assert "friction.yaml: look at it with fingerslip check friction.yaml" in " ".join(result.output.split())
     assert Path("friction.yaml").is_file()
     assert invoke("new", "friction").exit_code == 2
 
 
-def test_values_and_outputs_are_passed_on(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Any] = []
+def test_values_and_outputs_are_passed_on(invoke, monkeypatch):
+    asked = []
     table = Table("Predicted", (Column("output"),), (("latency",),))
     monkeypatch.setattr(inspection, "predict_table", lambda *own: asked.append(own) or table)
     printed = invoke("predict", "results/x", "--at", "a.b=1", "--at", "c=2 mm", "--json").output
@@ -117,20 +107,18 @@ def test_values_and_outputs_are_passed_on(invoke: Callable[..., Any], monkeypatc
     assert asked[0][1:] == (["a.b=1", "c=2 mm"], ["incipient_slip", "overall_slip", "latency"])
 
 
-def test_a_page_to_write_is_for_two_studies(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_page_to_write_is_for_two_studies(invoke, tmp_path):
     result = invoke("report", tmp_path, "-o", tmp_path / "page.html")
     assert result.exit_code == 2
     assert "it is where a comparison goes" in result.stderr
 
 
 @pytest.mark.usefixtures("no_report")
-def test_report_is_made_again_without_computing(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_report_is_made_again_without_computing(invoke, block, tmp_path, monkeypatch):
     from fingerslip.study.storage import reporting
 
     invoke("run", block())
-    made: list[Path] = []
+    made = []
     monkeypatch.setattr(reporting, "write_report", lambda stored: made.append(stored.folder))
     monkeypatch.delattr("fingerslip.dynamics.simulation.simulate")
     result = invoke("report", "results/block")
@@ -139,22 +127,20 @@ def test_report_is_made_again_without_computing(
     assert made == [Path("results/block")]
 
 
-def test_schema_is_json(invoke: Callable[..., Any]) -> None:
+def test_schema_is_json(invoke):
     assert json.loads(invoke("schema").output)["title"] == "Study"
 
 
-def test_what_is_asked_for_is_passed_on_and_printed(
-    invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[object] = []
+def test_what_is_asked_for_is_passed_on_and_printed(invoke, monkeypatch):
+    asked = []
     table = Table("What moves it", (Column("value"),), (("friction",),))
     monkeypatch.setattr(inspection, "write_sensitivities", lambda *own: asked.append(own) or (table,))
     output = invoke("sensitivity", "results/x", "--of", "overall_slip", "--method", "morris").output
     assert "What moves" in output
-    assert [str(one) for one in asked[0]] == ["results/x", "overall_slip", "morris"]  # type: ignore[union-attr]
+    assert [str(one) for one in asked[0]] == ["results/x", "overall_slip", "morris"]
 
 
-def test_folder_has_tracks_overlay_and_page(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
     frames = clips.filmed(clips.slide(clips.field(), 0.3, count=12, rest=6))
     write_video(tmp_path / "clip.avi", frames, 60.0)
     done = invoke("track", "clip.avi", "--markers", 81, "--rest", 6)
@@ -169,7 +155,7 @@ def test_folder_has_tracks_overlay_and_page(invoke: Callable[..., Any], tmp_path
     assert (again.stdout, again.stderr) == (done.stdout, "")
 
 
-def test_partial_tracks_are_called_so(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_partial_tracks_are_called_so(invoke, tmp_path):
     write_video(tmp_path / "images", clips.filmed(clips.still(clips.field()[:75], 6)), 60.0)
     done = invoke("track", "images", "--markers", 81, "--rest", 4, "--layout", "free", "--dark", "--out", "there")
     assert done.exit_code == 0, done.stderr
@@ -178,7 +164,7 @@ def test_partial_tracks_are_called_so(invoke: Callable[..., Any], tmp_path: Path
     assert "These tracks are partial." in (tmp_path / "there" / "quality.html").read_text()
 
 
-def test_a_broken_mp4_is_one_line(tmp_path: Path) -> None:
+def test_a_broken_mp4_is_one_line(tmp_path):
     # FFmpeg would add lines of its own on the process's standard error, which only another process shows.
     (tmp_path / "cut.mp4").write_bytes(b"\x00\x00\x00\x18ftypmp42\x00\x00\x00\x00mp42isom" + bytes(range(256)) * 9)
     track = [sys.executable, "-m", "fingerslip", "track", "cut.mp4", "--quiet"]
@@ -188,7 +174,7 @@ def test_a_broken_mp4_is_one_line(tmp_path: Path) -> None:
     assert line.startswith("error: cut.mp4: cannot be read as a video, needs a whole file")
 
 
-def test_wrong_input_is_one_line_and_leaves_nothing(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_wrong_input_is_one_line_and_leaves_nothing(invoke, tmp_path):
     (tmp_path / "clip.mp4").write_text("no video")
     done = invoke("track", "clip.mp4")
     assert done.exit_code == 2
@@ -196,13 +182,13 @@ def test_wrong_input_is_one_line_and_leaves_nothing(invoke: Callable[..., Any], 
     assert [path.name for path in tmp_path.iterdir()] == ["clip.mp4"]
 
 
-def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_come_as_table_json_and_markdown(invoke, monkeypatch):
     value = published_set("wang2014-table2").values[0]
     rows = (number_row("overall slip", value, 1.75, 0.01, resolution=0.01),)
     allowed = Stored((GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),), "Stored.")
-    asked: list[tuple[Any, ...]] = []
+    asked = []
 
-    def compare(*given: Any, **chosen: Any) -> Comparison:
+    def compare(*given, **chosen):
         asked.append((*given[:3], chosen))
         return Comparison(rows, ("Rows are stored.",), allowed)
 
@@ -220,19 +206,19 @@ def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkey
     assert "unknown geometry" not in page
 
 
-def test_a_missing_study_is_wrong_input(invoke: Callable[..., Any]) -> None:
+def test_a_missing_study_is_wrong_input(invoke):
     done = invoke("validate", "--studies", "nowhere")
     assert done.exit_code == 2
     assert "validate needs the study wang2014_table2" in done.stderr
 
 
-def test_parts_of_another_paper_are_wrong_input(invoke: Callable[..., Any]) -> None:
+def test_parts_of_another_paper_are_wrong_input(invoke):
     done = invoke("validate", "--only", "wang2014", "--detection")
     assert done.exit_code == 2
     assert "--detection: is of bulens2023" in done.stderr
 
 
-def replace_problems(monkeypatch: pytest.MonkeyPatch, *problems: Any) -> None:
+def replace_problems(monkeypatch, *problems):
     from fingerslip.verification import catalogue, verify
 
     known = {one.name: one for one in problems}
@@ -240,12 +226,10 @@ def replace_problems(monkeypatch: pytest.MonkeyPatch, *problems: Any) -> None:
     monkeypatch.setattr(verify, "problem", known.__getitem__)
 
 
-def test_verify_prints_one_table_and_fails_where_a_check_does(
-    invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_verify_prints_one_table_and_fails_where_a_check_does(invoke, monkeypatch):
     from fingerslip.verification.problem import Problem, relative
 
-    def problem(name: str, got: float) -> Problem:
+    def problem(name, got):
         return Problem(name, "Half", "Arithmetic", slow=False, compute=lambda: (relative("half", 0.5, got, 1e-3),))
 
     replace_problems(monkeypatch, problem("right", 0.5), problem("wrong", 0.6))
@@ -262,13 +246,11 @@ def test_verify_prints_one_table_and_fails_where_a_check_does(
     assert "may be one of right, wrong" in unknown.stderr
 
 
-def test_verify_goes_on_where_a_problem_cannot_be_computed(
-    invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_verify_goes_on_where_a_problem_cannot_be_computed(invoke, monkeypatch):
     from fingerslip.errors import ConvergenceError
     from fingerslip.verification.problem import Problem, relative
 
-    def fail() -> Any:
+    def fail():
         raise ConvergenceError(0.5, 7, 1e-3, 1e-10, "try a smaller time step")
 
     whole = Problem("whole", "One", "Arithmetic", slow=False, compute=lambda: (relative("one", 1.0, 1.0, 1e-3),))
@@ -279,7 +261,7 @@ def test_verify_goes_on_where_a_problem_cannot_be_computed(
     assert "1 of 2 checks passed" in done.stdout
 
 
-def test_json_has_numbers_and_nothing_else_is_printed(invoke: Callable[..., Any]) -> None:
+def test_json_has_numbers_and_nothing_else_is_printed(invoke):
     done = invoke("verify", "--only", "patch", "--json")
     (table,) = json.loads(done.stdout, parse_constant=pytest.fail)
     assert [column["name"] for column in table["columns"]][2:7] == [
@@ -292,13 +274,13 @@ def test_json_has_numbers_and_nothing_else_is_printed(invoke: Callable[..., Any]
     assert all(isinstance(cell, float) for row in table["rows"] for cell in row[2:6])
 
 
-def test_names_are_listed_without_computing(invoke: Callable[..., Any]) -> None:
+def test_names_are_listed_without_computing(invoke):
     done = invoke("verify", "--list")
     assert (done.exit_code, done.stderr) == (0, "")
     assert {"patch", "cattaneo", "cook"} <= set(done.stdout.split())
 
 
-def test_options_reach_the_picture_and_its_path_is_printed(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path):
     (tmp_path / "run").mkdir()
     write_history(block_history(), tmp_path / "run" / "history.nc")
     done = invoke("view", "run", "--screenshot", "p.png", "--scalar", "region", "--time", "50 ms")
@@ -311,9 +293,7 @@ def test_options_reach_the_picture_and_its_path_is_printed(invoke: Callable[...,
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
-def test_where_nothing_can_be_shown_one_line_says_so(
-    invoke: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_nothing_can_be_shown_one_line_says_so(invoke, tmp_path, monkeypatch):
     write_history(block_history(), tmp_path / "history.nc")
     monkeypatch.setenv("DISPLAY", "")
     with socket.create_server(("127.0.0.1", 0)) as other:

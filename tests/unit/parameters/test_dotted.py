@@ -1,9 +1,5 @@
 """Dotted paths in nested plain data."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,14 +13,14 @@ plain = st.dictionaries(
 )
 
 
-def at(values: Any, path: str) -> Any:
+def at(values, path):
     for key in path.split("."):
         values = values[int(key)] if isinstance(values, list) else values[key]
     return values
 
 
 @given(values=plain)
-def test_every_path_leads_to_a_value_that_can_be_replaced(values: dict[str, Any]) -> None:
+def test_every_path_leads_to_a_value_that_can_be_replaced(values):
     for path in list(walk(values)):
         at(values, path)
     for path in reversed(list(walk(values))):
@@ -32,7 +28,7 @@ def test_every_path_leads_to_a_value_that_can_be_replaced(values: dict[str, Any]
         assert at(values, path) == "new"
 
 
-def test_groups_come_before_what_they_hold() -> None:
+def test_groups_come_before_what_they_hold():
     assert list(walk({"b": {"d": 1, "c": [2, {"e": 3}]}, "a": ()})) == [
         "b",
         "b.d",
@@ -44,20 +40,20 @@ def test_groups_come_before_what_they_hold() -> None:
     ]
 
 
-def test_missing_groups_are_made_and_empty_ones_filled() -> None:
-    values: dict[str, Any] = {"contact": None}
+def test_missing_groups_are_made_and_empty_ones_filled():
+    values = {"contact": None}
     assign(values, "contact.friction.coulomb", 1)
     assign(values, "time.step", 2)
     assert values == {"contact": {"friction": {"coulomb": 1}}, "time": {"step": 2}}
 
 
 @pytest.mark.parametrize("path", ["a.b", "l.1", "l.x", "l.0.c", "l.-1"])
-def test_a_path_through_a_scalar_or_beyond_a_list_is_refused(path: str) -> None:
+def test_a_path_through_a_scalar_or_beyond_a_list_is_refused(path):
     with pytest.raises(LookupError):
         assign({"a": 1, "l": [2]}, path, 3)
 
 
-def test_parts_and_neighbours_of_a_path() -> None:
+def test_parts_and_neighbours_of_a_path():
     """Beside what the examples of the functions say."""
     assert known_part("a.b.c", {"a", "a.b"}) == "a.b"
     assert known_part("x.y", {"a"}) == ""
@@ -66,6 +62,6 @@ def test_parts_and_neighbours_of_a_path() -> None:
     assert nearest("qqq", known) is None
 
 
-def test_flatten_keeps_leaves_and_numbers_lists() -> None:
+def test_flatten_keeps_leaves_and_numbers_lists():
     nested = {"contact": {"friction_coefficient": 0.6}, "programme": [{"press": {"depth": "1 mm"}}], "none": {}}
     assert flatten(nested) == {"contact.friction_coefficient": 0.6, "programme.0.press.depth": "1 mm", "none": {}}

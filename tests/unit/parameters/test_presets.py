@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib import resources
-from pathlib import Path
 
 import pytest
 
@@ -42,7 +41,7 @@ class Block:
 
 
 @pytest.fixture
-def presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Presets[Block]:
+def presets(tmp_path, monkeypatch):
     (tmp_path / "presets").mkdir()
     (tmp_path / "presets" / "someone2020.yaml").write_text(DOCUMENT)
     (tmp_path / "presets" / "notes.txt").write_text("")
@@ -50,7 +49,7 @@ def presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Presets[Block]:
     return Presets(Block, str(tmp_path))
 
 
-def test_presets_are_named_read_and_listed_with_the_assumed_values_first(presets: Presets[Block]) -> None:
+def test_presets_are_named_read_and_listed_with_the_assumed_values_first(presets):
     assert presets.names == ("someone2020",)
     assert presets.read("someone2020") == Block(Size(10e-3, 5e-3), 1000.0, True)
     table = presets.table("someone2020")
@@ -61,18 +60,18 @@ def test_presets_are_named_read_and_listed_with_the_assumed_values_first(presets
     assert header == {"citation": "Someone: A block. Journal, 2020.", "claims_not": "anything"}
 
 
-def test_changes_merge_deeply(presets: Presets[Block]) -> None:
+def test_changes_merge_deeply(presets):
     changed = presets.changed({"preset": "someone2020", "size": {"height": "6 mm"}}, "x.yaml: block")
     assert changed.size == Size(10e-3, 6e-3)
 
 
-def test_ranges_stand_with_the_notes(presets: Presets[Block], tmp_path: Path) -> None:
+def test_ranges_stand_with_the_notes(presets, tmp_path):
     text = "citation: a\nvalues:\n  density: {value: 1 kg/m^3, source: assumed, note: of air, range: 1 to 2 kg/m^3}\n"
     (tmp_path / "presets" / "air.yaml").write_text(text)
     assert presets.table("air")[0].note == "of air; range 1 to 2 kg/m^3"
 
 
-def test_what_changes_leave_of_a_group_may_be_chosen(presets: Presets[Block]) -> None:
+def test_what_changes_leave_of_a_group_may_be_chosen(presets):
     choosy = Presets(Block, presets.package, lambda group, _: {"width": group["width"]} if "width" in group else group)
     with pytest.raises(InputError, match=r"size\.height: is missing"):
         choosy.changed({"preset": "someone2020", "size": {"width": "1 mm"}})
@@ -86,12 +85,12 @@ def test_what_changes_leave_of_a_group_may_be_chosen(presets: Presets[Block]) ->
         ({"preset": "someone2020", "size": {"hight": "1 mm"}}, "x.yaml: block.size.hight: .*did you mean 'height'"),
     ],
 )
-def test_wrong_changes_are_named(presets: Presets[Block], mapping: dict[str, object], message: str) -> None:
+def test_wrong_changes_are_named(presets, mapping, message):
     with pytest.raises(InputError, match=message):
         presets.changed(mapping, "x.yaml: block")
 
 
 @pytest.mark.parametrize("ask", ["read", "table", "header"])
-def test_unknown_names_are_refused(presets: Presets[Block], ask: str) -> None:
+def test_unknown_names_are_refused(presets, ask):
     with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of someone2020"):
         getattr(presets, ask)("nobody")

@@ -52,13 +52,13 @@ class Sides(Width):
     left: Width | None = None
 
 
-def test_words_are_those_of_the_docstring_and_of_the_bases() -> None:
+def test_words_are_those_of_the_docstring_and_of_the_bases():
     size = "Its size, see Model and a [m]."
     assert field_words(Width) == {"width": size, "height": size, "kind": "A word."}
     assert field_words(Sides) == {"width": size, "height": size, "kind": "Another word.", "left": "One side."}
 
 
-def test_schema_says_that_quantities_are_text_with_a_unit() -> None:
+def test_schema_says_that_quantities_are_text_with_a_unit():
     schema = json_schema(Width)
     width, height = schema["properties"]["width"], schema["properties"]["height"]
     assert width["type"] == "string"
@@ -68,7 +68,7 @@ def test_schema_says_that_quantities_are_text_with_a_unit() -> None:
     assert schema["description"] == "How wide it is."
 
 
-def test_parts_have_their_words() -> None:
+def test_parts_have_their_words():
     schema = json_schema(Sides)
     assert schema["properties"]["left"]["description"] == "One side."
     assert schema["$defs"]["Width"]["properties"]["kind"]["default"] == "wide"
@@ -78,17 +78,17 @@ class Duck(Protocol):
     """What a duck can do."""
 
     @property
-    def name(self) -> str:
+    def name(self):
         """What it is called."""
 
-    def quack(self) -> str:
+    def quack(self):
         """Make a noise."""
 
 
 class Mallard:
     name = "m"
 
-    def quack(self) -> str:
+    def quack(self):
         return "q"
 
 
@@ -96,7 +96,7 @@ class Swan:
     name = "s"
 
 
-def test_an_object_with_all_members_is_returned_as_it_is() -> None:
+def test_an_object_with_all_members_is_returned_as_it_is():
     mallard = Mallard()
     assert require(mallard, Duck, "a duck") is mallard
     assert conforms(Duck, "a duck")(mallard) is mallard
@@ -113,7 +113,7 @@ def test_an_object_with_all_members_is_returned_as_it_is() -> None:
         (Mallard, "pond: got the class Mallard, needs a duck; write Mallard(...)"),
     ],
 )
-def test_anything_else_is_refused_with_what_is_missing(value: object, message: str) -> None:
+def test_anything_else_is_refused_with_what_is_missing(value, message):
     with pytest.raises(InputError) as caught:
         require(value, Duck, "a duck", "pond")
     assert str(caught.value) == message

@@ -1,9 +1,6 @@
 """The colour language: told apart by people who see no green, and described in the docs."""
 
-from __future__ import annotations
-
 import itertools
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -23,7 +20,7 @@ _XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.
 # Differences of 10 in CIELAB are seen at a glance.
 _AT_A_GLANCE = 10.0
 
-GROUPS: dict[str, Mapping[object, str]] = {
+GROUPS = {
     "states": dict(colours.STATE_COLOURS),
     "events": dict(colours.EVENT_COLOURS),
     "receptors": dict(colours.RECEPTOR_COLOURS),
@@ -32,7 +29,7 @@ GROUPS: dict[str, Mapping[object, str]] = {
 }
 
 
-def lab(colour: str, sight: str) -> np.ndarray:
+def lab(colour, sight):
     """Return a colour in CIELAB as seen with a kind of sight."""
     rgb = np.array(to_rgb(colour))
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
@@ -44,33 +41,33 @@ def lab(colour: str, sight: str) -> np.ndarray:
 
 @pytest.mark.parametrize("sight", list(_SEEN))
 @pytest.mark.parametrize("group", list(GROUPS))
-def test_colours_of_a_group_are_told_apart(group: str, sight: str) -> None:
+def test_colours_of_a_group_are_told_apart(group, sight):
     for one, other in itertools.combinations(GROUPS[group], 2):
         pair = (GROUPS[group][one], GROUPS[group][other])
         distance = np.linalg.norm(lab(pair[0], sight) - lab(pair[1], sight))
         assert distance > _AT_A_GLANCE, f"{one} and {other} differ by {distance:.1f}"
 
 
-def test_red_and_green_are_taken_for_each_other_without_green() -> None:
+def test_red_and_green_are_taken_for_each_other_without_green():
     pair = ("#b06000", "#708000")
     far, near = (np.linalg.norm(lab(pair[0], s) - lab(pair[1], s)) for s in ("trichromacy", "deuteranopia"))
     assert near < 0.5 * far
 
 
-def test_events_darken_in_the_order_of_time_and_have_a_dash_each() -> None:
+def test_events_darken_in_the_order_of_time_and_have_a_dash_each():
     lightness = [lab(colour, "trichromacy")[0] for colour in colours.EVENT_COLOURS.values()]
     assert lightness == sorted(lightness, reverse=True)
     assert len(set(colours.EVENT_DASHES.values())) == len(colours.EVENT_COLOURS)
     assert len(set(colours.RECEPTOR_MARKS.values())) == len(colours.RECEPTOR_COLOURS)
 
 
-def test_other_regions_have_colours_of_their_own() -> None:
+def test_other_regions_have_colours_of_their_own():
     found = colours.region_colours(["rods", "skin", "tissue"])
     assert list(found) == ["skin", "tissue", "rods"]
     assert len(set(found.values())) == 3
 
 
-def test_the_table_of_the_docs_has_every_colour() -> None:
+def test_the_table_of_the_docs_has_every_colour():
     page = (ROOT / "docs" / "figures.md").read_text(encoding="utf-8")
     for group in (*GROUPS.values(), colours.REGION_COLOURS):
         for colour in group.values():

@@ -1,7 +1,5 @@
 """Titles of runs and labels of paths: signs stay, whatever the names of folders are."""
 
-from __future__ import annotations
-
 import doctest
 
 import pytest
@@ -26,16 +24,16 @@ from fingerslip.slip import Events
         ({"a.speed": 1, "b.speed": 2}, "a.speed 1, b.speed 2"),
     ],
 )
-def test_a_run_is_called_by_its_swept_values(swept: dict[str, object], title: str) -> None:
+def test_a_run_is_called_by_its_swept_values(swept, title):
     assert run_title(RunResult("folder", swept, Events()), "A study") == title
 
 
-def test_a_run_without_swept_values_is_called_like_its_study() -> None:
+def test_a_run_without_swept_values_is_called_like_its_study():
     assert run_title(RunResult("run", {}, Events()), "Slip of the finger") == "Slip of the finger"
     assert run_title(RunResult("run", {}, Events()), "") == "run"
 
 
-def test_paths_become_words_that_tell_them_apart() -> None:
+def test_paths_become_words_that_tell_them_apart():
     assert path_label("fingertip.fingerprint.enabled") == "fingerprint"
     assert path_labels(["fingertip.phalanx.variant", "time.step"]) == {
         "fingertip.phalanx.variant": "phalanx",
@@ -44,6 +42,6 @@ def test_paths_become_words_that_tell_them_apart() -> None:
     assert list(path_labels(["a.speed", "b.speed"]).values()) == ["a.speed", "b.speed"]
 
 
-def test_texts_of_values_are_those_of_the_study_file() -> None:
+def test_texts_of_values_are_those_of_the_study_file():
     assert [swept_text(value) for value in (0.6, "8 mm", True, None, [1, 0])] == [0.6, "8 mm", True, None, "1, 0"]
     assert doctest.testmod(labels).failed == 0

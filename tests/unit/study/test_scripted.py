@@ -1,12 +1,9 @@
 """Studies in Python: made from files, mappings and other studies, checked, run and opened again."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,11 +18,11 @@ from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.store import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
 from places import ROOT
-from unit.study.block import FRICTIONS, NAMES, Write, block_values
+from unit.study.block import FRICTIONS, NAMES, block_values
 
 
 @pytest.mark.usefixtures("reports")
-def test_a_study_is_checked_run_and_read_as_numbers(write_study: Write, tmp_path: Path, simulated: list[float]) -> None:
+def test_a_study_is_checked_run_and_read_as_numbers(write_study, tmp_path, simulated):
     study = fs.Study(write_study(), sweep={"contact.friction_coefficient": np.linspace(0.3, 0.5, 2)}, name="mine")
     checked = study.check(tmp_path)
     assert checked["state"].tolist() == ["to do"] * 2
@@ -45,7 +42,7 @@ def test_a_study_is_checked_run_and_read_as_numbers(write_study: Write, tmp_path
     assert len(simulated) == 4
 
 
-def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(write_study: Write) -> None:
+def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(write_study):
     path = write_study()
     runs = [fs.Study(base).check()["run"].tolist() for base in (path, str(path), read_study(path), fs.Study(path))]
     assert runs == [[f"friction_coefficient-{friction}" for friction in FRICTIONS]] * 4
@@ -56,26 +53,26 @@ def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(writ
     assert values["programme"][0]["press"]["depth"] == "0.1 mm"
 
 
-def test_a_saved_study_is_a_study_file(write_study: Write) -> None:
+def test_a_saved_study_is_a_study_file(write_study):
     path = write_study()
     saved = fs.Study(path, sweep={"contact.friction_coefficient": (0.1, 0.2)}).save(path.with_name("saved.yaml"))
     assert read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
 
 
-def test_shipped_studies_are_found_by_name() -> None:
+def test_shipped_studies_are_found_by_name():
     assert fs.Study("wang2014_table2").mapping["title"]
     assert repr(fs.Study("latency_sensitivity")).startswith("<Study 'What moves the latency of slip': contact.friction")
 
 
-def test_what_is_no_study_is_refused(write_study: Write) -> None:
+def test_what_is_no_study_is_refused(write_study):
     with pytest.raises(InputError, match=r"Study\.base: got 3, needs a path, a name, a mapping or a Study"):
-        fs.Study(3)  # type: ignore[arg-type]
+        fs.Study(3)
     with pytest.raises(InputError, match="needs the name of a folder"):
         fs.Study({}, name="a/b")
     with pytest.raises(InputError, match="needs the name of a folder"):
         fs.Study({}, name="..")
     with pytest.raises(InputError, match="workers: got '2', needs a number >= 1"):
-        fs.Study(write_study()).run(workers="2")  # type: ignore[arg-type]
+        fs.Study(write_study()).run(workers="2")
     with pytest.raises(InputError, match=r"Study\.changes\.title\.x: leads nowhere"):
         fs.Study(block_values(), changes={"title.x": 1}).check()
     with pytest.raises(InputError, match=r"mine\.yaml: sweep\.contact\.x: is not known"):
@@ -84,7 +81,7 @@ def test_what_is_no_study_is_refused(write_study: Write) -> None:
         fs.Study("nothing").check()
 
 
-def test_studies_show_themselves(write_study: Write) -> None:
+def test_studies_show_themselves(write_study):
     study = fs.Study(block_values(), sample={"count": 4, "ranges": {"contact.friction_coefficient": [0.2, 0.4]}})
     words = "contact.friction_coefficient (3 values), contact.friction_coefficient (0.2 to 0.4)"
     assert repr(study) == f"<Study 'Block on a plate': {words}>"
@@ -100,7 +97,7 @@ print(len(opened), opened.to_dataframe()["overall_s"].notna().sum())
 
 
 @pytest.mark.slow
-def test_a_script_without_a_main_guard_uses_several_workers(write_study: Write, tmp_path: Path) -> None:
+def test_a_script_without_a_main_guard_uses_several_workers(write_study, tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(path=str(write_study()), results=str(tmp_path / "results")), encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
@@ -113,11 +110,11 @@ pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
 
 @pytest.fixture
-def folder(finished: Path) -> Path:
+def folder(finished):
     return finished
 
 
-def test_results_are_a_data_frame_with_a_row_for_each_run(folder: Path) -> None:
+def test_results_are_a_data_frame_with_a_row_for_each_run(folder):
     study = fs.open_study(folder)
     assert study.names == tuple(NAMES)
     frame = study.to_dataframe()
@@ -127,7 +124,7 @@ def test_results_are_a_data_frame_with_a_row_for_each_run(folder: Path) -> None:
     assert NAMES[1] in study._repr_html_()
 
 
-def test_histories_are_read_when_they_are_asked_for(folder: Path) -> None:
+def test_histories_are_read_when_they_are_asked_for(folder):
     (folder / NAMES[0] / "history.nc").write_bytes(b"damaged")
     study = fs.open_study(folder)
     assert study.history(NAMES[1]).sizes["time"] > 1
@@ -137,13 +134,13 @@ def test_histories_are_read_when_they_are_asked_for(folder: Path) -> None:
     assert [name for name, _ in study.histories()] == list(NAMES)
 
 
-def test_a_run_has_all_its_values(folder: Path) -> None:
+def test_a_run_has_all_its_values(folder):
     assert fs.open_study(folder).run(NAMES[2]).values["contact.friction_coefficient"] == 0.6
     with pytest.raises(InputError, match=r"run: 'x' is not a finished run, needs one of friction_coefficient-0\.2"):
         fs.open_study(folder).run("x")
 
 
-def test_damaged_and_missing_results_are_refused(folder: Path) -> None:
+def test_damaged_and_missing_results_are_refused(folder):
     events = folder / NAMES[1] / "events.json"
     events.write_text(events.read_text(encoding="utf-8").replace("0.4", "0.5"), encoding="utf-8")
     with pytest.raises(DamagedError, match=r"events\.json"):
@@ -152,7 +149,7 @@ def test_damaged_and_missing_results_are_refused(folder: Path) -> None:
         fs.open_study(folder / "nothing")
 
 
-def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study: Write) -> None:
+def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study):
     derived = {"travel": "overall_slip * slide.speed", "never": "sqrt(-overall_slip)"}
     path = write_study(block_values() | {"derived": derived})
     folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
@@ -167,7 +164,7 @@ def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_s
     assert frame.filter(like="never").isna().all().all()
 
 
-def test_known_uncertainties_come_with_the_runs(folder: Path) -> None:
+def test_known_uncertainties_come_with_the_runs(folder):
     identity = fs.open_study(folder).result.runs[0].identity
     series = {"step": Series("step", (1.0, 0.5, 0.25), (2.0, 1.25, 1.0625))}
     found = {"slip.overall": Convergence("overall slip (accumulated slip)", "s", 2.0, series)}
@@ -178,7 +175,7 @@ def test_known_uncertainties_come_with_the_runs(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("changed", [{"compare": None}, {"runs": 3}, {"runs": {"a": {}}}, {"title": None}])
-def test_results_of_another_version_are_refused(folder: Path, changed: dict[str, object]) -> None:
+def test_results_of_another_version_are_refused(folder, changed):
     write_json(folder / "manifest.json", read_json(folder / "manifest.json", "") | changed)
     with pytest.raises(
         ResultError, match=r"manifest\.json: is of another version, or damaged at [\w.]+; run the study again"
@@ -186,6 +183,6 @@ def test_results_of_another_version_are_refused(folder: Path, changed: dict[str,
         fs.open_study(folder)
 
 
-def test_what_is_no_path_is_refused() -> None:
+def test_what_is_no_path_is_refused():
     with pytest.raises(InputError, match="open_study: got 3, needs the path of a folder"):
-        fs.open_study(3)  # type: ignore[arg-type]
+        fs.open_study(3)

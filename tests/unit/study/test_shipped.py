@@ -1,7 +1,5 @@
 """Studies and templates that travel with the package."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -21,7 +19,7 @@ from fingerslip.verification.meshes import box
 from places import ROOT
 
 
-def test_every_study_ships_with_what_it_shows() -> None:
+def test_every_study_ships_with_what_it_shows():
     names = sorted(path.stem for path in (ROOT / "studies").glob("*.yaml"))
     assert list(examples()) == names
     table = examples_table()
@@ -30,7 +28,7 @@ def test_every_study_ships_with_what_it_shows() -> None:
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
-def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> None:
+def test_studies_of_the_paper_move_the_plate_towards_the_palm(path):
     runs = read_runs(path).runs
     slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, Slide)]
     directions = {slide.direction[0] for slide in slides}
@@ -41,19 +39,19 @@ def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies() -> None:
+def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies():
     path = ROOT / "studies" / "tactip_directions_3d.yaml"
     (run,) = read_runs(path).runs
     assert build_mesh(run).nelements > 100_000
 
 
-def test_the_wheel_holds_the_studies() -> None:
+def test_the_wheel_holds_the_studies():
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert '"studies" = "fingerslip/data/studies"' in project
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
-def test_templates_are_studies_that_editors_can_check(tmp_path: Path, template: str) -> None:
+def test_templates_are_studies_that_editors_can_check(tmp_path, template):
     written = new_study(tmp_path / "mine", template)
     assert written == tmp_path / "mine.yaml"
     assert read_runs(written).runs
@@ -62,7 +60,7 @@ def test_templates_are_studies_that_editors_can_check(tmp_path: Path, template: 
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
-def test_templates_can_be_run_as_they_are(tmp_path: Path, template: str) -> None:
+def test_templates_can_be_run_as_they_are(tmp_path, template):
     written = new_study(tmp_path / "mine", template)
     body = box(
         "Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5), regions={"body": lambda centre: centre[0] > -1}
@@ -72,19 +70,19 @@ def test_templates_can_be_run_as_they_are(tmp_path: Path, template: str) -> None
     assert {row[2] for row in rows} == {"to do"}
 
 
-def test_studies_are_those_beside_or_those_that_ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_studies_are_those_beside_or_those_that_ship(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert (studies_folder() / "wang2014_table2.yaml").is_file()
     (tmp_path / "studies").mkdir()
     assert studies_folder() == Path("studies")
 
 
-def test_an_example_is_copied_as_it_is(tmp_path: Path) -> None:
+def test_an_example_is_copied_as_it_is(tmp_path):
     written = copy_example("wang2014_table2.yaml", tmp_path)
     assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
 
 
-def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path: Path) -> None:
+def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path):
     based = [name for name, file in examples().items() if "\nbase: " in file.read_text(encoding="utf-8")]
     assert len(based) == 9
     for name in based:
@@ -92,7 +90,7 @@ def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path: Path) -> No
         assert read_study(copy_example(name, tmp_path / name)).title
 
 
-def test_what_is_there_is_kept_and_what_is_not_known_is_refused(tmp_path: Path) -> None:
+def test_what_is_there_is_kept_and_what_is_not_known_is_refused(tmp_path):
     (tmp_path / "mine.yaml").write_text("title: mine", encoding="utf-8")
     with pytest.raises(InputError, match="is there already, is not overwritten; give another name"):
         new_study(tmp_path / "mine.yaml", "sweep")

@@ -1,10 +1,7 @@
 """Cordova Bulens et al. (2023) beside ours: statements on the sensor, the pouring task, detectors."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -87,14 +84,14 @@ def test_without_the_study_the_error_names_it(tmp_path):
 LABELS = {name: Onsets(2.0, 6.0) for name in ("a", "b", "c")}
 
 
-def unseen(*, gross: float | None) -> Unseen:
+def unseen(*, gross):
     """Return findings that are 0.4 s early on average."""
     found = {"a": Onsets(1.5, gross), "b": Onsets(1.6, gross), "c": Onsets(1.7, gross)}
     scores = event_scores_of(found, LABELS, dict.fromkeys(LABELS, 1.0))
     return Unseen(dict.fromkeys(READINGS, found), dict.fromkeys(READINGS, scores), np.zeros((3, 3, 3), dtype=np.intp))
 
 
-def test_every_published_number_and_statement_has_a_row_in_both_readings() -> None:
+def test_every_published_number_and_statement_has_a_row_in_both_readings():
     rows = rows_of_pouring(unseen(gross=None), "section")
     assert len(rows) == 12
     error, spread, lead, _, before, statement = rows[:6]
@@ -109,18 +106,18 @@ def test_every_published_number_and_statement_has_a_row_in_both_readings() -> No
     assert rows[6].quantity.endswith("(detector)")
 
 
-def test_gross_slip_that_is_found_contradicts_the_paper() -> None:
+def test_gross_slip_that_is_found_contradicts_the_paper():
     statement = rows_of_pouring(unseen(gross=3.0), "in 3D")[5]
     assert (statement.ours, statement.verdict) == (1.0, "fails")
 
 
-def test_shipped_rows_are_those_of_the_studies() -> None:
+def test_shipped_rows_are_those_of_the_studies():
     stored = pouring_rows(Work(ROOT / "studies", ROOT / "results"))
     assert "the studies are the same" in stored.origin
     assert len(stored.rows) == 24
 
 
-def test_rows_are_computed_stored_and_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     assert pouring_rows(Work(tmp_path, tmp_path)).rows == ()
     monkeypatch.setattr(Work, "run", lambda *_: ())
     monkeypatch.setattr(pouring, "pouring_of", lambda *_: unseen(gross=None))

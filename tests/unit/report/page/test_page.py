@@ -1,10 +1,7 @@
 """The HTML page: well formed, self-contained, every text escaped."""
 
-from __future__ import annotations
-
 import base64
 import json
-from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
@@ -15,13 +12,13 @@ from fingerslip.tables.table import Column, Measured, Missing, Table
 from unit.report.pages import checked
 
 
-def picture(name: str) -> Picture:
+def picture(name):
     figure = Figure(figsize=(1.0, 1.0))
     figure.subplots().plot([0.0, 1.0])
     return Picture(name, f'caption of "{name}"', figure)
 
 
-def report() -> Report:
+def report():
     table = Table(
         "times", (Column("time", "s", 2), Column("name")), ((1.5, "a"), (Missing.NO_EVENT, "b")), "a note", marked=(1,)
     )
@@ -34,11 +31,11 @@ def report() -> Report:
     )
 
 
-def page_with(table: Table) -> str:
+def page_with(table):
     return render_page(Report("r", (ReportSection("s", tables=(table,)),)))
 
 
-def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer() -> None:
+def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer():
     page = render_page(report())
     checker = checked(page)
     assert len(checker.loaded) == 3
@@ -54,7 +51,7 @@ def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer() ->
     assert 'id="provenance"' not in render_page(Report("r", ()))
 
 
-def test_texts_are_escaped_and_notes_and_code_stand_as_they_are() -> None:
+def test_texts_are_escaped_and_notes_and_code_stand_as_they_are():
     table = Table("t", (Column("x"),), (("<script>",),))
     section = ReportSection("a & b", ("1 < 2",), (table,), body="<p>a note</p>", code="@article{a<b}")
     page = render_page(Report("<title>", (section,), {"k": "<v>"}))
@@ -66,7 +63,7 @@ def test_texts_are_escaped_and_notes_and_code_stand_as_they_are() -> None:
     assert ReportSection("s", ("text",)).is_empty
 
 
-def test_tables_say_what_is_missing_and_what_stands_out() -> None:
+def test_tables_say_what_is_missing_and_what_stands_out():
     page = render_page(report())
     for text in (
         '<th class="number short" scope="col">time [s]</th>',
@@ -84,7 +81,7 @@ def test_tables_say_what_is_missing_and_what_stands_out() -> None:
     assert "data-sortable>" in page_with(Table("t", (Column("x"),), ((1,), (2,), (3,))))
 
 
-def test_long_texts_may_wrap_answers_stay_in_sight_and_uncertainties_keep_to_their_sign() -> None:
+def test_long_texts_may_wrap_answers_stay_in_sight_and_uncertainties_keep_to_their_sign():
     page = page_with(Table("t", (Column("x"),), (("short",), ("a text that is longer than most values are",))))
     assert '<td class="text short">short</td>' in page
     assert '<td class="text">a text that is longer' in page
@@ -94,7 +91,7 @@ def test_long_texts_may_wrap_answers_stay_in_sight_and_uncertainties_keep_to_the
     assert '<td class="number answers short">1.50 ±\u00a00.25</td>' in page
 
 
-def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_script() -> None:
+def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_script():
     # '<!--<script>' opens a state in which the next '</script>' does not end the script.
     title = "</script><script>alert(1)</script> <!--<script>"
     motions = tuple({"title": name, "data": "", "arrays": {}} for name in (title, "b"))
@@ -110,7 +107,7 @@ def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_scr
     assert "class Solid" not in render_page(report())
 
 
-def test_page_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+def test_page_is_written_whole_or_not_at_all(tmp_path):
     write_page(report(), tmp_path / "report.html")
     assert "caption of" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]

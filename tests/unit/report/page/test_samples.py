@@ -1,7 +1,5 @@
 """The report of a study with samples: intervals, sensitivities and all samples, no run in detail."""
 
-from __future__ import annotations
-
 import dataclasses
 
 from fingerslip.published import published_set
@@ -15,7 +13,7 @@ from fingerslip.report.page.samples import (
     samples_in_motion,
     tornado_pictures,
 )
-from fingerslip.results import RefusedRun, StudyResult
+from fingerslip.results import RefusedRun
 from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents
 from unit.sampled import study_of
@@ -24,11 +22,11 @@ from unit.synthetic import Process, make
 REFERENCES = (published_set("wang2014-table2"),)
 
 
-def content(**more: int) -> ReportContent:
+def content(**more):
     return ReportContent(study_of(**more), {}, references=REFERENCES)
 
 
-def test_sections_of_a_study_with_samples() -> None:
+def test_sections_of_a_study_with_samples():
     report = study_report(content())
     assert [section.title for section in report.sections] == [
         "Slip times over the samples",
@@ -50,7 +48,7 @@ def test_sections_of_a_study_with_samples() -> None:
     assert "Refused samples" in [section.title for section in study_report(made).sections]
 
 
-def test_published_times_are_those_of_the_phalanx_of_a_fit() -> None:
+def test_published_times_are_those_of_the_phalanx_of_a_fit():
     study = study_of(12, ("original", "scaled"))
     fits = [fit for fit in fits_of(study) if fit.time == "overall"]
     assert published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}
@@ -60,16 +58,16 @@ def test_published_times_are_those_of_the_phalanx_of_a_fit() -> None:
 HISTORY = make(Process())
 
 
-def starts_of(study: StudyResult) -> dict[str, float]:
+def starts_of(study):
     return {run.name: 1.0 for run in study.runs}
 
 
-def content_in_motion(study: StudyResult) -> ReportContent:
+def content_in_motion(study):
     histories = {one.run.name: HISTORY for one in representatives(study, starts_of(study))}
     return ReportContent(study, {}, starts=starts_of(study), representatives=histories)
 
 
-def test_the_middle_and_both_ends_of_overall_slip_are_chosen() -> None:
+def test_the_middle_and_both_ends_of_overall_slip_are_chosen():
     study = study_of(count=11)
     found = representatives(study, starts_of(study))
     assert [one.title for one in found] == [
@@ -86,7 +84,7 @@ def test_the_middle_and_both_ends_of_overall_slip_are_chosen() -> None:
     assert found[-1].run.name == late
 
 
-def test_where_no_sample_slips_as_a_whole_an_earlier_event_counts_and_without_any_nothing_is_chosen() -> None:
+def test_where_no_sample_slips_as_a_whole_an_earlier_event_counts_and_without_any_nothing_is_chosen():
     study = study_of(count=5)
     partly = tuple(
         dataclasses.replace(run, events=Events(SlipEvents(incipient=run.events.incipient))) for run in study.runs
@@ -97,7 +95,7 @@ def test_where_no_sample_slips_as_a_whole_an_earlier_event_counts_and_without_an
     assert representatives(study, {}) == ()
 
 
-def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_names_of_runs() -> None:
+def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_names_of_runs():
     made = content_in_motion(study_of(count=11))
     section = samples_in_motion(made)
     assert [motion["title"] for motion in section.motions] == [

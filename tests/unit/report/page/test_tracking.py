@@ -1,9 +1,5 @@
 """The folder of tracks."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -18,7 +14,7 @@ from fingerslip.vision.video import open_frames, read_frames, write_video
 from problems import clips
 
 
-def test_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path: Path) -> None:
+def test_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
     frames = list(clips.filmed(clips.still(clips.field(), 6)))
     tracks = track_markers(frames, n_markers=81, rest_frames=4, frame_rate=30.0)
     tracks.attrs |= {"partial": 1, "warnings": "something is odd"}
@@ -31,7 +27,7 @@ def test_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path: Path) ->
     assert list(tmp_path.iterdir()) == []
 
 
-def test_folder_stands_beside_the_video(tmp_path: Path) -> None:
+def test_folder_stands_beside_the_video(tmp_path):
     write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 5)), 30.0)
     lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3}))
     assert lines == [
@@ -41,7 +37,7 @@ def test_folder_stands_beside_the_video(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_more_markers_than_asked_for_are_said_and_on_the_page(tmp_path: Path) -> None:
+def test_more_markers_than_asked_for_are_said_and_on_the_page(tmp_path):
     write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 5)), 30.0)
     lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 5}))
     warning = "asked for 5 markers, found 81 of the same kind in the first frames"
@@ -53,7 +49,7 @@ def test_more_markers_than_asked_for_are_said_and_on_the_page(tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_markers_that_are_often_lost_are_counted(tmp_path: Path) -> None:
+def test_markers_that_are_often_lost_are_counted(tmp_path):
     field = clips.field()
     frames = list(clips.filmed(clips.still(field, 10)))
     x, y = np.round(np.asarray(clips.still(field, 10))[0, 0]).astype(int)
@@ -66,7 +62,7 @@ def test_markers_that_are_often_lost_are_counted(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_fields_are_written_with_a_picture_and_videos(tmp_path: Path) -> None:
+def test_fields_are_written_with_a_picture_and_videos(tmp_path):
     write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 8)), 30.0)
     lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 81}, fields=True))
     assert lines[-1].startswith(f"fields: {tmp_path / 'a_tracks' / 'fields.nc'}, fields.png, displacement.avi")

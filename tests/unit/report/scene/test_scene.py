@@ -1,14 +1,10 @@
 """What a scene is made of, the names of what can be chosen, and where a browser finds it."""
 
-from __future__ import annotations
-
 import socket
-from typing import Any
 
 import numpy as np
 import pytest
 import pyvista
-import xarray as xr
 
 from fingerslip.commands.shared import cameras, fields
 from fingerslip.errors import InputError, ResultError
@@ -21,11 +17,11 @@ from unit.report.scenes import block_history
 
 
 @pytest.fixture(scope="module")
-def history() -> xr.Dataset:
+def history():
     return block_history()
 
 
-def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(history: xr.Dataset) -> None:
+def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(history):
     grid = snapshot_grid(history, 0)
     assert grid.volume == pytest.approx(1000.0)
     assert grid.bounds == pytest.approx((0.0, 10.0) * 3)
@@ -37,13 +33,13 @@ def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(his
 
 
 @pytest.mark.parametrize("element", ["T10", "H8", "Q4", "T3", "T6"])
-def test_every_element_has_its_cells(element: str) -> None:
+def test_every_element_has_its_cells(element):
     flat = block_history(element)
     sizes = snapshot_grid(flat, 0).compute_cell_sizes()["Area" if flat.sizes["component"] == 2 else "Volume"]
     assert sizes.sum() == pytest.approx(100.0 if flat.sizes["component"] == 2 else 1000.0)
 
 
-def drawn(history: xr.Dataset, **options: Any) -> pyvista.Plotter:
+def drawn(history, **options):
     plotter = pyvista.Plotter(off_screen=True)
     draw_scene(plotter, history, 2, SceneOptions(**options))
     aim(plotter, history, SceneOptions(**options))
@@ -62,14 +58,14 @@ def drawn(history: xr.Dataset, **options: Any) -> pyvista.Plotter:
         ({"written": False}, {"layer skin"}, {"time"}),
     ],
 )
-def test_what_is_chosen_is_there(history: xr.Dataset, options: Any, has: set[str], lacks: set[str]) -> None:
+def test_what_is_chosen_is_there(history, options, has, lacks):
     plotter = drawn(history, **options)
     assert has <= set(plotter.actors)
     assert not lacks & set(plotter.actors)
     assert bool(plotter.scalar_bars) == options.get("written", True)
 
 
-def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history: xr.Dataset) -> None:
+def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history):
     values = np.where(history["cell_region"].values == 0, 1e3, 9e6) * np.ones_like(history["snapshot_von_mises"])
     names = region_names(history)
     assert names == ("skin", "tissue")
@@ -81,8 +77,8 @@ def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history: xr.Dat
     assert field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
 
 
-def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history: xr.Dataset) -> None:
-    def depth(cut: str) -> float:
+def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history):
+    def depth(cut):
         bounds = drawn(history, cut=cut, plate=False, scalar="region").actors["layer tissue"].bounds
         return float(bounds[3] - bounds[2])
 
@@ -92,7 +88,7 @@ def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history
     assert drawn(history).actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
 
 
-def test_what_cannot_be_shown_is_refused(history: xr.Dataset) -> None:
+def test_what_cannot_be_shown_is_refused(history):
     with pytest.raises(InputError, match="'nail', which is no region, may hold skin, tissue"):
         check_options(history, SceneOptions(hidden=("nail",)))
     with pytest.raises(ResultError, match="snapshots_every"):
@@ -101,7 +97,7 @@ def test_what_cannot_be_shown_is_refused(history: xr.Dataset) -> None:
         from_mapping(SceneOptions, {"camera": "top"}, "view")
 
 
-def test_every_name_is_an_option_that_can_be_drawn_and_completed() -> None:
+def test_every_name_is_an_option_that_can_be_drawn_and_completed():
     assert set(CAMERAS) == set(scene._DIRECTIONS)
     assert tuple(SCALARS) == FIELDS
     assert SCALARS["displacement"] == ("displacement [mm]", 1e3)
@@ -112,7 +108,7 @@ def test_every_name_is_an_option_that_can_be_drawn_and_completed() -> None:
 
 
 @pytest.mark.parametrize("host", [LOCAL, "localhost", "0.0.0.0"])
-def test_a_free_port_is_taken(host: str) -> None:
+def test_a_free_port_is_taken(host):
     require_free(Served(host, 0))
 
 
@@ -126,12 +122,12 @@ def test_a_free_port_is_taken(host: str) -> None:
         ),
     ],
 )
-def test_a_place_at_which_nothing_can_listen_is_refused(host: str, port: int, words: str) -> None:
+def test_a_place_at_which_nothing_can_listen_is_refused(host, port, words):
     with pytest.raises(InputError, match=f"view: {words}"):
         require_free(Served(host, port))
 
 
-def test_a_port_in_use_or_of_the_system_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_port_in_use_or_of_the_system_is_refused(monkeypatch):
     assert Served().host == LOCAL == "127.0.0.1", "only this machine can look unless told otherwise"
     with socket.create_server((LOCAL, 0)) as other:
         port = other.getsockname()[1]
@@ -139,7 +135,7 @@ def test_a_port_in_use_or_of_the_system_is_refused(monkeypatch: pytest.MonkeyPat
             require_free(Served(LOCAL, port))
     require_free(Served(LOCAL, port))
 
-    def bind(*_: Any) -> None:
+    def bind(*_):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(socket.socket, "bind", bind)

@@ -1,7 +1,5 @@
 """Snapshots as VTK has them: reference points, three components, cells in its order and under its numbers."""
 
-from __future__ import annotations
-
 import meshio
 import numpy as np
 import pytest
@@ -15,7 +13,7 @@ from unit.report.scenes import block_history
     ("Q4", "QUAD"), ("T3", "TRIANGLE"), ("T6", "QUADRATIC_TRIANGLE"),
     ("H8", "HEXAHEDRON"), ("T4", "TETRA"), ("T10", "QUADRATIC_TETRA")
 ])  # fmt: skip
-def test_both_libraries_know_every_element_under_these_names(element: str, name: str) -> None:
+def test_both_libraries_know_every_element_under_these_names(element, name):
     kind = CELL_TYPES[element]
     assert kind.vtk == getattr(pyvista.CellType, name)
     assert meshio.vtk_to_meshio_type[kind.vtk] == kind.meshio if hasattr(meshio, "vtk_to_meshio_type") else True
@@ -28,7 +26,7 @@ def test_both_libraries_know_every_element_under_these_names(element: str, name:
 
 
 @pytest.mark.parametrize("element", ["Q4", "T4"])
-def test_points_are_reference_positions_and_vectors_have_three_components(element: str) -> None:
+def test_points_are_reference_positions_and_vectors_have_three_components(element):
     history = block_history(element)
     snapshot = read_snapshot(history, 2)
     dim = history.sizes["component"]
@@ -40,6 +38,6 @@ def test_points_are_reference_positions_and_vectors_have_three_components(elemen
     assert set(snapshot.cell_fields) == {"strain_energy_density", "von_mises", "region"}
 
 
-def test_vectors_are_filled_with_zeros() -> None:
+def test_vectors_are_filled_with_zeros():
     assert in_space(np.array([[1.0, 2.0]])).tolist() == [[1.0, 2.0, 0.0]]
     assert in_space(np.array([[1.0, 2.0, 3.0]])).tolist() == [[1.0, 2.0, 3.0]]

@@ -1,15 +1,10 @@
 """Pictures, films and windows, drawn without a display, and ways to draw where there is none."""
 
-from __future__ import annotations
-
 import socket
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista
-import xarray as xr
 from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
@@ -33,11 +28,11 @@ INCIPIENT = Events(slip=SlipEvents(incipient=0.06))
 
 
 @pytest.fixture(scope="module")
-def history() -> xr.Dataset:
+def history():
     return block_history()
 
 
-def test_a_picture_shows_something_and_changes_with_what_is_shown(history: xr.Dataset) -> None:
+def test_a_picture_shows_something_and_changes_with_what_is_shown(history):
     size = (160, 120)
     whole = still(history, options=SceneOptions(scalar="region"), size=size)
     assert whole.shape == (120, 160, 3)
@@ -48,7 +43,7 @@ def test_a_picture_shows_something_and_changes_with_what_is_shown(history: xr.Da
     assert np.abs(early.astype(int) - field).max() > 50
 
 
-def test_pictures_and_films_are_files_written_whole(history: xr.Dataset, tmp_path: Path) -> None:
+def test_pictures_and_films_are_files_written_whole(history, tmp_path):
     save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:
         assert picture.size == (1200, 900)
@@ -61,34 +56,34 @@ def test_pictures_and_films_are_files_written_whole(history: xr.Dataset, tmp_pat
 
 
 @pytest.mark.parametrize("save", [save_still, save_movie])
-def test_an_ending_that_cannot_be_written_is_refused(history: xr.Dataset, tmp_path: Path, save: object) -> None:
+def test_an_ending_that_cannot_be_written_is_refused(history, tmp_path, save):
     with pytest.raises(InputError, match=r"ends in '\.bmp', needs one of"):
-        save(history, tmp_path / "block.bmp")  # type: ignore[operator]
+        save(history, tmp_path / "block.bmp")
     with pytest.raises(ResultError, match="snapshots_every"):
-        save(history.drop_dims("snapshot_time"), tmp_path / "block.webp")  # type: ignore[operator]
+        save(history.drop_dims("snapshot_time"), tmp_path / "block.webp")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_a_display_no_window_opens(history: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_display_no_window_opens(history, monkeypatch):
     monkeypatch.setattr(viewer, "has_display", lambda: False)
     with pytest.raises(InputError, match="--screenshot"):
         open_window(history)
 
 
 @pytest.fixture
-def control(history: xr.Dataset) -> Iterator[SceneControl]:
+def control(history):
     plotter = pyvista.Plotter(off_screen=True)
     yield SceneControl(plotter, history, SceneOptions(), 0.0)
     plotter.close()
 
 
-def press(control: SceneControl, box: int, state: int) -> None:
+def press(control, box, state):
     boxes = control.plotter.widgets.button_widgets
     boxes[box].GetRepresentation().SetState(state)
     boxes[box].InvokeEvent("StateChangedEvent")
 
 
-def test_what_is_shown_follows_the_choices(control: SceneControl) -> None:
+def test_what_is_shown_follows_the_choices(control):
     control.choose(scalar="displacement")
     assert list(control.plotter.scalar_bars.keys()) == ["displacement [mm]"]
     control.choose(scalar="region")
@@ -105,7 +100,7 @@ def test_what_is_shown_follows_the_choices(control: SceneControl) -> None:
     assert control.options.hidden == ("skin",), "the last layer stays"
 
 
-def test_boxes_and_the_slider_show_and_hide(control: SceneControl) -> None:
+def test_boxes_and_the_slider_show_and_hide(control):
     control.show(1.0)
     viewer._add_controls(control, INCIPIENT)
     plotter = control.plotter
@@ -130,7 +125,7 @@ def test_boxes_and_the_slider_show_and_hide(control: SceneControl) -> None:
     assert [viewer._next(("a", "b"), name) for name in ("a", "b")] == ["b", "a"]
 
 
-def test_the_nearest_node_is_that_of_the_deformed_body(history: xr.Dataset) -> None:
+def test_the_nearest_node_is_that_of_the_deformed_body(history):
     last = history.sizes["snapshot_time"] - 1
     moved = history["node_position"].values + history["snapshot_displacement"].values[last]
     assert nearest_node(history, last, 1e3 * moved[7] + 1e-3) == 7
@@ -138,7 +133,7 @@ def test_the_nearest_node_is_that_of_the_deformed_body(history: xr.Dataset) -> N
     assert nearest_node(flat, 0, np.array([*1e3 * flat["node_position"].values[3], 0.0])) == 3
 
 
-def test_a_picked_node_has_its_displacement_and_the_stress_around_it(history: xr.Dataset) -> None:
+def test_a_picked_node_has_its_displacement_and_the_stress_around_it(history):
     figure = picked_figure(history, 7, INCIPIENT)
     above, below = panels(figure)
     drawn = [line for line in above.lines if line.get_label() in "xyz"]
@@ -150,7 +145,7 @@ def test_a_picked_node_has_its_displacement_and_the_stress_around_it(history: xr
 
 
 @pytest.fixture
-def bare(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+def bare(monkeypatch):
     """Leave neither a display nor an earlier choice."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW"):
         monkeypatch.setenv(name, "")
@@ -160,7 +155,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     return monkeypatch
 
 
-def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(bare: pytest.MonkeyPatch) -> None:
+def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(bare):
     bare.setattr(viewer, "_draws", lambda _: False)
     with pytest.raises(ResultError, match=r"libegl1.*ParaView"):
         viewer.prepare_rendering()
@@ -171,7 +166,7 @@ def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(b
     viewer._working_window.cache_clear()
 
 
-def test_with_a_display_nothing_is_tried(bare: pytest.MonkeyPatch) -> None:
+def test_with_a_display_nothing_is_tried(bare):
     bare.setenv("DISPLAY", ":0")
     bare.setattr(viewer, "_connects", lambda *_: True)
     bare.setattr(viewer, "_draws", lambda _: pytest.fail("tried"))
@@ -179,14 +174,12 @@ def test_with_a_display_nothing_is_tried(bare: pytest.MonkeyPatch) -> None:
     assert viewer.has_display()
 
 
-def test_a_way_that_ends_the_process_does_not_draw(bare: pytest.MonkeyPatch) -> None:
+def test_a_way_that_ends_the_process_does_not_draw(bare):
     assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
 
 
 @pytest.mark.parametrize("display", ["", ":9876", "localhost:3456.0", "unix:9876", "no display", "wayland-0", ":99999"])
-def test_a_display_that_does_not_answer_is_none_and_one_that_does_is_one(
-    display: str, bare: pytest.MonkeyPatch
-) -> None:
+def test_a_display_that_does_not_answer_is_none_and_one_that_does_is_one(display, bare):
     bare.setenv("DISPLAY", display)
     assert not viewer.has_display()
     with socket.create_server(("127.0.0.1", 0)) as server:

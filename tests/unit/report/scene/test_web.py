@@ -1,15 +1,11 @@
 """A result in a browser: served to this machine only, fields, time, contact and picked nodes."""
 
-from __future__ import annotations
-
 import contextlib
 import queue
 import shutil
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
-from typing import Any
 
 import pytest
 
@@ -24,25 +20,23 @@ from unit.report.scenes import block_history
 CHROMIUM = shutil.which("chromium")
 
 
-def test_without_trame_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_trame_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "trame.app", None)
     with pytest.raises(ResultError, match=r"pip install 'fingerslip\[web\]'"):
         web._server()
 
 
-def test_a_history_without_snapshots_is_refused() -> None:
+def test_a_history_without_snapshots_is_refused():
     history = block_history("Q4").drop_dims("snapshot_time")
     with pytest.raises(ResultError, match="snapshots_every"):
         serve(history, Events(), SceneOptions(), "t", Served(opened=False))
 
 
 @pytest.mark.parametrize("opened", [True, False])
-def test_a_browser_is_opened_where_that_is_wanted_and_nothing_but_the_address_is_said(
-    opened: bool, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    asked: queue.Queue[str] = queue.Queue()
+def test_a_browser_is_opened_where_that_is_wanted_and_nothing_but_the_address_is_said(opened, monkeypatch, capfd):
+    asked = queue.Queue()
     monkeypatch.setattr(web.webbrowser, "open", asked.put)
-    said: list[str] = []
+    said = []
     web._show(Served(announce=said.append, opened=opened), "http://127.0.0.1:1/")
     assert said == ["http://127.0.0.1:1/"]
     if opened:
@@ -52,7 +46,7 @@ def test_a_browser_is_opened_where_that_is_wanted_and_nothing_but_the_address_is
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(tmp_path_factory):
     """Serve a block from a process of its own, as the command does."""
     folder = tmp_path_factory.mktemp("run")
     write_history(block_history(), folder / "history.nc")
@@ -64,13 +58,13 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def page(address: str) -> Iterator[Any]:
+def page(address):
     api = pytest.importorskip("playwright.sync_api")
     with api.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         opened = browser.new_page(viewport={"width": 1300, "height": 850})
-        said: list[str] = []
-        asked: set[str] = set()
+        said = []
+        asked = set()
         opened.on("pageerror", lambda error: said.append(str(error)))
         opened.on("request", lambda request: asked.add(request.url.split("/")[2].split(":")[0]))
         opened.goto(address)
@@ -82,14 +76,14 @@ def page(address: str) -> Iterator[Any]:
         browser.close()
 
 
-def _picture(page: Any) -> bytes:
+def _picture(page):
     page.wait_for_timeout(1500)
     return bytes(page.screenshot(clip={"x": 320, "y": 80, "width": 900, "height": 560}))
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_browser_shows_fields_time_contact_and_a_picked_node(page: Any, address: str) -> None:
+def test_browser_shows_fields_time_contact_and_a_picked_node(page, address):
     with contextlib.closing(socket.create_connection((LOCAL, int(address.rstrip("/").rpartition(":")[2])))):
         pass
     seen = [_picture(page)]

@@ -1,7 +1,5 @@
 """Tables that compare: published values, refinements, two studies."""
 
-from __future__ import annotations
-
 import pytest
 
 from fingerslip.published import published_set
@@ -24,7 +22,7 @@ SOLID = published_set("wang2014-solid")
 NOT_COMPARED = Missing.NOT_COMPARED
 
 
-def test_comparison_takes_runs_that_meet_the_conditions() -> None:
+def test_comparison_takes_runs_that_meet_the_conditions():
     table = compare_table(RUNS, TABLE2)
     assert [row[:4] for row in table.rows[:3]] == [
         (0.6, "original", "incipient", "1.53"),
@@ -38,7 +36,7 @@ def test_comparison_takes_runs_that_meet_the_conditions() -> None:
     assert acceleration == (1.71, pytest.approx(0.0))
 
 
-def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compared() -> None:
+def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compared():
     rows = compare_table(RUNS, TABLE2).rows[3:]
     assert [row[:4] for row in rows] == [
         (0.6, variant, event, text)
@@ -48,7 +46,7 @@ def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compa
     assert {cell for row in rows for cell in row[4:]} == {NOT_COMPARED}
 
 
-def test_run_whose_values_are_not_known_is_not_compared() -> None:
+def test_run_whose_values_are_not_known_is_not_compared():
     unknown = RunResult("r", {"fingertip.phalanx.variant": "original"}, EVENTS)
     rows = compare_table([unknown], TABLE2).rows
     assert len(rows) == len(TABLE2.values)
@@ -58,7 +56,7 @@ def test_run_whose_values_are_not_known_is_not_compared() -> None:
     assert {cell for row in alone.rows for cell in row[2:]} == {NOT_COMPARED}
 
 
-def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_says_why() -> None:
+def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_says_why():
     note = compare_table(RUNS, TABLE2).note
     assert "Not compared: " in note
     assert "contact.friction_coefficient is 0.8, published for 0.6" in note
@@ -70,7 +68,7 @@ def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_s
         assert f"{path} is {value}, published for {known[path]}" in table.note
 
 
-def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen() -> None:
+def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen():
     solid = RunResult("run", {}, UNRECORDED, values={**SOLID.values[0].conditions, **SOLID.values[0].programme})
     rows = {row[:2]: row[2:] for row in compare_table([solid], SOLID).rows}
     assert rows["incipient", "0.90"] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
@@ -81,12 +79,12 @@ def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_no
     assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
 
 
-def test_contact_at_a_free_edge_is_warned_of() -> None:
+def test_contact_at_a_free_edge_is_warned_of():
     assert "angle 30 deg ('skin' from 0.12 s on" in compare_table([CUT_OFF], TABLE2).note
     assert "free edge" not in compare_table(RUNS, TABLE2).note
 
 
-def test_statements_are_shown_with_their_check() -> None:
+def test_statements_are_shown_with_their_check():
     table = statements_table(published_set("wang2014-qualitative"))
     assert any("edges of the contact" in str(row[0]) for row in table.rows)
     assert all(row[1] for row in table.rows)
@@ -111,39 +109,39 @@ GOOD = Convergence(
 NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, (None, None, None))})
 
 
-def test_a_number_has_its_uncertainty_by_setting_and_its_verdict() -> None:
+def test_a_number_has_its_uncertainty_by_setting_and_its_verdict():
     row = texts(convergence_table({"slip.overall": GOOD}, "run"))[0]
     assert row == [
         "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step"
     ]  # fmt: skip
 
 
-def test_an_event_that_did_not_happen_says_so_in_every_cell() -> None:
+def test_an_event_that_did_not_happen_says_so_in_every_cell():
     table = convergence_table({"slip.incipient": NEVER, "normal_force_max_N": NEVER}, "run")
     assert texts(table)[0][2:] == ["none"] * 7
     assert texts(table)[1][2:] == ["n/a"] * 7, "a measure is no event"
     assert "none: the event did not happen" in table.remarks
 
 
-def test_a_setting_that_was_not_varied_is_told_from_an_event_that_a_level_lacks() -> None:
+def test_a_setting_that_was_not_varied_is_told_from_an_event_that_a_level_lacks():
     one = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
     row = convergence_table({"slip.overall": one}, "run").rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
 
 
-def test_a_number_that_nothing_changes_has_no_error_bar() -> None:
+def test_a_number_that_nothing_changes_has_no_error_bar():
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
     assert still.uncertainty is None
     assert texts(convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
 
 
-def test_series_have_a_row_for_every_level() -> None:
+def test_series_have_a_row_for_every_level():
     rows = series_table({"run": {"slip.overall": GOOD}}).rows
     assert len(rows) == 3 * 3 + 2
     assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
 
 
-def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below() -> None:
+def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below():
     first = {"time.step": "5 ms", "contact.friction_coefficient": "0.4", "record.snapshots_every": "50 ms"}
     second = {"time.step": "5 ms", "contact.friction_coefficient": "0.6", "damping.mass": "1 1/s"}
     table = differences_table(first, second, same="Same.")
@@ -157,7 +155,7 @@ def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below() -> Non
     assert table.note.endswith("record.sites.3.name and 3 more.")
 
 
-def test_where_nothing_differs_it_says_so() -> None:
+def test_where_nothing_differs_it_says_so():
     table = differences_table({"a": "1"}, {"a": "1"}, same="Both are the same.", note="A: x; B: y.")
     assert table.note == "A: x; B: y. Both are the same."
     assert to_markdown(table).count("\n") == 2

@@ -1,7 +1,5 @@
 """Tables of values with their sources, of what was run and of models as computed."""
 
-from __future__ import annotations
-
 import pytest
 import xarray as xr
 
@@ -42,11 +40,11 @@ VALUES = (
         ("timetable", "Other values"),
     ],
 )
-def test_every_value_has_its_group(path: str, group: str) -> None:
+def test_every_value_has_its_group(path, group):
     assert group_of(path) == group
 
 
-def test_assumed_values_come_first_and_are_marked_and_unused_ones_come_last() -> None:
+def test_assumed_values_come_first_and_are_marked_and_unused_ones_come_last():
     specimen, time = value_tables(VALUES)
     assert (specimen.title, time.title) == ("Specimen", "Time")
     assert [row[2] for row in specimen.rows] == ["assumed", "wang2014", "not used"]
@@ -56,7 +54,7 @@ def test_assumed_values_come_first_and_are_marked_and_unused_ones_come_last() ->
     assert "| time.step | 5 ms | study file |" in to_markdown(time)
 
 
-def test_no_value_is_lost_and_groups_keep_their_order() -> None:
+def test_no_value_is_lost_and_groups_keep_their_order():
     tables = value_tables(VALUES)
     assert sorted(str(row[0]) for table in tables for row in table.rows) == sorted(value.path for value in VALUES)
     titles = [table.title for table in tables]
@@ -76,7 +74,7 @@ CONDITIONS = (
 )
 
 
-def test_conditions_stand_in_one_order_with_overrides_and_marked_assumptions() -> None:
+def test_conditions_stand_in_one_order_with_overrides_and_marked_assumptions():
     histories = {name: xr.Dataset(attrs={"n_nodes": count}) for name, count in (("a", 10), ("b", 20))}
     table = conditions_table(CONDITIONS, histories)
     assert [row[:2] for row in table.rows] == [
@@ -92,7 +90,7 @@ def test_conditions_stand_in_one_order_with_overrides_and_marked_assumptions() -
     assert "Assumed" in table.note
 
 
-def test_sizes_contact_stiffness_and_solver_are_those_of_the_history() -> None:
+def test_sizes_contact_stiffness_and_solver_are_those_of_the_history():
     history = block_history("Q4")
     table = models_table({"one": history, "bare": make(Process())})
     rows = {row[0]: row[1:] for row in texts(table)}

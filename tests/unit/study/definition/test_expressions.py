@@ -1,7 +1,5 @@
 """Derived quantities: their values, units and mistakes."""
 
-from __future__ import annotations
-
 import pytest
 
 from fingerslip.errors import InputError
@@ -9,7 +7,7 @@ from fingerslip.results import Quantity, RunResult
 from fingerslip.slip.events import Events, SlipEvents
 from fingerslip.study.definition.expressions import check_expression, check_names, derive
 from fingerslip.study.definition.spec import read_study
-from unit.study.block import Write, block_values
+from unit.study.block import block_values
 
 RUN = RunResult(
     "run",
@@ -32,13 +30,13 @@ RUN = RunResult(
         ("-(1 + 1)", -2.0, ""),
     ],
 )
-def test_an_expression_has_a_value_and_a_unit(text: str, value: float, unit: str) -> None:
+def test_an_expression_has_a_value_and_a_unit(text, value, unit):
     found = derive("x", check_expression(text), RUN)
     assert found.value == pytest.approx(value)
     assert found.unit == unit
 
 
-def test_what_did_not_happen_has_no_value_but_a_unit() -> None:
+def test_what_did_not_happen_has_no_value_but_a_unit():
     assert derive("a", "three_quarter_slip * slide_speed", RUN) == Quantity("a", "m", None)
 
     assert derive("b", "1 / (latency - latency)", RUN) == Quantity("b", "1/s", None)
@@ -58,7 +56,7 @@ def test_what_did_not_happen_has_no_value_but_a_unit() -> None:
         "1 +",
     ],
 )
-def test_what_is_no_expression_is_refused(text: str) -> None:
+def test_what_is_no_expression_is_refused(text):
     with pytest.raises(InputError):
         check_expression(text)
 
@@ -72,7 +70,7 @@ def test_what_is_no_expression_is_refused(text: str) -> None:
         ("2 ** latency", "a number in s stands where a pure one is needed"),
     ],
 )
-def test_wrong_names_and_units_are_refused(text: str, said: str) -> None:
+def test_wrong_names_and_units_are_refused(text, said):
     with pytest.raises(InputError, match=r"derived\.x") as caught:
         derive("x", check_expression(text), RUN)
     assert said in str(caught.value)
@@ -81,17 +79,17 @@ def test_wrong_names_and_units_are_refused(text: str, said: str) -> None:
 @pytest.mark.parametrize(
     ("text", "unit"), [("sqrt(overall_slip - '1.8 s')", "s^0.5"), ("log(latency / '1 s' - 1)", ""), ("1 / 0", "")]
 )
-def test_what_has_no_value_has_a_unit(text: str, unit: str) -> None:
+def test_what_has_no_value_has_a_unit(text, unit):
     assert derive("x", check_expression(text), RUN) == Quantity("x", unit, None)
 
 
-def test_an_event_that_did_not_happen_is_nowhere_taken_for_a_number() -> None:
+def test_an_event_that_did_not_happen_is_nowhere_taken_for_a_number():
     # Without the events a root of (overall_slip - 1.5 s) is as possible as with them.
     assert derive("x", "sqrt(overall_slip - '1.5 s')", RunResult("run", {}, Events())) == Quantity("x", "s^0.5", None)
 
 
 @pytest.mark.parametrize(("text", "value"), [("log(1e300)", 690.7755), ("exp(30)", 1.068647e13), ("2 ** 30", 2.0**30)])
-def test_pure_numbers_may_be_large(text: str, value: float) -> None:
+def test_pure_numbers_may_be_large(text, value):
     assert derive("x", check_expression(text), RUN).value == pytest.approx(value)
 
 
@@ -104,34 +102,34 @@ def test_pure_numbers_may_be_large(text: str, value: float) -> None:
         ("1e999", "too large"),
     ],
 )
-def test_what_no_computer_can_read_is_refused(text: str, said: str) -> None:
+def test_what_no_computer_can_read_is_refused(text, said):
     with pytest.raises(InputError, match=said):
         check_expression(text)
 
 
 @pytest.mark.parametrize("text", ["max", "breadth + é"])
-def test_functions_alone_and_foreign_letters_are_unknown_names(text: str) -> None:
+def test_functions_alone_and_foreign_letters_are_unknown_names(text):
     with pytest.raises(InputError, match="is not known"):
         derive("x", check_expression(text), RUN)
 
 
-def test_a_unit_does_not_depend_on_a_result() -> None:
+def test_a_unit_does_not_depend_on_a_result():
     with pytest.raises(InputError, match="known exponent"):
         derive("x", "'2 mm' ** (three_quarter_slip / '1 s')", RUN)
 
 
 @pytest.mark.parametrize("name", ["overall_slip", "overall", "latency_displacement", "normal_force_max", "sample"])
-def test_names_of_something_else_are_refused(name: str) -> None:
+def test_names_of_something_else_are_refused(name):
     with pytest.raises(InputError, match=f"{name}.*needs a name of its own"):
         check_names({name: "latency"})
 
 
 @pytest.mark.parametrize("name", ["a, b", "2nd", "", "_x", "é"])
-def test_names_are_those_of_columns(name: str) -> None:
+def test_names_are_those_of_columns(name):
     with pytest.raises(InputError, match="is no name of a column"):
         check_names({name: "latency"})
 
 
-def test_study_files_are_held_to_these_names(write_study: Write) -> None:
+def test_study_files_are_held_to_these_names(write_study):
     with pytest.raises(InputError, match=r"derived\.overall: "):
         read_study(write_study(block_values() | {"derived": {"overall": "latency"}}))

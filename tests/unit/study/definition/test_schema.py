@@ -1,11 +1,7 @@
 """What an editor says of study files."""
 
-from __future__ import annotations
-
 import copy
 import json
-from pathlib import Path
-from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -24,34 +20,34 @@ STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
 
 
 @pytest.fixture(scope="module")
-def schema() -> dict[str, Any]:
+def schema():
     return study_schema()
 
 
-def mistakes(schema: dict[str, Any], values: object) -> list[str]:
+def mistakes(schema, values):
     """Return the dotted paths that an editor marks in a study."""
     found = Draft202012Validator(schema).iter_errors(values)
     return sorted(".".join(map(str, error.absolute_path)) for error in found)
 
 
-def test_schema_asks_for_the_name_of_a_law_but_the_usual_one(schema: dict[str, Any]) -> None:
+def test_schema_asks_for_the_name_of_a_law_but_the_usual_one(schema):
     definitions = schema["$defs"]
     assert [definitions[law.__name__]["required"] for law in LAWS] == [[], ["law"], ["law"], ["law"]]
     assert definitions["NeoHookean"]["properties"]["law"]["const"] == "neo_hookean"
 
 
-def test_schema_knows_the_keys_of_a_study(schema: dict[str, Any]) -> None:
+def test_schema_knows_the_keys_of_a_study(schema):
     assert json.loads(json.dumps(schema)) == schema
     assert set(schema["properties"]) == {"base", *Study.__dataclass_fields__}
     assert "required" not in schema["$defs"]["Phalanx"]
     assert schema["$defs"]["Press"]["properties"]["depth"]["examples"] == ["1.5 mm"]
 
 
-def test_schema_is_one(schema: dict[str, Any]) -> None:
+def test_schema_is_one(schema):
     Draft202012Validator.check_schema(schema)
 
 
-def test_every_key_is_described(schema: dict[str, Any]) -> None:
+def test_every_key_is_described(schema):
     parts = {"Study": schema} | schema["$defs"]
     silent = [
         f"{part}.{name}"
@@ -62,23 +58,23 @@ def test_every_key_is_described(schema: dict[str, Any]) -> None:
     assert silent == []
 
 
-def test_keys_of_a_specimen_tell_values_and_sources_of_its_presets(schema: dict[str, Any]) -> None:
+def test_keys_of_a_specimen_tell_values_and_sources_of_its_presets(schema):
     words = schema["$defs"]["Layers"]["properties"]["skin_thickness"]["description"]
     assert "[m]" in words
     assert "wang2014-2d: 1.5 mm (wang2014)." in words
 
 
-def test_defaults_are_as_a_file_writes_them(schema: dict[str, Any]) -> None:
+def test_defaults_are_as_a_file_writes_them(schema):
     assert schema["$defs"]["BodyLoad"]["properties"]["x"]["default"] == "0.0 N"
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
-def test_an_editor_accepts_shipped_studies_and_finds_the_schema(path: Path, schema: dict[str, Any]) -> None:
+def test_an_editor_accepts_shipped_studies_and_finds_the_schema(path, schema):
     assert path.read_text(encoding="utf-8").startswith("# yaml-language-server: $schema=study.schema.json\n")
     assert mistakes(schema, read_mapping(path)) == []
 
 
-def test_schema_that_ships_is_that_of_the_program(schema: dict[str, Any]) -> None:
+def test_schema_that_ships_is_that_of_the_program(schema):
     shipped = json.loads((ROOT / "studies" / "study.schema.json").read_text(encoding="utf-8"))
     assert shipped == schema, "make it again: fingerslip schema > studies/study.schema.json"
 
@@ -95,18 +91,18 @@ def test_schema_that_ships_is_that_of_the_program(schema: dict[str, Any]) -> Non
         ("titel", "Block", ""),
     ],
 )
-def test_an_editor_marks_mistakes(schema: dict[str, Any], path: str, value: object, marked: str) -> None:
+def test_an_editor_marks_mistakes(schema, path, value, marked):
     assert mistakes(schema, block_values()) == []
     assert mistakes(schema, changed(path, value)) == [marked]
 
 
 @pytest.mark.parametrize("text", ["1.5 mm", "-2e-3 m", ".5 mm", "3mm", "1 m/s"])
-def test_quantities_pass(schema: dict[str, Any], text: str) -> None:
+def test_quantities_pass(schema, text):
     values = copy.deepcopy(block_values()) | {"depth": text}
     assert mistakes(schema, values) == []
 
 
-def test_schema_knows_every_choice() -> None:
+def test_schema_knows_every_choice():
     definitions = study_schema()["$defs"]
     laws = {"coulomb", "static_kinetic", "pressure_dependent", "anisotropic"}
     assert laws <= set(definitions["FrictionChoice"]["properties"]) == set(kinds_of(BuiltInLaw))

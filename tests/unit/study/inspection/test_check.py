@@ -1,7 +1,5 @@
 """A study before it is run: what running it would do, its mesh and its specimen's picture."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +14,10 @@ from fingerslip.study.inspection.check import check_plans, draw_specimen, save_m
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.runner import run_study
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import Write, block_values, changed
+from unit.study.block import block_values, changed
 
 
-def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
+def test_every_run_is_counted_with_its_size(write_study):
     table = check_plans(plan_studies([write_study()]))
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
     assert [row[:6] for row in table.rows] == [
@@ -31,7 +29,7 @@ def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
     )
 
 
-def test_what_is_too_coarse_to_be_right_is_said(write_study: Write) -> None:
+def test_what_is_too_coarse_to_be_right_is_said(write_study):
     table = check_plans(plan_studies([write_study()]))
     assert table.title == "Checked: no mistakes found, 3 warnings"
     assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
@@ -40,7 +38,7 @@ def test_what_is_too_coarse_to_be_right_is_said(write_study: Write) -> None:
 
 
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
-def test_steps_that_control_their_error_are_told_from_records(write_study: Write, scheme: str, fewest: int) -> None:
+def test_steps_that_control_their_error_are_told_from_records(write_study, scheme, fewest):
     path = write_study(block_values() | {"time": {"step": "auto", "output": "2 ms", "scheme": scheme}})
     table = check_plans(plan_studies([path]))
     assert [row[4:6] for row in table.rows] == [(30, f"at least {fewest}")] * 3
@@ -51,7 +49,7 @@ def test_steps_that_control_their_error_are_told_from_records(write_study: Write
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_time_is_that_of_what_is_to_do(write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_time_is_that_of_what_is_to_do(write_study, tmp_path, monkeypatch):
     monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
     assert check_plans(plan_studies([write_study()])).note.startswith("3 runs, about 3.0 min")
     run_study(write_study(), results_dir=tmp_path / "results", workers=1)
@@ -61,14 +59,14 @@ def test_time_is_that_of_what_is_to_do(write_study: Write, tmp_path: Path, monke
     assert table.note.startswith("2 runs, about 1.0 min")
 
 
-def test_the_first_mistake_of_any_study_is_told(write_study: Write) -> None:
+def test_the_first_mistake_of_any_study_is_told(write_study):
     good = write_study()
     bad = write_study(changed("contact.boundary", "pulp"), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
         check_plans(plan_studies([good, bad]))
 
 
-def test_groups_with_one_matrix_are_told(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_groups_with_one_matrix_are_told(write_study, monkeypatch):
     monkeypatch.setattr("fingerslip.dynamics.step.sharing._WORTH_SHARING", {2: 0, 3: 0})
     assert (
         "3 of those to do are computed in 1 group with one matrix each."
@@ -76,7 +74,7 @@ def test_groups_with_one_matrix_are_told(write_study: Write, monkeypatch: pytest
     )
 
 
-def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) -> None:
+def test_mesh_of_the_first_run_of_a_study(write_study, tmp_path):
     (table,) = save_mesh(str(write_study()), tmp_path / "copy.msh")
     mesh = read_mesh(tmp_path / "copy.msh")
     assert mesh.p.shape[1] == 45
@@ -88,7 +86,7 @@ def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) ->
     assert (jacobian, smallest, largest, aspect) == pytest.approx((1.0, 90.0, 90.0, 1.0))
 
 
-def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (table,) = save_mesh("wang2014-2d")
     mesh = read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
@@ -98,30 +96,26 @@ def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path: Path, monkeypatch: pyte
         assert row[3:5] == pytest.approx(np.degrees([known.smallest_angle, known.largest_angle]))
 
 
-def test_mesh_of_a_study_goes_to_the_name_of_the_study(
-    write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_mesh_of_a_study_goes_to_the_name_of_the_study(write_study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save_mesh(str(write_study(block_values() | {"sweep": {}}, name="mine")))
     assert (tmp_path / "meshes" / "mine.msh").is_file()
 
 
-def test_what_is_neither_a_study_nor_a_preset_is_refused() -> None:
+def test_what_is_neither_a_study_nor_a_preset_is_refused():
     with pytest.raises(InputError, match=r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"):
         save_mesh("wang2014-2e")
     with pytest.raises(InputError, match=r"mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"):
         save_mesh("nix")
 
 
-def test_a_place_that_cannot_be_written_is_named(write_study: Write, tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_named(write_study, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultError, match=r"file/copy\.msh: cannot be written"):
         save_mesh(str(write_study()), tmp_path / "file" / "copy.msh")
 
 
-def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkeypatch):
     made = mesh_of_a_scan()
     for name in ("skin.stl", "phalanx.stl"):
         (tmp_path / name).write_text(name)
@@ -138,7 +132,7 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(
     assert len(back.subdomains["tissue"]) == 5
 
 
-def test_preset_and_study_are_drawn(tmp_path: Path) -> None:
+def test_preset_and_study_are_drawn(tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
     for number, target in enumerate(("wang2014-3d", "tactip-ridged-3d", str(study))):
@@ -147,7 +141,7 @@ def test_preset_and_study_are_drawn(tmp_path: Path) -> None:
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+def test_what_cannot_be_drawn_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"needs a file that ends in \.png, \.svg, \.pdf"):
         draw_specimen("wang2014-3d", tmp_path / "finger.doc")
     with pytest.raises(InputError, match="preset: 'nobody' is not known"):

@@ -1,9 +1,5 @@
 """Stored results seen: figures, films, pictures and windows."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 import xarray as xr
 from PIL import Image
@@ -27,18 +23,18 @@ pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
 
 @pytest.fixture
-def folder(finished: Path) -> Path:
+def folder(finished):
     return finished
 
 
 @pytest.mark.parametrize(("form", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")])
-def test_a_figure_of_a_study_stands_beside_its_results(folder: Path, form: str, start: bytes) -> None:
+def test_a_figure_of_a_study_stands_beside_its_results(folder, form, start):
     written = write_figure(folder, FigureChoice("latency", form=form))
     assert written == folder / f"latency.{form}"
     assert written.read_bytes().startswith(start)
 
 
-def test_of_several_runs_one_has_to_be_named(folder: Path, tmp_path: Path) -> None:
+def test_of_several_runs_one_has_to_be_named(folder, tmp_path):
     with pytest.raises(InputError, match="this kind shows one run of"):
         write_figure(folder, FigureChoice("forces"))
     with pytest.raises(InputError, match="--run: 'x' is not there"):
@@ -58,12 +54,12 @@ def test_of_several_runs_one_has_to_be_named(folder: Path, tmp_path: Path) -> No
         (FigureChoice("latency", path="mesh.size"), "--over: 'mesh.size' is not swept"),
     ],
 )
-def test_wrong_choices_say_what_is_allowed(folder: Path, choice: FigureChoice, words: str) -> None:
+def test_wrong_choices_say_what_is_allowed(folder, choice, words):
     with pytest.raises(InputError, match=words):
         write_figure(folder, choice)
 
 
-def test_what_a_run_has_not_is_said(folder: Path, tmp_path: Path) -> None:
+def test_what_a_run_has_not_is_said(folder, tmp_path):
     run = folder / "friction_coefficient-0.2"
     with pytest.raises(InputError, match=r"--time: got 99 s, needs a time of the run, 0 to"):
         write_figure(run, FigureChoice("forces", times=("99 s",)))
@@ -74,7 +70,7 @@ def test_what_a_run_has_not_is_said(folder: Path, tmp_path: Path) -> None:
     assert list(tmp_path.glob("film*")) == []
 
 
-def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path: Path) -> None:
+def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
     history = block_history("Q4")
     write_history(history, tmp_path / "history.nc")
     (tmp_path / "run.yaml").write_text("title: block\n", encoding="utf-8")
@@ -86,7 +82,7 @@ def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path: Path) -> None:
     assert (info.width, info.height, info.frame_count, info.frame_rate) == (480, 270, 5, 10.0)
 
 
-def test_sizes_are_read_and_kinds_listed() -> None:
+def test_sizes_are_read_and_kinds_listed():
     assert film_size("640x480") == (640, 480)
     with pytest.raises(InputError, match="got '640', needs a width and a height"):
         film_size("640")
@@ -94,7 +90,7 @@ def test_sizes_are_read_and_kinds_listed() -> None:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     (folder / "run").mkdir()
     write_history(block_history(), folder / "run" / "history.nc")
@@ -102,14 +98,14 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("target", ["", pytest.param("run", marks=pytest.mark.slow), "run/history.nc"])
-def test_a_run_is_found_in_its_study_its_folder_and_its_file(study: Path, target: str, tmp_path: Path) -> None:
+def test_a_run_is_found_in_its_study_its_folder_and_its_file(study, target, tmp_path):
     picture = tmp_path / "p.png"
     assert view_result(study / target, {"scalar": "region"}, time="50 ms", screenshot=picture) == (picture,)
     with Image.open(picture) as shown:
         assert shown.size == (1200, 900)
 
 
-def test_of_several_runs_one_has_to_be_chosen(study: Path, tmp_path: Path) -> None:
+def test_of_several_runs_one_has_to_be_chosen(study, tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "history.nc").write_bytes((study / "run" / "history.nc").read_bytes())
@@ -117,7 +113,7 @@ def test_of_several_runs_one_has_to_be_chosen(study: Path, tmp_path: Path) -> No
         view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
 
 
-def test_a_folder_without_runs_is_refused(tmp_path: Path) -> None:
+def test_a_folder_without_runs_is_refused(tmp_path):
     with pytest.raises(ResultError, match="holds no run"):
         view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
 
@@ -131,9 +127,7 @@ def test_a_folder_without_runs_is_refused(tmp_path: Path) -> None:
         ({}, "1.2 mm", "view: --time"),
     ],
 )
-def test_wrong_options_are_refused_before_anything_is_drawn(
-    study: Path, tmp_path: Path, options: dict[str, str], time: str, message: str
-) -> None:
+def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, options, time, message):
     with pytest.raises(InputError, match=message):
         view_result(study, options, time=time, screenshot=tmp_path / "p.png")
     assert list(tmp_path.iterdir()) == []

@@ -1,14 +1,10 @@
 """What a run costs, and how far it is: time, memory, compiling, progress."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 from rich.console import Console
@@ -25,31 +21,31 @@ from places import ROOT
 from problems.pushed import push_and_slide
 
 
-def test_estimate_grows_with_unknowns_times_steps() -> None:
+def test_estimate_grows_with_unknowns_times_steps():
     small, large = estimated_seconds(10_000, 600), estimated_seconds(20_000, 600)
     assert small == pytest.approx(2.5)
     assert large - small == pytest.approx(2.5e-7 * 10_000 * 600)
     assert estimated_seconds(20_000, 600) == estimated_seconds(10_000, 1200)
 
 
-def test_runs_in_space_are_known_to_take_longer() -> None:
+def test_runs_in_space_are_known_to_take_longer():
     """Measured on two cores: the paper's fingertip in 3D took 57 s, a coarse one 16 s."""
     assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
     assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
 
 
-def source(cells: float | None, element: str | None) -> Any:
+def source(cells, element):
     return SimpleNamespace(estimated_cells=lambda _: cells, element=element)
 
 
-def test_memory_grows_like_the_entries_of_the_cells_matrices() -> None:
+def test_memory_grows_like_the_entries_of_the_cells_matrices():
     """Measured: assembly of 131,712 linear tetrahedra with nodal integration takes 0.79 GB at its peak."""
     assert estimated_bytes(131_712, "T4") == pytest.approx(0.79e9, rel=0.05)
     assert estimated_bytes(2e4, "T4") == 2 * estimated_bytes(1e4, "T4")
     assert estimated_bytes(1e4, "T10") == pytest.approx(2.5**2 * estimated_bytes(1e4, "T4"))
 
 
-def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch):
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**8)
     with pytest.raises(InputError, match=r"memory: .* about 0.6 GB \(assembly of about 1e\+05 tetrahedra 0.6 GB\)"):
         require_mesh_memory(source(1e5, "T4"), None)
@@ -58,7 +54,7 @@ def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch: pytest.M
     require_mesh_memory(source(1e4, "T4"), None)
 
 
-def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_of_unknown_size_is_let_through(monkeypatch):
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 1)
     require_mesh_memory(source(None, None), None)
 
@@ -73,7 +69,7 @@ def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) 
         ((70_197, 13_000, 64 * 300, 3), False),  # with a contact three times as fine
     ],
 )
-def test_a_basis_saves_time_where_many_steps_share_it(case: tuple[int, int, int, int], saves: bool) -> None:
+def test_a_basis_saves_time_where_many_steps_share_it(case, saves):
     assert basis_saves(*case) is saves
 
 
@@ -103,10 +99,10 @@ for name in ("quasi-static", "solid", "in a basis", "large strain"):
 class Heard(StudyProgress):
     """Keeps the names and the shares that are done."""
 
-    def __init__(self) -> None:
-        self.names: list[str] = []
-        self.shares: list[float] = []
-        self.words: list[str] = []
+    def __init__(self):
+        self.names = []
+        self.shares = []
+        self.words = []
 
     def begin(self, names):
         self.names += names
@@ -126,7 +122,7 @@ def test_where_all_is_compiled_nothing_is_said(monkeypatch):
     assert cost.compiling_seconds([push_and_slide()]) == 0.0
 
 
-def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path: Path, monkeypatch):
+def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path, monkeypatch):
     study = write_study()
     monkeypatch.setattr(cost, "_has_cache", lambda _: False)
     assert "Compiling comes first, once on this machine: about 24 s." in check_plans(plan_studies([study])).note
@@ -138,45 +134,45 @@ def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path:
 
 
 @pytest.mark.parametrize("kind", cost._SAMPLES)
-def test_functions_that_tell_of_caches_are_there(kind: str) -> None:
+def test_functions_that_tell_of_caches_are_there(kind):
     file, name = cost._SAMPLES[kind]
     assert f"\ndef {name}(" in (ROOT / "src" / "fingerslip" / file).read_text()
 
 
 @pytest.mark.slow
-def test_a_small_block_compiles_nearly_all_that_a_model_of_its_kind_needs(tmp_path: Path):
+def test_a_small_block_compiles_nearly_all_that_a_model_of_its_kind_needs(tmp_path):
     paths = os.pathsep.join([str(ROOT / "tests"), *sys.path])
     environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", COLD], env=environment, check=True)
 
 
-def terminal() -> Console:
+def terminal():
     return Console(file=io.StringIO(), force_terminal=True, width=120)
 
 
-def log() -> Console:
+def log():
     return Console(file=io.StringIO(), force_terminal=False, width=40)
 
 
-def said(console: Console) -> str:
+def said(console):
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+def clock(monkeypatch):
     """Replace the clock; the only item of the list is the time."""
     now = [1000.0]
     monkeypatch.setattr(progress_module.time, "monotonic", lambda: now[0])
     return now
 
 
-def test_a_terminal_gets_bars_and_anything_else_lines() -> None:
+def test_a_terminal_gets_bars_and_anything_else_lines():
     assert isinstance(progress_for(terminal()), BarProgress)
     assert isinstance(progress_for(log()), LineProgress)
 
 
-def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock: list[float]) -> None:
+def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock):
     console = log()
     with LineProgress(console) as shown:
         shown.begin(["a", "b"])
@@ -189,18 +185,18 @@ def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock: li
 
 
 @pytest.mark.parametrize("make", [LineProgress, BarProgress])
-def test_messages_are_whole_and_taken_as_they_are(make: object) -> None:
+def test_messages_are_whole_and_taken_as_they_are(make):
     console = log()
     message = "block/[red]friction_coefficient-0.2[/red]: unchanged, and longer than the log is wide"
     make(console).say(message)
     assert said(console) == f"{message}\n"
 
 
-def state(bars: BarProgress) -> dict[str, float]:
+def state(bars):
     return {task.description: task.completed for task in bars._bars.tasks}
 
 
-def test_bars_show_each_run_and_the_sum_of_all() -> None:
+def test_bars_show_each_run_and_the_sum_of_all():
     with BarProgress(terminal()) as bars:
         bars.begin(["a", "b", "c"])
         assert state(bars) == {"all runs": 0.0}
@@ -215,14 +211,14 @@ def test_bars_show_each_run_and_the_sum_of_all() -> None:
         assert total.total == 3.0
 
 
-def test_a_single_run_needs_no_sum() -> None:
+def test_a_single_run_needs_no_sum():
     with BarProgress(terminal()) as bars:
         bars.begin(["a"])
         bars.advance("a", 0.5)
         assert state(bars) == {"a": 0.5}
 
 
-def test_a_second_study_starts_from_nothing() -> None:
+def test_a_second_study_starts_from_nothing():
     with BarProgress(terminal()) as bars:
         bars.begin(["a", "b"])
         bars.finish("a", "done")
@@ -233,7 +229,7 @@ def test_a_second_study_starts_from_nothing() -> None:
         assert newest == [0.5, 0.5], "the sum of the second study, and its first run"
 
 
-def test_bars_are_drawn_and_stopped() -> None:
+def test_bars_are_drawn_and_stopped():
     console = terminal()
     bars = BarProgress(console)
     with bars:
@@ -244,7 +240,7 @@ def test_bars_are_drawn_and_stopped() -> None:
     assert "50 %" in said(console)
 
 
-def test_silence(capfd: pytest.CaptureFixture[str]) -> None:
+def test_silence(capfd):
     with StudyProgress() as shown:
         shown.begin(["a"])
         shown.advance("a", 0.5)

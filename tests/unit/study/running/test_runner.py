@@ -1,12 +1,8 @@
 """Running studies: nothing computed twice, nothing left half done, nothing written for a wrong input."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shutil
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -18,20 +14,20 @@ from fingerslip.study.running.runner import StudyFailedError, run_studies, run_s
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
-from unit.study.block import FRICTIONS, NAMES, Write, block_values, changed
+from unit.study.block import FRICTIONS, NAMES, block_values, changed
 from unit.study.told import Told
 
 
-def leftovers(folder: Path) -> list[str]:
+def leftovers(folder):
     return sorted(path.name for path in folder.rglob(".*"))
 
 
-def run(path: Path, **options: Any) -> Any:
+def run(path, **options):
     return run_study(path, results_dir=path.parent / "results", workers=1, **options)
 
 
 @pytest.mark.usefixtures("reports")
-def test_results_of_every_run_are_written(write_study: Write, simulated: list[float]) -> None:
+def test_results_of_every_run_are_written(write_study, simulated):
     result = run(write_study())
     assert simulated == FRICTIONS
     assert result.computed == tuple(NAMES)
@@ -44,9 +40,7 @@ def test_results_of_every_run_are_written(write_study: Write, simulated: list[fl
     assert read_history(result.folder / NAMES[0] / "history.nc").sizes["time"] == 401
 
 
-def test_finished_study_is_not_computed_again(
-    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]]
-) -> None:
+def test_finished_study_is_not_computed_again(write_study, simulated, reports):
     path = write_study()
     run(path)
     again = run(path)
@@ -64,16 +58,14 @@ def test_finished_study_is_not_computed_again(
         {"integration": "selective"},  # the default, but now given
     ],
 )
-def test_a_report_is_made_again_where_what_it_shows_has_changed(
-    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], changes: dict[str, Any]
-) -> None:
+def test_a_report_is_made_again_where_what_it_shows_has_changed(write_study, simulated, reports, changes):
     run(write_study())
     run(write_study(block_values() | changes))
     assert (simulated, len(reports)) == (FRICTIONS, 2)
 
 
 @pytest.mark.usefixtures("reports")
-def test_what_changes_a_result_is_computed_again(write_study: Write, simulated: list[float]) -> None:
+def test_what_changes_a_result_is_computed_again(write_study, simulated):
     """The title does not; a value, the mesh file and the wish do."""
     run(write_study())
     run(write_study(changed("title", "Another title")))
@@ -87,7 +79,7 @@ def test_what_changes_a_result_is_computed_again(write_study: Write, simulated: 
 
 
 @pytest.mark.usefixtures("reports")
-def test_new_value_in_a_sweep_is_the_only_one_computed(write_study: Write, simulated: list[float]) -> None:
+def test_new_value_in_a_sweep_is_the_only_one_computed(write_study, simulated):
     run(write_study())
     values = block_values() | {"sweep": {"contact.friction_coefficient": [0.2, 0.4, 0.6, 0.8]}}
     result = run(write_study(values))
@@ -96,13 +88,11 @@ def test_new_value_in_a_sweep_is_the_only_one_computed(write_study: Write, simul
 
 
 @pytest.mark.usefixtures("reports")
-def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
-    write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, simulated, monkeypatch):
     path = write_study()
     whole = simulation.simulate
 
-    def interrupted(model: Any, **given: Any) -> Any:
+    def interrupted(model, **given):
         if model.contacts[0].friction.coefficient == 0.4:
             raise KeyboardInterrupt
         return whole(model, **given)
@@ -121,10 +111,8 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
 
 
 @pytest.mark.usefixtures("reports")
-def test_interruption_before_the_first_result_leaves_no_folder(
-    write_study: Write, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(model: Any, **given: Any) -> Any:
+def test_interruption_before_the_first_result_leaves_no_folder(write_study, monkeypatch):
+    def interrupted(model, **given):
         raise KeyboardInterrupt
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
@@ -134,12 +122,10 @@ def test_interruption_before_the_first_result_leaves_no_folder(
     assert not (path.parent / "results").exists()
 
 
-def test_failed_run_does_not_stop_the_others(
-    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, monkeypatch):
     whole = simulation.simulate
 
-    def failing(model: Any, **given: Any) -> Any:
+    def failing(model, **given):
         if model.contacts[0].friction.coefficient == 0.4:
             raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
         return whole(model, **given)
@@ -156,11 +142,11 @@ def test_failed_run_does_not_stop_the_others(
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_failed_recomputation_keeps_the_old_run(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_recomputation_keeps_the_old_run(write_study, monkeypatch):
     result = run(write_study())
     before = (result.folder / NAMES[0] / "events.json").read_text()
 
-    def failing(model: Any, **given: Any) -> Any:
+    def failing(model, **given):
         raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
@@ -170,7 +156,7 @@ def test_failed_recomputation_keeps_the_old_run(write_study: Write, monkeypatch:
     assert leftovers(result.folder) == []
 
 
-def test_all_runs_are_checked_before_anything_is_written(write_study: Write, simulated: list[float]) -> None:
+def test_all_runs_are_checked_before_anything_is_written(write_study, simulated):
     values = block_values()
     values["sweep"] = {"contact.boundary": ["bottom", "pulp"]}
     path = write_study(values)
@@ -181,7 +167,7 @@ def test_all_runs_are_checked_before_anything_is_written(write_study: Write, sim
 
 
 @pytest.mark.parametrize("name", ["results", "results/study"])
-def test_a_file_where_results_would_go_is_refused_first(write_study: Write, simulated: list[float], name: str) -> None:
+def test_a_file_where_results_would_go_is_refused_first(write_study, simulated, name):
     path = write_study()
     file = path.parent / name.replace("study", path.stem)
     file.parent.mkdir(exist_ok=True)
@@ -192,7 +178,7 @@ def test_a_file_where_results_would_go_is_refused_first(write_study: Write, simu
     assert file.read_text() == "mine"
 
 
-def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simulated: list[float]) -> None:
+def test_all_studies_are_checked_before_the_first_runs(write_study, simulated):
     good = write_study()
     bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
@@ -201,7 +187,7 @@ def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simul
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_written_run_is_a_study_that_gives_the_same_run(write_study: Write) -> None:
+def test_written_run_is_a_study_that_gives_the_same_run(write_study):
     result = run(write_study())
     (repeated,) = plan_study(result.folder / NAMES[1] / "run.yaml").runs
     # The study leaves the basis open; the run says that it was computed on the mesh.
@@ -210,7 +196,7 @@ def test_written_run_is_a_study_that_gives_the_same_run(write_study: Write) -> N
     assert repeated.identity == original.identity
 
 
-def test_progress_is_told_in_order(write_study: Write, simulated: list[float], reports: list[Any]) -> None:
+def test_progress_is_told_in_order(write_study, simulated, reports):
     told = Told()
     path = write_study(block_values() | {"sweep": {}})
     run(path, progress=told)
@@ -219,14 +205,14 @@ def test_progress_is_told_in_order(write_study: Write, simulated: list[float], r
 
 
 @pytest.mark.parametrize("workers", [0, -1])
-def test_workers_are_at_least_one(write_study: Write, workers: int) -> None:
+def test_workers_are_at_least_one(write_study, workers):
     with pytest.raises(InputError, match="needs a number >= 1"):
         run_study(write_study(), workers=workers)
 
 
 @pytest.mark.usefixtures("reports")
 @pytest.mark.parametrize("name", ["history.nc", "events.json", "run.yaml"])
-def test_a_damaged_run_is_computed_again_and_said_so(write_study: Write, simulated: list[float], name: str) -> None:
+def test_a_damaged_run_is_computed_again_and_said_so(write_study, simulated, name):
     path = write_study()
     file = run(path).folder / NAMES[1] / name
     written = file.read_bytes()
@@ -241,7 +227,7 @@ def test_a_damaged_run_is_computed_again_and_said_so(write_study: Write, simulat
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_runs_that_are_known_to_be_whole_are_not_read_through_again(write_study: Write) -> None:
+def test_runs_that_are_known_to_be_whole_are_not_read_through_again(write_study):
     path = write_study()
     folder = run(path).folder
     plan = plan_study(path, folder.parent)
@@ -254,7 +240,7 @@ def test_runs_that_are_known_to_be_whole_are_not_read_through_again(write_study:
 
 @pytest.mark.usefixtures("simulated", "reports")
 @pytest.mark.parametrize("content", [b"", b"{}", b"\xff", b'{"runs": 3}'])
-def test_a_damaged_manifest_is_written_again(write_study: Write, content: bytes) -> None:
+def test_a_damaged_manifest_is_written_again(write_study, content):
     path = write_study()
     manifest = run(path).folder / "manifest.json"
     manifest.write_bytes(content)
@@ -262,13 +248,13 @@ def test_a_damaged_manifest_is_written_again(write_study: Write, content: bytes)
     assert list(read_manifest(manifest.parent)["runs"]) == NAMES
 
 
-def sampled(ranges: dict[str, Any], count: int = 5) -> dict[str, Any]:
+def sampled(ranges, count=5):
     """Return the study of the block with samples."""
     return block_values() | {"sweep": {}, "sample": {"count": count, "ranges": ranges}}
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study: Write) -> None:
+def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study):
     """The history that stands for the simulation slips as a whole at 1.4 s + 0.5 s times the friction."""
     result = run(write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]})))
     assert result.computed == tuple(f"sample-{number}" for number in range(1, 6))
@@ -282,7 +268,7 @@ def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study: W
 
 
 @pytest.mark.usefixtures("reports")
-def test_finished_samples_are_not_computed_again(write_study: Write, simulated: list[float]) -> None:
+def test_finished_samples_are_not_computed_again(write_study, simulated):
     path = write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]}))
     run(path)
     again = run(path)
@@ -290,7 +276,7 @@ def test_finished_samples_are_not_computed_again(write_study: Write, simulated: 
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_study: Write) -> None:
+def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_study):
     """The block is 5 mm high, so samples in the last part of the range are pressed through it."""
     said = Told()
     path = write_study(sampled({"programme.0.press.depth": ["0.1 mm", "6 mm"]}))
@@ -314,9 +300,7 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
         block_values() | {"sweep": {"programme.0.press.depth": ["0.1 mm", "6 mm"]}},  # no sample
     ],
 )
-def test_a_study_with_no_right_sample_is_wrong(
-    write_study: Write, simulated: list[float], values: dict[str, Any]
-) -> None:
+def test_a_study_with_no_right_sample_is_wrong(write_study, simulated, values):
     with pytest.raises(InputError, match="presses"):
         run(write_study(values))
     assert simulated == []

@@ -1,12 +1,9 @@
 """Values of runs for readers: every value of run.yaml with its unit and source, and none of another run."""
 
-from __future__ import annotations
-
 import copy
 import functools
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -22,7 +19,7 @@ from fingerslip.study.storage.reporting import DEFAULT, STUDY_FILE, SWEPT, read_
 from fingerslip.units import parse_quantity
 from unit.study.block import block_values
 
-COMMON: dict[str, Any] = {
+COMMON = {
     "contact": {
         "friction_coefficient": 0.6,
         "normal_penalty": "1e9 Pa/m",
@@ -89,18 +86,18 @@ OTHER = {
 }
 
 
-def resolved(values: dict[str, Any]) -> dict[str, Any]:
+def resolved(values):
     """Return what the run.yaml of a study without a sweep holds."""
     source = Path("study.yaml")
     return expand_mapping(values, source).runs[0].plain_values()
 
 
 @functools.cache
-def base(kind: str) -> dict[str, Any]:
+def base(kind):
     return resolved(BASES[kind])
 
 
-def leaves() -> list[Any]:
+def leaves():
     """Return all values of both runs; those that the solid has like the plane are in the slow tier."""
     paths = {kind: [path for path in flatten(base(kind)) if OTHER.get(path, "") is not None] for kind in BASES}
     alike = {path for path in paths["solid"] if path in paths["plane"] and ("solid", path) not in TOGETHER}
@@ -111,7 +108,7 @@ def leaves() -> list[Any]:
     ]
 
 
-def changed(value: object, path: str) -> object:
+def changed(value, path):
     """Return another value that may stand at a path."""
     if path in OTHER:
         other = OTHER[path]
@@ -125,14 +122,14 @@ def changed(value: object, path: str) -> object:
     return smaller(value)
 
 
-def smaller(number: float) -> float:
+def smaller(number):
     return 0.97 * number if number else 0.03125
 
 
-def with_value(mapping: dict[str, Any], path: str, value: object) -> dict[str, Any]:
+def with_value(mapping, path, value):
     """Return a deep copy of nested data with another value at a path."""
     other = copy.deepcopy(mapping)
-    inner: Any = other
+    inner = other
     *groups, last = path.split(".")
     for key in groups:
         inner = inner[int(key)] if isinstance(inner, list) else inner[key]
@@ -140,7 +137,7 @@ def with_value(mapping: dict[str, Any], path: str, value: object) -> dict[str, A
     return other
 
 
-def shown(mapping: dict[str, Any], folder: Path) -> dict[str, ShownValue]:
+def shown(mapping, folder):
     """Return the values of a run.yaml by path."""
     write_mapping(mapping, folder / "run.yaml")
     rows = value_rows([read_run_values(folder / "run.yaml")])
@@ -149,17 +146,17 @@ def shown(mapping: dict[str, Any], folder: Path) -> dict[str, ShownValue]:
 
 
 @functools.cache
-def base_rows(kind: str) -> dict[str, ShownValue]:
+def base_rows(kind):
     with tempfile.TemporaryDirectory() as folder:
         return shown(base(kind), Path(folder))
 
 
-def row_of(path: str, rows: dict[str, ShownValue]) -> ShownValue:
+def row_of(path, rows):
     """Return the row that shows a leaf: its own, or that of the list it is in."""
     return rows[path] if path in rows else rows[path.rpartition(".")[0]]
 
 
-def in_display_units(value: object, path: str, row: ShownValue) -> float | None:
+def in_display_units(value, path, row):
     """Return the number that a changed quantity or number must be shown as."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return None
@@ -175,7 +172,7 @@ def in_display_units(value: object, path: str, row: ShownValue) -> float | None:
 
 
 @pytest.mark.parametrize(("kind", "path"), leaves(), ids=str)
-def test_every_changed_value_is_shown(kind: str, path: str, tmp_path: Path) -> None:
+def test_every_changed_value_is_shown(kind, path, tmp_path):
     """The report shows the value of the run, whatever the preset or the default is."""
     old = flatten(base(kind))[path]
     new = changed(old, path)
@@ -195,7 +192,7 @@ def test_every_changed_value_is_shown(kind: str, path: str, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("kind", BASES)
-def test_every_leaf_of_run_yaml_has_a_row_that_is_in_the_page(kind: str) -> None:
+def test_every_leaf_of_run_yaml_has_a_row_that_is_in_the_page(kind):
     rows = base_rows(kind)
     page = render_page(Report("r", (ReportSection("Values", tables=value_tables(tuple(rows.values()))),)))
     for path in flatten(base(kind)):
@@ -205,7 +202,7 @@ def test_every_leaf_of_run_yaml_has_a_row_that_is_in_the_page(kind: str) -> None
             assert f">{row.value}<" in cells[: cells.index("</tr>")]
 
 
-def test_values_of_a_preset_keep_its_sources_and_changes_stand_beside_them(tmp_path: Path) -> None:
+def test_values_of_a_preset_keep_its_sources_and_changes_stand_beside_them(tmp_path):
     """Plane strain, ridges off and an epidermis of 1 MPa are shown, not plane stress, ridges and 136 kPa."""
     finger = {
         "preset": "wang2014-2d",
@@ -227,7 +224,7 @@ def test_values_of_a_preset_keep_its_sources_and_changes_stand_beside_them(tmp_p
     assert rows["fingertip.depth"].source == ASSUMED
 
 
-def test_defaults_are_told_from_values_of_the_study(tmp_path: Path) -> None:
+def test_defaults_are_told_from_values_of_the_study(tmp_path):
     rows = shown(resolved(PLANE), tmp_path)
     assert (rows["time.step"].source, rows["time.alpha"].source, rows["time.scheme"].source) == (
         STUDY_FILE,
@@ -240,16 +237,16 @@ def test_defaults_are_told_from_values_of_the_study(tmp_path: Path) -> None:
     assert rows["tractions.base.ramp.times"].value == "0 s, 1 s"
 
 
-def test_given_paths_count_where_they_are_known() -> None:
+def test_given_paths_count_where_they_are_known():
     source = Path("study.yaml")
     (run,) = expand_mapping(PLANE, source).runs
-    rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}  # type: ignore[list-item]
+    rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}
     assert (rows["time.scheme"].source, rows["time.alpha"].source) == (STUDY_FILE, DEFAULT)
     skin = rows["fingertip.layers.skin_thickness"]
     assert (skin.value, skin.source, skin.note) == ("1.5 mm", STUDY_FILE, "preset: 1.5 mm")
 
 
-def test_the_section_says_which_values_it_does_not_use(tmp_path: Path) -> None:
+def test_the_section_says_which_values_it_does_not_use(tmp_path):
     rows = shown(base("plane"), tmp_path)
     for path in ("fingertip.transverse.half_width", "fingertip.phalanx.transverse.palmar_level"):
         assert (rows[path].source, rows[path].note) == (NOT_USED, "of the transverse section only")
@@ -259,7 +256,7 @@ def test_the_section_says_which_values_it_does_not_use(tmp_path: Path) -> None:
     assert across["fingertip.transverse.half_width"].source == ASSUMED
 
 
-def test_the_solid_says_its_formulation_and_uses_no_value_of_sections(tmp_path: Path) -> None:
+def test_the_solid_says_its_formulation_and_uses_no_value_of_sections(tmp_path):
     rows = shown(base("solid"), tmp_path)
     assert rows["formulation"].value == "solid"
     for path in ("formulation", "depth", "section"):
@@ -269,7 +266,7 @@ def test_the_solid_says_its_formulation_and_uses_no_value_of_sections(tmp_path: 
     assert rows["fingertip.solid.angle"] == ShownValue("fingertip.solid.angle", "20 deg", STUDY_FILE, "preset: 0 rad")
 
 
-def test_materials_formulation_and_depth_of_the_study_go_before_those_of_the_fingertip(tmp_path: Path) -> None:
+def test_materials_formulation_and_depth_of_the_study_go_before_those_of_the_fingertip(tmp_path):
     own = {
         "materials": {"dermis": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.3, "density": "1 kg/m^3"}},
         "formulation": "plane_strain",
@@ -287,7 +284,7 @@ def test_materials_formulation_and_depth_of_the_study_go_before_those_of_the_fin
         )
 
 
-def test_what_is_switched_off_is_not_used(tmp_path: Path) -> None:
+def test_what_is_switched_off_is_not_used(tmp_path):
     off = {"preset": "wang2014-2d", "ridges": {"enabled": False}}
     bare, used = shown(resolved(PLANE | {"fingertip": off, "record": {}}), tmp_path), base_rows("plane")
     for path in ("fingertip.fingerprint.height", "fingertip.ridges.pitch"):
@@ -298,7 +295,7 @@ def test_what_is_switched_off_is_not_used(tmp_path: Path) -> None:
     assert recorded["fingertip.ridges.pitch"].source != NOT_USED, "receptors sit at the ridges all the same"
 
 
-def test_values_that_differ_between_runs_are_swept(tmp_path: Path) -> None:
+def test_values_that_differ_between_runs_are_swept(tmp_path):
     runs = []
     for number, (angle, friction) in enumerate((("0 deg", 0.2), ("30 deg", 0.2), ("-30 deg", 0.4))):
         mapping = with_value(base("solid"), "fingertip.solid.angle", angle)
@@ -312,7 +309,7 @@ def test_values_that_differ_between_runs_are_swept(tmp_path: Path) -> None:
     assert rows["time.step"].source == STUDY_FILE
 
 
-def test_values_that_only_some_runs_have_say_so() -> None:
+def test_values_that_only_some_runs_have_say_so():
     source = Path("study.yaml")
     contact = {"boundary": "bottom", "friction_coefficient": 0.3}
     shapes = [{"cylinder": {"radius": "8 mm"}}, {"sphere": {"radius": "9 mm", "normal": [0, 1]}}]
@@ -321,13 +318,13 @@ def test_values_that_only_some_runs_have_say_so() -> None:
         "sweep": {"contacts.0.counterface": shapes},
     }
     del values["contact"]
-    rows = {row.path: row for row in value_rows(expand_mapping(values, source).runs)}  # type: ignore[arg-type]
+    rows = {row.path: row for row in value_rows(expand_mapping(values, source).runs)}
     radius = rows["contacts.0.counterface.cylinder.radius"]
     assert (radius.value, radius.source, radius.note) == ("8 mm", SWEPT, "in 1 of 2 runs")
     assert rows["contacts.0.friction_coefficient"].value == "0.3"
 
 
-def test_no_value_that_is_shown_as_not_used_changes_the_section(tmp_path: Path) -> None:
+def test_no_value_that_is_shown_as_not_used_changes_the_section(tmp_path):
     coarse = {"mesh": {"contact_size": "0.4 mm", "bulk_size": "0.8 mm"}}
     off = {"preset": "wang2014-2d", "ridges": {"enabled": False}}
     for record in ({"receptors": ["FA-I", "SA-II"]}, {}):
@@ -335,12 +332,12 @@ def test_no_value_that_is_shown_as_not_used_changes_the_section(tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_no_value_that_is_shown_as_not_used_changes_the_solid(tmp_path: Path) -> None:
+def test_no_value_that_is_shown_as_not_used_changes_the_solid(tmp_path):
     coarse = {"mesh": {"element": "T4", "contact_size": "1.2 mm", "bulk_size": "2.5 mm"}}
     check_unused(resolved(SOLID | coarse), 12, tmp_path)
 
 
-def check_unused(mapping: dict[str, Any], least: int, folder: Path) -> None:
+def check_unused(mapping, least, folder):
     """Change all values that are not used, and hold that the model stays the same."""
     unused = [path for path, row in shown(mapping, folder).items() if row.source == NOT_USED]
     assert len(unused) >= least
@@ -350,7 +347,7 @@ def check_unused(mapping: dict[str, Any], least: int, folder: Path) -> None:
     assert model_of(other, folder) == model_of(mapping, folder), unused
 
 
-def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
+def model_of(mapping, folder):
     source = folder / "built.yaml"
     write_mapping(mapping, source)
     (run,) = expand_mapping(as_mapping(read_run_values(source).study), source).runs
@@ -359,7 +356,7 @@ def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
     return (mesh, model.materials, model.formulation, model.depth, model.record)
 
 
-def test_what_another_law_brings_is_shown_as_its_default(tmp_path: Path) -> None:
+def test_what_another_law_brings_is_shown_as_its_default(tmp_path):
     law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
     fingertip = {"preset": "wang2014-2d", "materials": {"tissue": law}}
     (run,) = expand_mapping({**PLANE, "fingertip": fingertip}, Path("x.yaml")).runs
@@ -370,7 +367,7 @@ def test_what_another_law_brings_is_shown_as_its_default(tmp_path: Path) -> None
     assert "youngs_modulus" not in rows
 
 
-def test_a_clearance_is_shown(tmp_path: Path) -> None:
+def test_a_clearance_is_shown(tmp_path):
     contact = {name: value for name, value in COMMON["contact"].items() if name != "offset"}
     mapping = resolved(PLANE | {"contact": contact | {"clearance": "0.35 mm"}})
     assert shown(mapping, tmp_path)["contact.clearance"].value == "0.35 mm"

@@ -1,7 +1,5 @@
 """The body that trials share, its plate, and a slide of the half turned into slides of the whole."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Half of the small data set, made, interrupted and made again."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import threading

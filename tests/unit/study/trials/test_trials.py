@@ -1,7 +1,5 @@
 """What a trial of a study is, the cameras that film it, and the notes of a data card."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
