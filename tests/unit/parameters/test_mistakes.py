@@ -26,28 +26,43 @@ def found(cls, values):
     return str(caught.value).splitlines()
 
 
-def test_all_mistakes_are_found():
-    assert found(Slide, {"speed": 3, "distance": "1 kg", "way": 1}) == [
-        "speed: '3' has no unit, needs a unit of [m/s]; write '3 mm/s' or '3 m/s'",
-        "distance: got '1 kg', needs a unit of [m]; write for example '1 mm'",
-        "way: is not known, may be one of distance, speed, direction, press",
-    ]
+MISTAKES = {
+    "several": (
+        Slide,
+        {"speed": 3, "distance": "1 kg", "way": 1},
+        [
+            "speed: '3' has no unit, needs a unit of [m/s]; write '3 mm/s' or '3 m/s'",
+            "distance: got '1 kg', needs a unit of [m]; write for example '1 mm'",
+            "way: is not known, may be one of distance, speed, direction, press",
+        ],
+    ),
+    "a misspelt key and a missing one": (
+        Press,
+        {"dept": "1 mm"},
+        ["dept: is not known, may be one of depth, speed; did you mean 'depth'?", "speed: is missing, needs a value"],
+    ),
+    "several of one check": (
+        ContactSettings,
+        {"boundary": 3, "normal": ["x"], "programme": [{"press": {}}]},
+        [
+            "boundary: got 3, needs text",
+            "normal.0: got 'x', needs a number",
+            "programme.0.press.depth: is missing, needs a value",
+            "programme.0.press.speed: is missing, needs a value",
+        ],
+    ),
+    "infinite": (
+        ContactSettings,
+        {"friction_coefficient": float("inf")},
+        ["friction_coefficient: got inf, needs a finite number"],
+    ),
+    "a mapping": (ContactSettings, {"friction_coefficient": {}}, ["friction_coefficient: got {}, needs a number"]),
+}
 
 
-def test_a_misspelt_key_is_one_mistake_and_another_missing_key_one_more():
-    assert found(Press, {"dept": "1 mm"}) == [
-        "dept: is not known, may be one of depth, speed; did you mean 'depth'?",
-        "speed: is missing, needs a value",
-    ]
-
-
-def test_several_mistakes_of_one_check_are_all_there():
-    assert found(ContactSettings, {"boundary": 3, "normal": ["x"], "programme": [{"press": {}}]}) == [
-        "boundary: got 3, needs text",
-        "normal.0: got 'x', needs a number",
-        "programme.0.press.depth: is missing, needs a value",
-        "programme.0.press.speed: is missing, needs a value",
-    ]
+@pytest.mark.parametrize(("cls", "values", "lines"), MISTAKES.values(), ids=MISTAKES)
+def test_all_mistakes_are_found_and_told_in_plain_words(cls, values, lines):
+    assert found(cls, values) == lines
 
 
 def test_long_values_are_cut():
@@ -55,11 +70,6 @@ def test_long_values_are_cut():
     assert line.startswith("friction_coefficient: got [0, 1, 2,")
     assert line.endswith("..., needs a number")
     assert len(line) < 140
-
-
-@pytest.mark.parametrize(("value", "needed"), [(float("inf"), "needs a finite number"), ({}, "needs a number")])
-def test_odd_values_are_refused_in_plain_words(value, needed):
-    assert found(ContactSettings, {"friction_coefficient": value}) == [f"friction_coefficient: got {value}, {needed}"]
 
 
 def test_order_is_that_of_the_file_and_missing_values_follow_their_group():
@@ -152,9 +162,6 @@ def test_units_are_those_of_the_quantity_itself():
     unit = locate(Body, ("pair", 1)).unit
     assert unit is not None
     assert unit.si == "m"
-
-
-def test_unit_of_a_field():
     assert unit_of(Body, "pair") is not None
     assert unit_of(Study, "title") is None
     assert set(type_hints(Skin)) == {"width"}

@@ -1,4 +1,4 @@
-"""Parameter sets: made, read from plain data, written back, and with one of several kinds in a field."""
+"""Parameter sets: made, read from plain data, written back, with one of several kinds in a field; dotted paths."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ from fingerslip.parameters import (
     valid_fields,
     walk_values,
 )
+from fingerslip.parameters.dotted import assign, flatten, known_part, nearest, walk
 from fingerslip.parameters.schema import json_schema
 
 
@@ -60,22 +61,11 @@ class Outer:
             raise InputError("", "is wrong as a whole", "needs another name")
 
 
-def test_python_passes_si_numbers_or_text():
-    assert Inner(width=0.5) == Inner(width="50 cm")
-
-
-def test_files_must_write_units():
-    with pytest.raises(InputError, match=r"f\.yaml: inner\.width: '0\.5' has no unit"):
-        from_mapping(Outer, {"inner": {"width": 0.5}}, "f.yaml")
-
-
-def test_units_inside_tuples_are_read():
-    assert from_mapping(Inner, {"width": "1 mm", "places": ["-1 mm", "2 mm"]}, "f").places == (-0.001, 0.002)
-
-
-def test_parameter_sets_are_frozen():
+def test_python_passes_si_numbers_or_text_and_sets_are_frozen():
+    inner = Inner(width=0.5)
+    assert inner == Inner(width="50 cm")
     with pytest.raises(dataclasses.FrozenInstanceError):
-        Inner(width=0.5).width = 1.0
+        inner.width = 1.0
 
 
 @pytest.mark.parametrize(
@@ -93,39 +83,31 @@ def test_parameter_sets_are_frozen():
         ({"inner": {"width": "1 mm"}, "parts": {"a": {"width": "2 m"}}}, "f: parts.a.width: got 2.0 m, needs <= 1 m"),
     ],
 )
-def test_errors_name_the_path(values, message):
+def test_errors_of_files_name_the_path(values, message):
     with pytest.raises(InputError) as caught:
         from_mapping(Outer, values, "f")
     assert str(caught.value) == message
+    assert isinstance(caught.value, MeshError) == ("<= 1 m" in message), "an error keeps its kind"
 
 
-def test_kind_of_an_error_is_kept():
-    with pytest.raises(MeshError):
-        from_mapping(Outer, {"inner": {"width": "2 m"}}, "f")
+ELASTIC = {"youngs_modulus": "1 kPa", "poisson_ratio": True, "density": "1000 kg/m^3"}
 
 
-def test_place_inside_a_file_is_continued_with_a_dot():
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: from_mapping(Inner, {"width": "0 mm"}, "f.yaml: tip"), "f.yaml: tip.width: got '0 mm', needs a value"),
+        (lambda: from_mapping(Inner, {"width": "inf m"}, "f"), "f: width: 'inf m' is not a quantity, needs a number"),
+        (lambda: from_mapping(Inner, {"width": "1e999 m"}, "f"), "f: width: got '1e999 m', needs a number that"),
+        (lambda: from_mapping(Elastic, ELASTIC, "f"), "f: poisson_ratio: got true, needs a number"),
+        (lambda: Coulomb(False), "Coulomb.coefficient: got false, needs a number"),
+        (lambda: Elastic(34e3, 0.6, 1000.0), "Elastic.poisson_ratio: got 0.6, needs a number <= 0.5"),
+    ],
+)
+def test_truth_values_are_no_numbers_and_python_names_the_class(make, message):
     with pytest.raises(InputError) as caught:
-        from_mapping(Inner, {"width": "0 mm"}, "f.yaml: fingertip")
-    assert caught.value.where == "f.yaml: fingertip.width"
-
-
-def test_python_errors_name_the_class():
-    with pytest.raises(InputError, match=r"^Elastic\.poisson_ratio: got 0\.6, needs a number <= 0\.5$"):
-        Elastic(34e3, 0.6, 1000.0)
-
-
-def test_truth_values_are_no_numbers():
-    with pytest.raises(InputError, match=r"^f: poisson_ratio: got true, needs a number$"):
-        from_mapping(Elastic, {"youngs_modulus": "1 kPa", "poisson_ratio": True, "density": "1000 kg/m^3"}, "f")
-    with pytest.raises(InputError, match=r"^Coulomb\.coefficient: got false, needs a number$"):
-        Coulomb(False)
-
-
-@pytest.mark.parametrize("value", ["inf m", "1e999 m"])
-def test_infinite_values_are_refused(value):
-    with pytest.raises(InputError):
-        from_mapping(Inner, {"width": value}, "f")
+        make()
+    assert str(caught.value).startswith(message)
 
 
 @given(width=st.floats(1e-12, 1.0), places=st.lists(st.floats(-1e6, 1e6), max_size=3), modulus=st.floats(1e-3, 1e12))
@@ -201,8 +183,6 @@ def test_fields_that_are_right_on_their_own():
     assert found == {"parts": {}, "count": 3, "name": ""}
     assert plain_fields(Inner, {"width": 0.5, "places": (1.0,)}) == {"width": "0.5 m", "places": ["1.0 m"]}
 
-
-def test_the_name_of_a_file_holds_no_null():
     @parameters
     class Named:
         file: FileName
@@ -267,3 +247,63 @@ def test_mistakes_name_the_kinds(values, message):
     with pytest.raises(InputError) as caught:
         from_mapping(Owner, {"pet": values}, "file")
     assert str(caught.value).startswith(message)
+
+
+keys = st.sampled_from(["a", "b", "c"])
+
+
+plain = st.dictionaries(
+    keys,
+    st.recursive(st.integers(), lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3)),
+)
+
+
+def at(values, path):
+    for key in path.split("."):
+        values = values[int(key)] if isinstance(values, list) else values[key]
+    return values
+
+
+@given(values=plain)
+def test_every_path_leads_to_a_value_that_can_be_replaced(values):
+    for path in list(walk(values)):
+        at(values, path)
+    for path in reversed(list(walk(values))):
+        assign(values, path, "new")
+        assert at(values, path) == "new"
+
+
+def test_groups_come_before_what_they_hold_and_leaves_of_lists_are_numbered():
+    assert list(walk({"b": {"d": 1, "c": [2, {"e": 3}]}, "a": ()})) == [
+        "b",
+        "b.d",
+        "b.c",
+        "b.c.0",
+        "b.c.1",
+        "b.c.1.e",
+        "a",
+    ]
+    nested = {"contact": {"friction_coefficient": 0.6}, "programme": [{"press": {"depth": "1 mm"}}], "none": {}}
+    assert flatten(nested) == {"contact.friction_coefficient": 0.6, "programme.0.press.depth": "1 mm", "none": {}}
+
+
+def test_missing_groups_are_made_and_empty_ones_filled():
+    values = {"contact": None}
+    assign(values, "contact.friction.coulomb", 1)
+    assign(values, "time.step", 2)
+    assert values == {"contact": {"friction": {"coulomb": 1}}, "time": {"step": 2}}
+
+
+@pytest.mark.parametrize("path", ["a.b", "l.1", "l.x", "l.0.c", "l.-1"])
+def test_a_path_through_a_scalar_or_beyond_a_list_is_refused(path):
+    with pytest.raises(LookupError):
+        assign({"a": 1, "l": [2]}, path, 3)
+
+
+def test_parts_and_neighbours_of_a_path():
+    """Beside what the examples of the functions say."""
+    assert known_part("a.b.c", {"a", "a.b"}) == "a.b"
+    assert known_part("x.y", {"a"}) == ""
+    known = ["contact.friction_coefficient", "fingertip.phalanx.variant", "time.step"]
+    assert nearest("time.stp", known) == "time.step"
+    assert nearest("qqq", known) is None

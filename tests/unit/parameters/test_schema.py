@@ -58,7 +58,7 @@ def test_words_are_those_of_the_docstring_and_of_the_bases():
     assert field_words(Sides) == {"width": size, "height": size, "kind": "Another word.", "left": "One side."}
 
 
-def test_schema_says_that_quantities_are_text_with_a_unit():
+def test_schema_says_that_quantities_are_text_with_a_unit_and_parts_have_their_words():
     schema = json_schema(Width)
     width, height = schema["properties"]["width"], schema["properties"]["height"]
     assert width["type"] == "string"
@@ -66,9 +66,6 @@ def test_schema_says_that_quantities_are_text_with_a_unit():
     assert "default" not in width
     assert height["default"] == "0.002 m"
     assert schema["description"] == "How wide it is."
-
-
-def test_parts_have_their_words():
     schema = json_schema(Sides)
     assert schema["properties"]["left"]["description"] == "One side."
     assert schema["$defs"]["Width"]["properties"]["kind"]["default"] == "wide"

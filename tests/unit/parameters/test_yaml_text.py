@@ -107,13 +107,15 @@ def test_nothing_is_none(text):
 
 
 @given(value=st.text(max_size=30) | st.floats(allow_nan=False) | st.booleans() | st.none() | st.integers())
-def test_every_scalar_reads_back_as_it_was_written(value):
+@example("\x85")
+@example("two\x85words")
+@example("\x85 ")
+@example("\u2028")
+@example("a\n\x85b")
+def test_every_scalar_and_key_reads_back_as_it_was_written(value):
     assert parse_document(to_text({"a": value}), "f").content == {"a": value}
-
-
-@pytest.mark.parametrize("value", ["\x85", "two\x85words", "\x85 ", "\u2028", "a\n\x85b"])
-def test_text_with_ends_of_lines_of_other_kinds_reads_back(value):
-    assert parse_document(to_text({value: value}), "f").content == {value: value}
+    if isinstance(value, str):
+        assert parse_document(to_text({value: value}), "f").content == {value: value}
 
 
 def test_shared_values_are_written_out():
