@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -17,70 +18,53 @@ from typer.testing import CliRunner
 from fingerslip import commands
 from fingerslip.commands import shared
 from fingerslip.commands.app import app, command_line
+from fingerslip.commands.shared import exit_code
+from fingerslip.errors import ConvergenceError, InputError, ResultError
 from fingerslip.storage.files import new_folder
+from fingerslip.study.running import build as prepare
+from fingerslip.study.running.compute import WorkerLostError
+from fingerslip.study.running.runner import StudyFailedError
 from places import ROOT, parsed
 
 FOLDER = Path(commands.__file__).parent
-
-
 VERBS = sorted(get_command(app).commands)
 
 
-FIRST_STEPS = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
-
-
-def test_every_file_of_the_folder_is_a_verb():
+def test_every_file_of_the_folder_is_a_documented_verb_of_arguments_and_one_call():
     files = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "app", "shared"}
     assert files == set(VERBS) >= {"check", "converge", "mesh", "report", "run", "show", "validate", "verify", "view"}
-
-
-def test_the_documentation_lists_every_verb_and_no_other():
-    assert sorted(re.findall(r"^\| `fingerslip (\w+)[^`]*` \|", FIRST_STEPS, re.MULTILINE)) == VERBS
-
-
-def test_a_verb_is_arguments_and_one_call():
+    first_steps = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^\| `fingerslip (\w+)[^`]*` \|", first_steps, re.MULTILINE)) == VERBS
     for verb in VERBS:
         tree = parsed(FOLDER / f"{verb}.py")
         function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == verb)
         assert len(function.body) <= 7, f"{verb} does more than call into the package"
 
 
-def test_help_names_every_verb_and_exit_code(invoke):
-    result = invoke("--help")
-    assert result.exit_code == 0
-    for word in (*VERBS, "Exit codes", "130"):
-        assert word in result.output
+def test_help_names_every_verb_and_exit_code_and_the_version_is_said(invoke):
+    text = invoke("--help").output
+    assert all(word in text for word in (*VERBS, "Exit codes", "130"))
+    assert invoke("--version").output == f"fingerslip {metadata.version('fingerslip')}\n"
 
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_has_help(invoke, verb):
-    result = invoke(verb, "--help")
-    assert result.exit_code == 0
-    assert "Usage" in result.output
-
-
-def test_version(invoke):
-    from importlib.metadata import version
-
-    assert invoke("--version").output == f"fingerslip {version('fingerslip')}\n"
+    assert "Usage" in invoke(verb, "--help").output
 
 
 @pytest.mark.parametrize(
     "arguments", [["fly"], ["run"], ["run", "a.yaml", "--workers", "0"], ["check", "--slow", "a.yaml"]]
 )
 def test_wrong_use_is_exit_code_2(invoke, arguments):
-    assert invoke(*arguments).exit_code == 2
+    invoke(*arguments, code=2)
 
 
 def test_not_enough_memory_is_one_line(invoke, block, monkeypatch):
-    from fingerslip.study.running import build as prepare
-
     def failing(*_):
         raise MemoryError
 
     monkeypatch.setattr(prepare, "build_mesh", failing)
-    result = invoke("run", block())
-    assert result.exit_code == 2
+    result = invoke("run", block(), code=2)
     assert result.stderr.strip() == "error: not enough memory; use larger elements or fewer --workers"
 
 
@@ -105,10 +89,7 @@ def test_every_verb_that_is_ended_leaves_nothing_half_written(tmp_path, monkeypa
 
 
 def test_debug_shows_where_an_error_comes_from(invoke):
-    from fingerslip.errors import InputError
-
-    result = invoke("--debug", "run", "gone.yaml")
-    assert isinstance(result.exception, InputError)
+    assert isinstance(invoke("--debug", "run", "gone.yaml", code=1).exception, InputError)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
@@ -122,11 +103,6 @@ def test_output_that_has_no_room_is_one_line(words):
 
 
 def test_exit_code_is_that_of_what_the_user_can_repair():
-    from fingerslip.commands.shared import exit_code
-    from fingerslip.errors import ConvergenceError, InputError, ResultError
-    from fingerslip.study.running.compute import WorkerLostError
-    from fingerslip.study.running.runner import StudyFailedError
-
     solved = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
     full = ResultError("no space")
     assert [exit_code(error) for error in (solved, full, InputError("a", "b", "c"))] == [1, 2, 2]
@@ -135,15 +111,12 @@ def test_exit_code_is_that_of_what_the_user_can_repair():
     assert exit_code(StudyFailedError({"a": solved, "b": WorkerLostError()}, ())) == 1
 
 
-def test_tables_in_a_pipe_are_not_cut(invoke, monkeypatch):
+@pytest.mark.parametrize("verb", [["show", "wang2014-2d"], ["examples"]])
+def test_tables_in_a_pipe_are_not_cut_and_can_be_json(invoke, monkeypatch, verb):
     monkeypatch.setenv("COLUMNS", "40")
     lines = invoke("show", "wang2014-2d").output.splitlines()
     assert max(len(line) for line in lines) > 100
     assert any("phalanx.sagittal.concavity_position" in line for line in lines)
-
-
-@pytest.mark.parametrize("verb", [["show", "wang2014-2d"], ["examples"]])
-def test_tables_are_printed_as_json(invoke, verb):
     tables = json.loads(invoke(*verb, "--json").output)
     assert all(table["rows"] and len(table["rows"][0]) == len(table["columns"]) for table in tables)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fingerslip.dynamics.system.checks import contact_penalties
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.slip import find_events, measures
@@ -68,8 +69,6 @@ def test_steps_that_control_their_error_are_refined_by_their_tolerance(block):
 
 
 def test_automatic_stiffness_is_multiplied_too(block):
-    from fingerslip.dynamics.system.checks import contact_penalties
-
     model = build_model(block)
     assert model.contacts[0].normal_penalty is None
     stiffer = build_model(run_at(block, Level("penalty", 4.0), model))
