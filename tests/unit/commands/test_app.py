@@ -111,14 +111,15 @@ def test_exit_code_is_that_of_what_the_user_can_repair():
     assert exit_code(StudyFailedError({"a": solved, "b": WorkerLostError()}, ())) == 1
 
 
-@pytest.mark.parametrize("verb", [["show", "wang2014-2d"], ["examples"]])
-def test_tables_in_a_pipe_are_not_cut_and_can_be_json(invoke, monkeypatch, verb):
+def test_tables_in_a_pipe_are_not_cut_and_are_json_as_the_schema_is(invoke, monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     lines = invoke("show", "wang2014-2d").output.splitlines()
     assert max(len(line) for line in lines) > 100
     assert any("phalanx.sagittal.concavity_position" in line for line in lines)
-    tables = json.loads(invoke(*verb, "--json").output)
-    assert all(table["rows"] and len(table["rows"][0]) == len(table["columns"]) for table in tables)
+    for verb in (["show", "wang2014-2d"], ["examples"]):
+        tables = json.loads(invoke(*verb, "--json").output)
+        assert all(table["rows"] and len(table["rows"][0]) == len(table["columns"]) for table in tables)
+    assert json.loads(invoke("schema").output)["title"] == "Study"
 
 
 def test_shells_complete_the_names_that_commands_take():
