@@ -30,20 +30,11 @@ def mistakes(schema, values):
     return sorted(".".join(map(str, error.absolute_path)) for error in found)
 
 
-def test_schema_asks_for_the_name_of_a_law_but_the_usual_one(schema):
-    definitions = schema["$defs"]
-    assert [definitions[law.__name__]["required"] for law in LAWS] == [[], ["law"], ["law"], ["law"]]
-    assert definitions["NeoHookean"]["properties"]["law"]["const"] == "neo_hookean"
-
-
-def test_schema_knows_the_keys_of_a_study(schema):
+def test_schema_knows_the_keys_of_a_study_and_is_one(schema):
     assert json.loads(json.dumps(schema)) == schema
     assert set(schema["properties"]) == {"base", *Study.__dataclass_fields__}
     assert "required" not in schema["$defs"]["Phalanx"]
     assert schema["$defs"]["Press"]["properties"]["depth"]["examples"] == ["1.5 mm"]
-
-
-def test_schema_is_one(schema):
     Draft202012Validator.check_schema(schema)
 
 
@@ -58,14 +49,21 @@ def test_every_key_is_described(schema):
     assert silent == []
 
 
-def test_keys_of_a_specimen_tell_values_and_sources_of_its_presets(schema):
-    words = schema["$defs"]["Layers"]["properties"]["skin_thickness"]["description"]
+def test_definitions_have_their_laws_choices_defaults_and_sources(schema):
+    definitions = schema["$defs"]
+    assert [definitions[law.__name__]["required"] for law in LAWS] == [[], ["law"], ["law"], ["law"]]
+    assert definitions["NeoHookean"]["properties"]["law"]["const"] == "neo_hookean"
+    words = definitions["Layers"]["properties"]["skin_thickness"]["description"]
     assert "[m]" in words
     assert "wang2014-2d: 1.5 mm (wang2014)." in words
-
-
-def test_defaults_are_as_a_file_writes_them(schema):
-    assert schema["$defs"]["BodyLoad"]["properties"]["x"]["default"] == "0.0 N"
+    assert definitions["BodyLoad"]["properties"]["x"]["default"] == "0.0 N"
+    laws = {"coulomb", "static_kinetic", "pressure_dependent", "anisotropic"}
+    assert laws <= set(definitions["FrictionChoice"]["properties"]) == set(kinds_of(BuiltInLaw))
+    shapes = {"plane", "cylinder", "sphere"}
+    assert shapes <= set(definitions["CounterfaceChoice"]["properties"]) == set(kinds_of(BuiltInCounterface))
+    assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
+    assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
+    assert "Ramp" in definitions
 
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
@@ -100,14 +98,3 @@ def test_an_editor_marks_mistakes(schema, path, value, marked):
 def test_quantities_pass(schema, text):
     values = copy.deepcopy(block_values()) | {"depth": text}
     assert mistakes(schema, values) == []
-
-
-def test_schema_knows_every_choice():
-    definitions = study_schema()["$defs"]
-    laws = {"coulomb", "static_kinetic", "pressure_dependent", "anisotropic"}
-    assert laws <= set(definitions["FrictionChoice"]["properties"]) == set(kinds_of(BuiltInLaw))
-    shapes = {"plane", "cylinder", "sphere"}
-    assert shapes <= set(definitions["CounterfaceChoice"]["properties"]) == set(kinds_of(BuiltInCounterface))
-    assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
-    assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
-    assert "Ramp" in definitions

@@ -81,13 +81,17 @@ def test_runs_of_a_study_made_in_python_are_checked_too():
     ]
 
 
-def test_resolved_run_has_every_value_of_the_fingertip():
+def test_resolved_runs_have_every_value_and_are_studies():
     (run,) = runs_of({"fingertip.phalanx.variant": ["scaled"]}, finger_values())
     resolved = run.plain_values()
     assert resolved["fingertip"]["phalanx"]["variant"] == "scaled"
     assert resolved["fingertip"]["layers"]["skin_thickness"] == "0.0015 m"
     assert "sweep" not in resolved
     (again,) = expand_mapping(resolved, SOURCE).runs
+    assert again.specimen == run.specimen
+    run = expand_mapping(sampled(), SOURCE).runs[3]
+    assert "sample" not in run.plain_values()
+    (again,) = expand_mapping(run.plain_values(), SOURCE).runs
     assert again.specimen == run.specimen
 
 
@@ -106,13 +110,6 @@ def test_every_combination_is_run_with_every_sample():
     height = float(str(runs[0].sampled["fingertip.sagittal.half_height"]).split()[0])
     assert runs[0].specimen.sagittal.half_height == pytest.approx(1e-3 * height)
     assert runs[0].where == "studies/x.yaml (fingertip.phalanx.variant = original, sample = 1)"
-
-
-def test_a_sampled_run_is_a_study_file_of_its_own():
-    run = expand_mapping(sampled(), SOURCE).runs[3]
-    assert "sample" not in run.plain_values()
-    (again,) = expand_mapping(run.plain_values(), SOURCE).runs
-    assert again.specimen == run.specimen
 
 
 def test_equal_values_change_together():
@@ -157,8 +154,10 @@ def mistakes(swept, **changes):
 TOGETHER = "contact.friction_coefficient, programme.0.press.depth"
 
 
-def test_equal_texts_that_are_no_numbers_may_differ_in_spaces():
+def test_what_is_no_number_may_differ_in_spaces_and_what_the_sweep_replaces_does_not_matter():
     assert check_sweep({"a": ("a b", "ab"), "ab": (1,)})
+    study = parse_study(finger_with_mesh(contact_size=["0.1 mm", "0.2 mm"], bulk_size=["0.3 mm", "0.4 mm"]), SOURCE)
+    assert len(study.sweep) == 2
 
 
 def test_paths_into_a_wrong_field_are_judged_by_their_values():
@@ -176,12 +175,6 @@ def finger_with_mesh(**swept):
     values = finger_values(mesh=mesh, sweep=sweep)
     del values["programme"]
     return values
-
-
-def test_what_the_sweep_replaces_does_not_matter():
-    """A bulk size of 0.3 mm is too small for the contact size of the file, which no run has."""
-    study = parse_study(finger_with_mesh(contact_size=["0.1 mm", "0.2 mm"], bulk_size=["0.3 mm", "0.4 mm"]), SOURCE)
-    assert len(study.sweep) == 2
 
 
 def test_a_mistake_between_values_names_the_run():
@@ -214,14 +207,8 @@ def test_values_that_change_together_are_runs_side_by_side():
 
 
 PATHS = ["contact.friction_coefficient", "time.step", "fingertip.fingerprint.enabled"]
-
-
 numbers = st.floats(allow_nan=False) | st.integers(-100, 100)
-
-
 quantities = st.builds("{} {}".format, numbers, st.sampled_from(["mm", "deg", "mm/s", "kPa"]))
-
-
 values = st.one_of(
     st.booleans(),
     numbers,
@@ -306,9 +293,7 @@ def test_finished_runs_of_shipped_studies_keep_their_folders(study, name):
     assert name in [run.name for run in read_runs(path).runs]
 
 
-HEIGHT, CLEARANCE = "fingertip.sagittal.half_height", "contact.clearance"
-
-
+HEIGHT = "fingertip.sagittal.half_height"
 RATIO = "fingertip.materials.tissue.poisson_ratio"
 
 
@@ -354,9 +339,11 @@ def test_ranges_come_together_at_random():
     assert abs(np.corrcoef(values.T)[0, 1]) < 0.15
 
 
-def test_equal_values_follow_a_sampled_one():
+def test_samples_that_are_equal_follow_and_wrong_ones_are_told_once():
     settings = SampleSettings({"a": (0, 1)}, count=2, equal={"b": "a", "c": "a"})
     assert settings.values({"a": 0.3}) == {"a": 0.3, "b": 0.3, "c": 0.3}
+    known = [InputError("sample.count", "is missing", "needs a value")]
+    assert sample_mistakes(block_values() | {"sample": {}}, known, {}, lambda _: []) == []
 
 
 def test_mistakes_have_their_lines(tmp_path):
@@ -377,11 +364,6 @@ def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path)
     path = tmp_path / "x.yaml"
     path.write_text(str(values).replace("'", '"'))
     assert read_runs(path).given[-2:] == (HEIGHT, "fingertip.transverse.half_height")
-
-
-def test_a_study_that_is_wrong_in_its_samples_has_no_further_mistakes_in_them():
-    known = [InputError("sample.count", "is missing", "needs a value")]
-    assert sample_mistakes(block_values() | {"sample": {}}, known, {}, lambda _: []) == []
 
 
 def test_every_choice_is_drawn():
