@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import FingerslipError, InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import quality_table
 from fingerslip.study.definition.runs import plan_studies
@@ -14,27 +14,23 @@ from fingerslip.study.inspection.check import check_plans, draw_specimen, save_m
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.runner import run_study
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import block_values, changed
+from unit.study.block import NAMES, block_values, changed
 
 
-def test_every_run_is_counted_with_its_size(write_study):
+def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write_study, monkeypatch):
     table = check_plans(plan_studies([write_study()]))
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
-    assert [row[:6] for row in table.rows] == [
-        ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30, 30) for friction in (0.2, 0.4, 0.6)
-    ]
+    assert [row[:6] for row in table.rows] == [("block.yaml", name, "to do", 90, 30, 30) for name in NAMES]
     assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
     assert table.note.startswith(
         "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB. WARNING: "
     )
-
-
-def test_what_is_too_coarse_to_be_right_is_said(write_study):
-    table = check_plans(plan_studies([write_study()]))
     assert table.title == "Checked: no mistakes found, 3 warnings"
     assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
+    monkeypatch.setattr("fingerslip.dynamics.step.sharing._WORTH_SHARING", {2: 0, 3: 0})
     fine = check_plans(plan_studies([write_study(block_values() | {"time": {"step": "0.5 ms"}})]))
     assert "steps" not in fine.note
+    assert "3 of those to do are computed in 1 group with one matrix each." in fine.note
 
 
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
@@ -66,14 +62,6 @@ def test_the_first_mistake_of_any_study_is_told(write_study):
         check_plans(plan_studies([good, bad]))
 
 
-def test_groups_with_one_matrix_are_told(write_study, monkeypatch):
-    monkeypatch.setattr("fingerslip.dynamics.step.sharing._WORTH_SHARING", {2: 0, 3: 0})
-    assert (
-        "3 of those to do are computed in 1 group with one matrix each."
-        in check_plans(plan_studies([write_study()])).note
-    )
-
-
 def test_mesh_of_the_first_run_of_a_study(write_study, tmp_path):
     (table,) = save_mesh(str(write_study()), tmp_path / "copy.msh")
     mesh = read_mesh(tmp_path / "copy.msh")
@@ -86,7 +74,7 @@ def test_mesh_of_the_first_run_of_a_study(write_study, tmp_path):
     assert (jacobian, smallest, largest, aspect) == pytest.approx((1.0, 90.0, 90.0, 1.0))
 
 
-def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path, monkeypatch):
+def test_meshes_of_presets_and_studies_go_to_their_own_names(tmp_path, monkeypatch, write_study):
     monkeypatch.chdir(tmp_path)
     (table,) = save_mesh("wang2014-2d")
     mesh = read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
@@ -94,25 +82,9 @@ def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path, monkeypatch):
     assert [row[0] for row in table.rows] == ["epidermis", "dermis", "tissue", "phalanx"]
     for row, known in zip(table.rows, quality_table(mesh), strict=True):
         assert row[3:5] == pytest.approx(np.degrees([known.smallest_angle, known.largest_angle]))
-
-
-def test_mesh_of_a_study_goes_to_the_name_of_the_study(write_study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     save_mesh(str(write_study(block_values() | {"sweep": {}}, name="mine")))
     assert (tmp_path / "meshes" / "mine.msh").is_file()
-
-
-def test_what_is_neither_a_study_nor_a_preset_is_refused():
-    with pytest.raises(InputError, match=r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"):
-        save_mesh("wang2014-2e")
-    with pytest.raises(InputError, match=r"mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"):
-        save_mesh("nix")
-
-
-def test_a_place_that_cannot_be_written_is_named(write_study, tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ResultError, match=r"file/copy\.msh: cannot be written"):
-        save_mesh(str(write_study()), tmp_path / "file" / "copy.msh")
 
 
 def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkeypatch):
@@ -141,8 +113,19 @@ def test_preset_and_study_are_drawn(tmp_path):
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"needs a file that ends in \.png, \.svg, \.pdf"):
-        draw_specimen("wang2014-3d", tmp_path / "finger.doc")
-    with pytest.raises(InputError, match="preset: 'nobody' is not known"):
-        draw_specimen("nobody", tmp_path / "finger.png")
+@pytest.mark.parametrize(
+    ("make", "target", "message"),
+    [
+        (save_mesh, "wang2014-2e a.msh", r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"),
+        (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"),
+        (save_mesh, "block.yaml file/copy.msh", r"file/copy\.msh: cannot be written"),
+        (draw_specimen, "wang2014-3d finger.doc", r"needs a file that ends in \.png, \.svg, \.pdf"),
+        (draw_specimen, "nobody finger.png", "preset: 'nobody' is not known"),
+    ],
+)
+def test_what_cannot_be_meshed_or_drawn_is_refused(write_study, monkeypatch, make, target, message):
+    monkeypatch.chdir(write_study().parent)
+    Path("file").write_text("")
+    name, path = target.split()
+    with pytest.raises(FingerslipError, match=message):
+        make(name, Path(path))

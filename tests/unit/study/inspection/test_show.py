@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import FingerslipError, InputError
 from fingerslip.materials.choice import material_names
 from fingerslip.specimens.choice import preset_names
 from fingerslip.specimens.fingertip import preset_table
@@ -19,7 +19,7 @@ from fingerslip.study.inspection.show import (
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Measured, Missing
-from unit.study.block import FRICTIONS, block_values, finger_values
+from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
 
 
 def rows_of(values, folder):
@@ -37,21 +37,19 @@ def finger(**more):
     return finger_values(fingertip={"preset": "wang2014-2d", **changed}, **more)
 
 
-def test_presets_are_listed_with_their_papers():
-    table = presets_table()
-    assert tuple(row[0] for row in table.rows) == preset_names()
-    assert "ROBOMECH" in str(table.rows[0][1])
-
-
-def test_materials_that_ship_are_listed_and_shown_with_the_assumed_values_first():
+def test_presets_and_materials_are_listed_and_shown_with_the_assumed_values_first():
     presets, materials = show()
     assert presets == presets_table()
+    assert tuple(row[0] for row in presets.rows) == preset_names()
+    assert "ROBOMECH" in str(presets.rows[0][1])
     assert tuple(row[0] for row in materials.rows) == material_names()
-    (table,) = show("pulp-relaxing")
-    rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["youngs_modulus"][:2] == ("85 kPa", "assumed")
-    sources = [row[2] for row in table.rows]
-    assert sources == sorted(sources, key=lambda source: source != "assumed")
+    (pulp,), (finger) = show("pulp-relaxing"), show("wang2014-2d")[0]
+    assert {row[0]: row[1:] for row in pulp.rows}["youngs_modulus"][:2] == ("85 kPa", "assumed")
+    assert len(finger.rows) == len(preset_table("wang2014-2d"))
+    assert "no dimension" in finger.note
+    for table in (pulp, finger):
+        sources = [row[2] for row in table.rows]
+        assert sources == sorted(sources, key=lambda source: source != "assumed")
 
 
 def test_values_of_materials_that_ship_have_their_sources_in_a_study(tmp_path):
@@ -70,14 +68,6 @@ def test_values_of_materials_that_ship_have_their_sources_in_a_study(tmp_path):
     assert rows["fingertip.materials.dermis.density"][1] == "not used"
     first = [source for _, source, _ in rows.values()]
     assert first[: first.count("assumed")] == ["assumed"] * first.count("assumed")
-
-
-def test_preset_is_shown_with_all_values_and_what_it_does_not_claim():
-    (table,) = show("wang2014-2d")
-    assert len(table.rows) == len(preset_table("wang2014-2d"))
-    sources = [row[2] for row in table.rows]
-    assert sources == sorted(sources, key=lambda source: source != "assumed")
-    assert "no dimension" in table.note
 
 
 def test_assumed_values_of_a_study_come_first(tmp_path):
@@ -110,16 +100,7 @@ def test_result_of_a_run_has_events_numbers_and_swept_values(folder):
     assert [row[0] for row in whole.rows] == FRICTIONS
 
 
-def test_what_is_not_there_is_answered_with_what_is(tmp_path):
-    with pytest.raises(InputError, match=r"show wang2013: is not there.*presets: wang2014-2d"):
-        show("wang2013")
-    with pytest.raises(ResultError, match="holds no results of a study"):
-        show(str(tmp_path))
-    with pytest.raises(InputError, match=r"gone\.yaml: is not there"):
-        show(str(tmp_path / "gone.yaml"))
-
-
-FIRST, SECOND = "friction_coefficient-0.2", "friction_coefficient-0.6"
+FIRST, _, SECOND = NAMES
 
 
 @pytest.fixture
@@ -191,13 +172,20 @@ def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(fold
     assert "time_s" in (tmp_path / "out" / "series.csv").read_text(encoding="utf-8")
 
 
-def test_what_is_no_result_is_refused(folder, tmp_path):
-    with pytest.raises(ResultError, match="holds no finished run"):
-        export_result(tmp_path, "csv")
-    with pytest.raises(InputError, match="format: got 'vtu', needs one of csv, json, mat, parquet"):
-        export_result(folder, "vtu")
-    with pytest.raises(ResultError, match="needs the folder of one of its runs"):
-        diff_runs(folder, folder / SECOND)
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda _: show("wang2013"), "show wang2013: is not there.*presets: wang2014-2d"),
+        (lambda folder: show(str(folder.parent)), "holds no results of a study"),
+        (lambda folder: show(str(folder / "gone.yaml")), r"gone\.yaml: is not there"),
+        (lambda folder: export_result(folder.parent, "csv"), "holds no finished run"),
+        (lambda folder: export_result(folder, "vtu"), "format: got 'vtu', needs one of csv, json, mat, parquet"),
+        (lambda folder: diff_runs(folder, folder / SECOND), "needs the folder of one of its runs"),
+    ],
+)
+def test_what_is_no_result_is_refused(folder, ask, message):
+    with pytest.raises(FingerslipError, match=message):
+        ask(folder)
 
 
 RANGES = {"contact.friction_coefficient": [0.2, 0.4], "programme.0.press.depth": ["0.05 mm", "0.1 mm"]}

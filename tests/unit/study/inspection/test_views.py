@@ -5,7 +5,7 @@ import xarray as xr
 from PIL import Image
 
 import fingerslip as fs
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.history import write_history
 from fingerslip.results import result_of, write_result
 from fingerslip.study.inspection.views import (
@@ -28,46 +28,36 @@ def folder(finished):
 
 
 @pytest.mark.parametrize(("form", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")])
-def test_a_figure_of_a_study_stands_beside_its_results(folder, form, start):
+def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(folder, form, start):
     written = write_figure(folder, FigureChoice("latency", form=form))
     assert written == folder / f"latency.{form}"
     assert written.read_bytes().startswith(start)
+    written = write_figure(folder, FigureChoice("forces", run=RUN, style="slides", form=form))
+    assert written.name == f"forces-{RUN}.{form}"
 
 
-def test_of_several_runs_one_has_to_be_named(folder, tmp_path):
-    with pytest.raises(InputError, match="this kind shows one run of"):
-        write_figure(folder, FigureChoice("forces"))
-    with pytest.raises(InputError, match="--run: 'x' is not there"):
-        write_figure(folder, FigureChoice("forces", run="x"))
-    written = write_figure(folder, FigureChoice("forces", run="friction_coefficient-0.2", style="slides"))
-    assert written.name == "forces-friction_coefficient-0.2.pdf"
-    with pytest.raises(ResultError, match="holds no study"):
-        write_figure(tmp_path, FigureChoice("latency"))
+RUN = "friction_coefficient-0.2"
 
 
 @pytest.mark.parametrize(
-    ("choice", "words"),
+    ("target", "choice", "output", "words"),
     [
-        (FigureChoice("nothing"), "--kind: got 'nothing', needs one of latency"),
-        (FigureChoice("latency", style="poster"), "--style: got 'poster', needs one of page, paper, slides"),
-        (FigureChoice("latency", form="gif"), "--format: got 'gif', needs one of pdf, svg, png"),
-        (FigureChoice("latency", path="mesh.size"), "--over: 'mesh.size' is not swept"),
+        ("", FigureChoice("nothing"), None, "--kind: got 'nothing', needs one of latency"),
+        ("", FigureChoice("latency", style="poster"), None, "--style: got 'poster', needs one of page, paper, slides"),
+        ("", FigureChoice("latency", form="gif"), None, "--format: got 'gif', needs one of pdf, svg, png"),
+        ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
+        ("", FigureChoice("forces"), None, "this kind shows one run of"),
+        ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
+        ("..", FigureChoice("latency"), None, "holds no study"),
+        (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
+        (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
+        (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
     ],
 )
-def test_wrong_choices_say_what_is_allowed(folder, choice, words):
-    with pytest.raises(InputError, match=words):
-        write_figure(folder, choice)
-
-
-def test_what_a_run_has_not_is_said(folder, tmp_path):
-    run = folder / "friction_coefficient-0.2"
-    with pytest.raises(InputError, match=r"--time: got 99 s, needs a time of the run, 0 to"):
-        write_figure(run, FigureChoice("forces", times=("99 s",)))
-    with pytest.raises(InputError, match="--run: got 'x' with the folder of a run, needs the folder of its study"):
-        write_figure(run, FigureChoice("forces", run="x"))
-    with pytest.raises(InputError, match=r"--output: got '.*film.avi', needs a name that ends in .mp4"):
-        write_figure(run, FigureChoice("film"), tmp_path / "film.avi")
-    assert list(tmp_path.glob("film*")) == []
+def test_wrong_choices_say_what_is_allowed(folder, target, choice, output, words):
+    with pytest.raises(FingerslipError, match=words):
+        write_figure(folder / target, choice, output and folder / output)
+    assert list(folder.glob("film*")) == []
 
 
 def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
@@ -105,16 +95,13 @@ def test_a_run_is_found_in_its_study_its_folder_and_its_file(study, target, tmp_
         assert shown.size == (1200, 900)
 
 
-def test_of_several_runs_one_has_to_be_chosen(study, tmp_path):
+def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refused(study, tmp_path):
+    with pytest.raises(ResultError, match="holds no run"):
+        view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "history.nc").write_bytes((study / "run" / "history.nc").read_bytes())
     with pytest.raises(InputError, match="holds 2 runs, needs one of a, b"):
-        view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
-
-
-def test_a_folder_without_runs_is_refused(tmp_path):
-    with pytest.raises(ResultError, match="holds no run"):
         view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
 
 

@@ -40,45 +40,31 @@ def run(path):
     return run_study(path, results_dir=path.parent / "results", workers=1)
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_full_disk_leaves_no_partial_run(write_study, monkeypatch):
-    def full(*arguments, **options):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+def no_space(*_, **__):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(store, "write_mapping", full)
+
+def half_written(self, _):
+    with self.open("wb") as file:
+        file.write(b"half of it")
+    no_space()
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+@pytest.mark.parametrize(
+    ("owner", "name", "full"),
+    [(store, "write_mapping", no_space), (Path, "write_bytes", half_written), (Path, "mkdir", no_space)],
+)
+def test_full_disk_leaves_no_partial_run(write_study, monkeypatch, owner, name, full):
     path = write_study()
-    with pytest.raises(StudyFailedError) as caught:
-        run(path)
-    first = next(iter(caught.value.errors.values()))
-    assert isinstance(first, ResultError)
-    assert "No space left on device" in str(first)
-    assert str(first).endswith("free some space or choose another folder")
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, full)
+        with pytest.raises(StudyFailedError, match="No space left on device") as caught:
+            run(path)
+    error = next(iter(caught.value.errors.values()))
+    assert isinstance(error, ResultError)
+    assert str(error).endswith("free some space or choose another folder")
     assert not (path.parent / "results").exists()
-
-
-@pytest.mark.usefixtures("simulated", "reports")
-def test_history_that_does_not_fit_leaves_nothing(write_study, monkeypatch):
-    def full(self, data):
-        with self.open("wb") as file:
-            file.write(b"half of it")
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(Path, "write_bytes", full)
-    path = write_study()
-    with pytest.raises(StudyFailedError, match=r"No space left on device.*free some space"):
-        run(path)
-    assert not (path.parent / "results").exists()
-
-
-@pytest.mark.usefixtures("simulated", "reports")
-def test_full_disk_for_the_folder_itself(write_study, monkeypatch):
-    def full(self, *arguments, **options):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    path = write_study()
-    monkeypatch.setattr(Path, "mkdir", full)
-    with pytest.raises(StudyFailedError, match="No space left on device"):
-        run(path)
 
 
 @pytest.fixture
@@ -239,6 +225,8 @@ def test_what_is_no_error_of_the_package_ends_the_study(monkeypatch):
     monkeypatch.setattr(compute, "compute", broken)
     with pytest.raises(ZeroDivisionError):
         list(compute_all([job_of("a")], 1, StudyProgress(), {}))
+    with pytest.raises(ZeroDivisionError):
+        list(compute._follow({finished(ZeroDivisionError()): [job_of("a")]}, queue.Queue(), StudyProgress()))
 
 
 @pytest.mark.parametrize(("workers", "count", "apart"), [(1, 5, 0), (4, 1, 0), (4, 2, 2), (2, 5, 2)])
@@ -273,11 +261,6 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run():
     assert errors == {"b": ConvergenceError, "c": WorkerLostError, "d": MemoryError}
     assert sorted(names([outcome.jobs for outcome in outcomes])) == ["ab", "c", "d"]
     assert [outcome.pictures for outcome in outcomes if outcome.pictures] == [{"d": RunPictures()}]
-
-
-def test_an_unknown_error_of_a_worker_is_raised():
-    with pytest.raises(ZeroDivisionError):
-        list(compute._follow({finished(ZeroDivisionError()): [job_of("a")]}, queue.Queue(), StudyProgress()))
 
 
 @pytest.mark.parametrize("stopping", [False, True])

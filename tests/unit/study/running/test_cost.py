@@ -19,42 +19,34 @@ from fingerslip.study.running.progress import BarProgress, LineProgress, StudyPr
 from fingerslip.study.running.runner import run_study
 from places import ROOT
 from problems.pushed import push_and_slide
+from unit.study.told import Told
 
 
-def test_estimate_grows_with_unknowns_times_steps():
+def test_estimates_of_time_and_memory_grow_with_unknowns_steps_and_cells():
     small, large = estimated_seconds(10_000, 600), estimated_seconds(20_000, 600)
     assert small == pytest.approx(2.5)
     assert large - small == pytest.approx(2.5e-7 * 10_000 * 600)
     assert estimated_seconds(20_000, 600) == estimated_seconds(10_000, 1200)
-
-
-def test_runs_in_space_are_known_to_take_longer():
-    """Measured on two cores: the paper's fingertip in 3D took 57 s, a coarse one 16 s."""
+    # Measured on two cores: the paper's fingertip in 3D took 57 s, a coarse one 16 s.
     assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
     assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
+    # Measured: assembly of 131,712 linear tetrahedra with nodal integration takes 0.79 GB at its peak.
+    assert estimated_bytes(131_712, "T4") == pytest.approx(0.79e9, rel=0.05)
+    assert estimated_bytes(2e4, "T4") == 2 * estimated_bytes(1e4, "T4")
+    assert estimated_bytes(1e4, "T10") == pytest.approx(2.5**2 * estimated_bytes(1e4, "T4"))
 
 
 def source(cells, element):
     return SimpleNamespace(estimated_cells=lambda _: cells, element=element)
 
 
-def test_memory_grows_like_the_entries_of_the_cells_matrices():
-    """Measured: assembly of 131,712 linear tetrahedra with nodal integration takes 0.79 GB at its peak."""
-    assert estimated_bytes(131_712, "T4") == pytest.approx(0.79e9, rel=0.05)
-    assert estimated_bytes(2e4, "T4") == 2 * estimated_bytes(1e4, "T4")
-    assert estimated_bytes(1e4, "T10") == pytest.approx(2.5**2 * estimated_bytes(1e4, "T4"))
-
-
-def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch):
+def test_a_mesh_that_will_not_fit_is_refused_with_its_size_and_one_of_unknown_size_let_through(monkeypatch):
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**8)
     with pytest.raises(InputError, match=r"memory: .* about 0.6 GB \(assembly of about 1e\+05 tetrahedra 0.6 GB\)"):
         require_mesh_memory(source(1e5, "T4"), None)
     with pytest.raises(InputError, match=r"assembly of about 1e\+06 cells"):
         require_mesh_memory(source(1e6, "Q4"), None)
     require_mesh_memory(source(1e4, "T4"), None)
-
-
-def test_a_mesh_of_unknown_size_is_let_through(monkeypatch):
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 1)
     require_mesh_memory(source(None, None), None)
 
@@ -96,29 +88,11 @@ for name in ("quasi-static", "solid", "in a basis", "large strain"):
 """
 
 
-class Heard(StudyProgress):
-    """Keeps the names and the shares that are done."""
-
-    def __init__(self):
-        self.names = []
-        self.shares = []
-        self.words = []
-
-    def begin(self, names):
-        self.names += names
-
-    def advance(self, _name, fraction):
-        self.shares.append(fraction)
-
-    def say(self, message):
-        self.words.append(message)
-
-
 def test_where_all_is_compiled_nothing_is_said(monkeypatch):
     monkeypatch.setattr(cost, "_has_cache", lambda _: True)
-    heard = Heard()
+    heard = Told()
     cost.compile_ahead([push_and_slide()], heard)
-    assert (heard.names, heard.shares, heard.words) == ([], [], [])
+    assert heard.told == []
     assert cost.compiling_seconds([push_and_slide()]) == 0.0
 
 
@@ -126,11 +100,10 @@ def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path,
     study = write_study()
     monkeypatch.setattr(cost, "_has_cache", lambda _: False)
     assert "Compiling comes first, once on this machine: about 24 s." in check_plans(plan_studies([study])).note
-    heard = Heard()
+    heard, name = Told(), "compiling, once on this machine"
     run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)
-    assert heard.names[0] == "compiling, once on this machine"
-    assert heard.words[0] == "compiling, once on this machine: takes about 24 s"
-    assert heard.shares[0] == 0.0
+    assert heard.messages[0] == f"{name}: takes about 24 s"
+    assert [entry for entry in heard.told if entry[0] in ("begin", name)][:2] == [("begin", name), (name, 0.0)]
 
 
 @pytest.mark.parametrize("kind", cost._SAMPLES)
@@ -211,11 +184,15 @@ def test_bars_show_each_run_and_the_sum_of_all():
         assert total.total == 3.0
 
 
-def test_a_single_run_needs_no_sum():
-    with BarProgress(terminal()) as bars:
+def test_bars_of_a_single_run_need_no_sum_and_are_drawn_and_stopped():
+    console = terminal()
+    with BarProgress(console) as bars:
         bars.begin(["a"])
         bars.advance("a", 0.5)
         assert state(bars) == {"a": 0.5}
+        assert bars._bars.live.is_started
+    assert not bars._bars.live.is_started
+    assert "50 %" in said(console)
 
 
 def test_a_second_study_starts_from_nothing():
@@ -227,17 +204,6 @@ def test_a_second_study_starts_from_nothing():
         bars.advance("a", 0.5)
         newest = [task.completed for task in bars._bars.tasks][-2:]
         assert newest == [0.5, 0.5], "the sum of the second study, and its first run"
-
-
-def test_bars_are_drawn_and_stopped():
-    console = terminal()
-    bars = BarProgress(console)
-    with bars:
-        bars.begin(["a"])
-        bars.advance("a", 0.5)
-        assert bars._bars.live.is_started
-    assert not bars._bars.live.is_started
-    assert "50 %" in said(console)
 
 
 def test_silence(capfd):

@@ -37,7 +37,7 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in files}
 
 
-def test_runs_in_detail_are_drawn_and_the_first_model_of_each_mesh(write_study):
+def test_runs_in_detail_are_drawn_with_the_first_model_of_each_mesh_unless_sampled_or_ended(write_study):
     plan, jobs = planned(write_study())
     drawings = drawings_of(plan, jobs)
     assert list(drawings) == NAMES
@@ -45,6 +45,8 @@ def test_runs_in_detail_are_drawn_and_the_first_model_of_each_mesh(write_study):
     assert [one.model for one in drawings.values()] == [True] + [False] * (len(NAMES) - 1)
     resumed = drawings_of(plan, jobs[1:])
     assert resumed[jobs[1].run.name] == Drawing("Block on a plate", contact=True, model=True)
+    assert drawings_of(dataclasses.replace(plan, study=SimpleNamespace(sample=object())), jobs) == {}
+    assert draw_runs(jobs, drawings, lambda: True) == {}
 
 
 def test_of_many_runs_only_those_are_drawn_that_a_report_shows(write_study):
@@ -54,12 +56,6 @@ def test_of_many_runs_only_those_are_drawn_that_a_report_shows(write_study):
     assert drawings_of(plan, jobs) == {first: Drawing("Block on a plate", contact=True, model=True)}
     late = drawings_of(plan, jobs[MOST_RUNS:])
     assert late == {later: Drawing("Block on a plate", contact=False, model=True)}
-
-
-def test_nothing_is_drawn_of_samples(write_study):
-    plan, jobs = planned(write_study())
-    sampled = dataclasses.replace(plan, study=SimpleNamespace(sample=object()))
-    assert drawings_of(sampled, jobs) == {}
 
 
 @pytest.mark.slow
@@ -107,16 +103,9 @@ def test_what_cannot_be_drawn_is_left_to_the_report(write_study, simulated, monk
     assert list(draw_runs(jobs, drawings_of(plan, jobs), lambda: False)) == [NAMES[0], NAMES[2]]
 
 
-def test_a_study_that_is_being_ended_draws_no_more(write_study):
-    plan, jobs = planned(write_study())
-    assert draw_runs(jobs, drawings_of(plan, jobs), lambda: True) == {}
-
-
 SMALL = CameraSettings(
     width=160, height=120, view_width=14e-3, distance=30e-3, rest=0.4, marker_radius=0.3e-3, exposure=1e-3, seed=3
 )
-
-
 POINT = CameraSettings(tier="point", rest=0.4)
 
 

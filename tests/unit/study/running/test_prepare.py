@@ -12,15 +12,18 @@ from fingerslip.study.running import build as preparing
 from fingerslip.study.running.build import prepare, prepare_samples
 from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.runner import run_study
-from unit.study.block import FRICTIONS, block_values, changed
+from unit.study.block import NAMES, block_values, changed
 
 
-def test_plan_names_folder_and_runs_and_nothing_is_finished(write_study, tmp_path):
+def test_plan_names_folder_and_runs_of_which_none_is_finished_and_one_mesh_is_shared(write_study, tmp_path):
     plan = plan_study(write_study(), tmp_path / "results")
     assert plan.folder == tmp_path / "results" / "block"
-    assert [run.name for run in plan.runs] == [f"friction_coefficient-{friction}" for friction in FRICTIONS]
+    assert [run.name for run in plan.runs] == NAMES
     assert len(set(plan.identities.values())) == 3
     assert plan.finished_runs() == {}
+    jobs = prepare(plan, plan.runs)
+    assert len({id(job.model.mesh) for job in jobs}) == 1
+    assert [job.identity for job in jobs] == list(plan.identities.values())
 
 
 def test_studies_of_one_name_are_refused(write_study):
@@ -68,17 +71,9 @@ def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(write_s
 
 
 def test_a_derived_quantity_has_one_unit_in_all_runs(write_study):
-    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.5, 1.0]}}
-    values |= {"derived": {"x": "depth ** friction_coefficient"}}
+    values = block_values() | {"derived": {"x": "depth ** friction_coefficient"}}
     with pytest.raises(InputError, match=r"derived\.x.*needs one unit in all runs"):
         plan_study(write_study(values))
-
-
-def test_runs_with_the_same_mesh_inputs_share_one_mesh(write_study):
-    plan = plan_study(write_study())
-    jobs = prepare(plan, plan.runs)
-    assert len({id(job.model.mesh) for job in jobs}) == 1
-    assert [job.identity for job in jobs] == list(plan.identities.values())
 
 
 def test_a_sample_that_makes_no_model_is_refused_alone(write_study):
@@ -216,8 +211,6 @@ def test_what_a_basis_does_not_know_takes_the_mesh(write_study, tmp_path, asked,
 
 
 def test_a_study_that_says_nothing_leaves_it_open(write_study, tmp_path, asked):
-    assert (
-        chosen(write_study({key: item for key, item in values("full").items() if key != "dynamics"}), tmp_path)
-        == ["reduced"] * 3
-    )
+    silent = {key: item for key, item in values("full").items() if key != "dynamics"}
+    assert chosen(write_study(silent), tmp_path) == ["reduced"] * 3
     assert asked

@@ -66,25 +66,17 @@ def test_a_report_is_made_again_where_what_it_shows_has_changed(write_study, sim
 
 @pytest.mark.usefixtures("reports")
 def test_what_changes_a_result_is_computed_again(write_study, simulated):
-    """The title does not; a value, the mesh file and the wish do."""
+    """The title does not; a new value in the sweep, a value, the mesh file and the wish do."""
     run(write_study())
     run(write_study(changed("title", "Another title")))
     assert simulated == FRICTIONS
-    run(write_study(changed("time.step", "1 ms")))
-    assert simulated == FRICTIONS * 2
-    run(write_study(curvature=1.0))
-    assert simulated == FRICTIONS * 3
-    run(write_study(curvature=1.0), force=True)
-    assert simulated == FRICTIONS * 4
-
-
-@pytest.mark.usefixtures("reports")
-def test_new_value_in_a_sweep_is_the_only_one_computed(write_study, simulated):
-    run(write_study())
-    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.2, 0.4, 0.6, 0.8]}}
-    result = run(write_study(values))
+    result = run(write_study(changed("sweep", {"contact.friction_coefficient": [*FRICTIONS, 0.8]})))
     assert simulated == [*FRICTIONS, 0.8]
     assert len((result.folder / "summary.csv").read_text().splitlines()) == 5
+    for values, curvature, force in ((changed("time.step", "1 ms"), 0.0, False), (None, 1.0, False), (None, 1.0, True)):
+        simulated.clear()
+        run(write_study(values, curvature=curvature), force=force)
+        assert simulated == FRICTIONS
 
 
 @pytest.mark.usefixtures("reports")
@@ -254,9 +246,10 @@ def sampled(ranges, count=5):
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study):
+def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study, simulated):
     """The history that stands for the simulation slips as a whole at 1.4 s + 0.5 s times the friction."""
-    result = run(write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]})))
+    path = write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]}))
+    result = run(path)
     assert result.computed == tuple(f"sample-{number}" for number in range(1, 6))
     assert [one.swept for one in result.runs] == [{"sample": number} for number in range(1, 6)]
     lines = (result.folder / "summary.csv").read_text().splitlines()
@@ -265,12 +258,6 @@ def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study):
     rows = list(csv.DictReader((result.folder / "sensitivity.csv").read_text().splitlines()))
     (overall,) = (row for row in rows if (row["reading"], row["time"]) == ("slip", "overall"))
     assert float(overall["slope_s_per_unit"]) == pytest.approx(0.5, abs=0.02)
-
-
-@pytest.mark.usefixtures("reports")
-def test_finished_samples_are_not_computed_again(write_study, simulated):
-    path = write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]}))
-    run(path)
     again = run(path)
     assert (again.computed, len(again.unchanged), len(simulated)) == ((), 5, 5)
 

@@ -140,45 +140,28 @@ def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path):
 
 
 SIZES = (1.0, 0.5, 0.25)
-
-
 KNOWN = Convergence("overall slip", "s", 1.7, {"step": Series("step", SIZES, (1.7, 1.65, 1.625))})
-
-
 LACKING = Convergence("incipient slip", "s", 1.2, {"step": Series("step", SIZES, (1.2, None, 1.1))})
-
-
 FOUND = RunConvergence("run", "key", {"slip.overall": KNOWN, "slip.incipient": LACKING})
 
 
-def test_series_come_back_as_they_were(tmp_path):
+def test_series_come_back_and_uncertainties_are_those_of_runs_with_the_same_inputs(tmp_path):
     write_convergences(tmp_path, {"run": FOUND})
     assert read_convergences(tmp_path, {"run": "key"}) == {"run": FOUND}
     assert (tmp_path / CONVERGENCE / "convergence.json").is_file()
-
-
-def test_known_uncertainties_are_those_of_runs_with_the_same_inputs(tmp_path):
-    write_convergences(tmp_path, {"run": FOUND})
     assert read_uncertainties(tmp_path, {"run": "key"}) == {"run": {"slip.overall": pytest.approx(1.25 * 0.1)}}
-    assert read_uncertainties(tmp_path, {"run": "changed"}) == {}
-    assert read_uncertainties(tmp_path, {"other": "key"}) == {}
+    assert read_uncertainties(tmp_path, {"run": "changed"}) == read_uncertainties(tmp_path, {"other": "key"}) == {}
 
 
-@pytest.mark.parametrize("text", [None, "", "{"])
-def test_without_a_readable_file_nothing_is_known(tmp_path, text):
-    if text is not None:
+@pytest.mark.parametrize("content", [None, b"", b"{", b"\xff"])
+def test_without_a_readable_file_nothing_is_known_and_a_damaged_one_is_named_once(tmp_path, caplog, content):
+    if content is not None:
         (tmp_path / CONVERGENCE).mkdir()
-        (tmp_path / CONVERGENCE / "convergence.json").write_text(text)
-    assert read_uncertainties(tmp_path, {"run": "key"}) == {}
-
-
-def test_a_damaged_file_is_named_in_a_warning(tmp_path, caplog):
-    (tmp_path / CONVERGENCE).mkdir()
-    (tmp_path / CONVERGENCE / "convergence.json").write_bytes(b"\xff")
+        (tmp_path / CONVERGENCE / "convergence.json").write_bytes(content)
     for _ in range(2):
         assert read_uncertainties(tmp_path, {"run": "key"}) == {}
-    (message,) = caplog.messages
-    assert "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it" in message
+    said = "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it"
+    assert [said in message for message in caplog.messages] == [True] * (content is not None)
 
 
 @pytest.fixture
@@ -186,15 +169,18 @@ def folder(finished):
     return finished
 
 
-def test_stored_runs_come_back_as_they_were(folder):
+def test_stored_runs_come_back_as_they_were_alone_and_with_their_study(folder, monkeypatch):
     stored = read_results(folder)
     assert (stored.title, stored.compare, stored.folder) == ("Block on a plate", ("wang2014-table2",), folder)
     assert [run.name for run in stored.runs] == NAMES
     assert [run.swept["contact.friction_coefficient"] for run in stored.runs] == FRICTIONS
     assert stored.runs[0].values["materials.block.youngs_modulus"] == "100000.0 Pa"
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
-    overall = [run.events.overall for run in stored.runs]
-    assert overall == pytest.approx([1.5, 1.6, 1.7], abs=0.02)
+    assert [run.events.overall for run in stored.runs] == pytest.approx([1.5, 1.6, 1.7], abs=0.02)
+    assert read_stored_run(folder / NAMES[1]) == stored.runs[1]
+    known = {"slip.overall": 6e-3}
+    monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
+    assert read_stored_run(folder / NAMES[1]).uncertainty == known
 
 
 @pytest.mark.parametrize("text", [None, "", "{broken", "{}"])
@@ -206,21 +192,11 @@ def test_a_folder_without_a_manifest_holds_no_study(tmp_path, text):
         read_results(tmp_path)
 
 
-def test_one_stored_run_comes_back_as_with_its_study(folder, monkeypatch):
-    assert read_stored_run(folder / NAMES[1]) == read_results(folder).runs[1]
-    known = {"slip.overall": 6e-3}
-    monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
-    assert read_stored_run(folder / NAMES[1]).uncertainty == known
-
-
-def test_a_folder_that_is_no_run_says_what_is_needed(folder, tmp_path):
+def test_a_folder_that_is_no_run_says_what_is_needed_and_a_run_that_has_gone_is_named(folder, tmp_path):
     with pytest.raises(ResultError, match=rf"holds a study; needs the folder of one of its runs: {', '.join(NAMES)}"):
         read_stored_run(folder)
     with pytest.raises(ResultError, match=r"holds no finished run"):
         read_stored_run(tmp_path)
-
-
-def test_a_run_that_has_gone_is_named(folder):
     shutil.rmtree(folder / NAMES[1])
     with pytest.raises(ResultError, match=rf"{NAMES[1]}: is not there; run the study again"):
         read_results(folder)

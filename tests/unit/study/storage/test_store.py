@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import threading
 from importlib import metadata
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import meshio
@@ -63,23 +64,24 @@ def test_what_is_written_is_read_back_with_all_values(folder):
     assert result.mesh_size == mesh_size(block_mesh()) == pytest.approx(32 ** (-1 / 2))
 
 
-def test_a_changed_run_yaml_is_not_taken_for_that_of_the_run(folder):
-    text = (folder / RUN).read_text()
-    (folder / RUN).write_text(text.replace("0.0001 m", "0.0002 m"))
-    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4/run\.yaml: is damaged.*; run the study again"):
-        read_run(folder)
-
-
-@pytest.mark.parametrize("name", ["events.json", "history.nc"])
-def test_a_run_that_lacks_a_file_is_no_finished_run(folder, name):
-    (folder / name).unlink()
-    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4: holds no finished run; run the study again"):
-        read_run(folder)
-
-
-def test_a_damaged_run_yaml_is_named(folder):
-    (folder / RUN).write_text("a: [")
-    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4/run\.yaml"):
+@pytest.mark.parametrize(
+    ("name", "damage", "message"),
+    [
+        (RUN, lambda file: file.write_text("a: ["), r"run\.yaml"),
+        (
+            RUN,
+            lambda file: file.write_text(file.read_text().replace("0.0001 m", "0.0002 m")),
+            r"friction_coefficient-0\.4/run\.yaml: is damaged.*; run the study again",
+        ),
+        *(
+            (name, Path.unlink, r"friction_coefficient-0\.4: holds no finished run; run the study again")
+            for name in ("events.json", "history.nc")
+        ),
+    ],
+)
+def test_a_damaged_run_or_one_that_lacks_a_file_is_refused(folder, name, damage, message):
+    damage(folder / name)
+    with pytest.raises(ResultError, match=message):
         read_run(folder)
 
 
@@ -117,7 +119,7 @@ def test_identity_changes_with_values_and_mesh_but_not_with_the_title(write_stud
     assert len({base, first({"depth": "2 mm"}), first({}, curvature=1.0)}) == 3
 
 
-def test_mesh_hash_sees_points_and_cells_and_nothing_else():
+def test_mesh_hash_sees_points_and_cells_and_nothing_else_and_is_one_on_processors_that_round_otherwise():
     mesh = block_mesh()
     assert mesh_hash(mesh) == mesh_hash(block_mesh())
     assert mesh_hash(mesh.with_boundaries({"other": np.array([0])})) == mesh_hash(mesh)
@@ -125,24 +127,18 @@ def test_mesh_hash_sees_points_and_cells_and_nothing_else():
     moved[1, 7] += 1e-8  # a millionth of the size
     assert mesh_hash(skfem.MeshQuad(moved, mesh.t)) != mesh_hash(mesh)
     assert mesh_hash(skfem.MeshQuad(mesh.p, mesh.t[:, ::-1])) != mesh_hash(mesh)
-
-
-def test_a_mesh_has_one_hash_on_processors_that_round_otherwise():
     mesh = skfem.MeshTri().refined(4).scaled(7e-3)
     hashes = {mesh_hash(dataclasses.replace(mesh, doflocs=points)) for points in (mesh.p, np.nextafter(mesh.p, 1.0))}
     assert len(hashes) == 1
     assert mesh_hash(dataclasses.replace(mesh, doflocs=mesh.p * [[1.0], [1.001]])) not in hashes
 
 
-def test_versions_are_those_that_run():
+def test_versions_are_those_that_run_and_packages_that_are_not_installed_are_left_out(monkeypatch):
     found = versions()
     assert found["python"] == platform.python_version()
     assert found["numpy"] == np.__version__
     assert found["fingerslip"] == metadata.version("fingerslip")
     assert {"scikit-fem", "gmsh", "scipy", "xarray"} <= set(found)
-
-
-def test_packages_that_are_not_installed_are_left_out(monkeypatch):
     whole = metadata.version
 
     def version(name):
@@ -202,7 +198,9 @@ def bases(tmp_path):
     return BasisFolder(tmp_path / "study" / ".bases")
 
 
-def test_arrays_are_read_back_as_they_were(bases):
+def test_arrays_are_read_back_as_they_were_and_an_unknown_key_makes_no_folder(bases):
+    assert bases.load("other") is None
+    assert not bases.folder.exists()
     bases.save("one", ARRAYS)
     found = bases.load("one")
     assert found is not None
@@ -210,11 +208,6 @@ def test_arrays_are_read_back_as_they_were(bases):
     for name, array in ARRAYS.items():
         np.testing.assert_array_equal(found[name], array)
         assert found[name].dtype == array.dtype
-
-
-def test_an_unknown_key_has_nothing_and_makes_no_folder(bases):
-    assert bases.load("other") is None
-    assert not bases.folder.exists()
 
 
 @pytest.mark.parametrize(
@@ -241,10 +234,11 @@ def test_only_the_newest_are_kept(bases, monkeypatch):
     assert sorted(path.name for path in bases.folder.iterdir()) == ["c.basis", "d.basis"]
 
 
-def test_a_folder_that_cannot_be_written_is_told_and_no_error(tmp_path, caplog):
+def test_a_folder_that_cannot_be_written_is_told_and_locks_nobody_out(tmp_path, caplog):
     (tmp_path / "file").write_text("")
     caplog.set_level(logging.WARNING, "fingerslip")
-    BasisFolder(tmp_path / "file" / "inside").save("one", ARRAYS)
+    with BasisFolder(tmp_path / "file" / "inside").alone("one"):
+        BasisFolder(tmp_path / "file" / "inside").save("one", ARRAYS)
     assert "the basis is not kept" in caplog.text
 
 
@@ -264,12 +258,6 @@ def test_whoever_makes_a_basis_is_alone(bases):
     waiting.join(10.0)
     assert came == [True]
     assert not bases.folder.exists()
-
-
-def test_where_no_lock_can_be_had_nobody_waits(tmp_path):
-    (tmp_path / "file").write_text("")
-    with BasisFolder(tmp_path / "file" / "inside").alone("one"):
-        assert (tmp_path / "file").is_file()
 
 
 TIMES = [0.0, 0.05, 0.12]
@@ -331,25 +319,16 @@ def test_cells_are_those_of_the_mesh(element, kind, tmp_path):
         np.testing.assert_allclose(grid.points[block.data[:, 3:]], 0.5 * (ends + np.roll(ends, -1, axis=1)), atol=1e-15)
 
 
-def test_collection_names_every_file_with_its_time(tmp_path):
-    mesh = distorted("Q4")
-    write_snapshots(history_on(mesh), tmp_path)
+def test_collection_names_every_file_with_its_time_and_none_without_snapshots(tmp_path):
+    history = history_on(distorted("Q4"))
+    write_snapshots(history.drop_dims("snapshot_time"), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    write_snapshots(history, tmp_path)
     entries = list(ET.parse(tmp_path / "snapshots.pvd").getroot().iter("DataSet"))
     assert [float(entry.get("timestep")) for entry in entries] == TIMES
     assert [entry.get("file") for entry in entries] == [f"snapshot_{number:04d}.vtu" for number in range(3)]
     assert all((tmp_path / entry.get("file")).is_file() for entry in entries)
-
-
-def test_without_snapshots_nothing_is_written(tmp_path):
-    mesh = distorted("Q4")
-    write_snapshots(history_on(mesh).drop_dims("snapshot_time"), tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_points_warped_by_the_displacement_are_the_deformed_body(tmp_path):
-    """What ParaView's filter Warp By Vector does with a snapshot."""
-    history = history_on(distorted("Q4"))
-    write_snapshots(history, tmp_path)
+    # What ParaView's filter Warp By Vector does with a snapshot.
     grid = pyvista.read(tmp_path / "snapshot_0001.vtu")
     warped = grid.warp_by_vector("displacement")
     deformed = history["node_position"].values + history["snapshot_displacement"].values[1]

@@ -39,24 +39,18 @@ def test_there_are_the_320_trials_of_the_paper(study, runs):
     assert sorted({depth for depth, _ in cells}) == pytest.approx([2e-3, 3e-3, 4e-3, 5e-3])
     assert sorted({direction for _, direction in cells}) == list(range(0, 360, 45))
     assert all(sorted(repeats) == list(range(10)) for repeats in cells.values())
+    laws = [run.study.contact.friction for run in runs]
+    assert all(law.static > law.kinetic for law in laws)
+    assert len({law.static for law in laws}) == 80
 
 
-def test_samples_fill_the_directions(study, runs):
+def test_samples_fill_the_directions_and_without_them_every_run_goes_in_all(study, runs):
     with pytest.raises(InputError, match=r"sample\.count: got 81, needs a multiple of 8"):
         trial_plans(runs, study.trials, 81)
-
-
-def test_without_samples_every_run_goes_in_all_directions(study, runs):
     plans = trial_plans(runs[:2], study.trials, None)
     assert [plan.run for plan in plans] == [runs[0]] * 8 + [runs[1]] * 8
     assert [round(np.degrees(plan.direction)) for plan in plans] == 2 * list(range(0, 360, 45))
     assert {plan.repeat for plan in plans} == {0}
-
-
-def test_static_friction_is_above_kinetic_friction(runs):
-    laws = [run.study.contact.friction for run in runs]
-    assert all(law.static > law.kinetic for law in laws)
-    assert len({law.static for law in laws}) == 80
 
 
 def refused(study, runs, **changes):
@@ -65,11 +59,14 @@ def refused(study, runs, **changes):
     return trial_plans((run,), dataclasses.replace(study.trials, directions=1), 1)[0]
 
 
-def test_other_programmes_are_refused(study, runs):
+def test_other_programmes_and_records_are_refused(study, runs):
     with pytest.raises(InputError, match="programme: has Press, Hold, trials need a press, a hold and a slide"):
         simulated_trial(refused(study, runs, programme=study.programme[:2]), study.trials, None, {})
     with pytest.raises(InputError, match=r"trials\.rest: films 2 s of rest, needs at most the hold, 1\.6 s"):
         simulated_trial(refused(study, runs), dataclasses.replace(study.trials, rest=2.0), None, {})
+    record = dataclasses.replace(study.record, groups=())
+    with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
+        simulated_trial(refused(study, runs, record=record), study.trials, None, {})
 
 
 def test_a_plate_falls_along_the_plane_of_symmetry_alone():
@@ -81,12 +78,6 @@ def test_a_plate_falls_along_the_plane_of_symmetry_alone():
     (plan,) = trial_plans((wrong,), pours.trials, 1)
     with pytest.raises(InputError, match=r"bodies\.plate\.free: is x, z, needs x"):
         simulated_trial(plan, pours.trials, None, {})
-
-
-def test_both_kinds_of_markers_have_to_be_recorded(study, runs):
-    record = dataclasses.replace(study.record, groups=())
-    with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
-        simulated_trial(refused(study, runs, record=record), study.trials, None, {})
 
 
 SETTINGS = TrialSettings(frame_rate=20.0)
