@@ -82,26 +82,22 @@ def test_plain_data_and_markdown_have_the_geometry_if_it_was_computed():
     assert "## What the unknown geometry allows" in comparison_markdown(computed)
 
 
-def test_a_damaged_file_is_told_before_studies_are_looked_for(tmp_path):
-    (tmp_path / "geometry.json").write_text("{")
-    with pytest.raises(DamagedError, match=r"geometry\.json"):
-        compare(tmp_path, tmp_path)
-
-
-def test_every_published_value_of_the_section_has_a_row(evidence):
-    rows = [row for row in rows_of(evidence) if row.basis != "large strain"]
-    statements = [row for row in rows if row.statement]
-    assert len(statements) == len(published_set("wang2014-qualitative").values)
-    # Nine times and the three-quarter range in two readings, three travels, six heights, two other models, the solid.
-    assert len(rows) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
-
-
-def test_only_overall_slip_of_the_original_row_is_calibrated(evidence):
+def test_every_published_value_has_a_row_one_is_calibrated_and_statements_have_a_spread(evidence):
     rows = rows_of(evidence)
+    own = [row for row in rows if row.basis != "large strain"]
+    statements = [row for row in own if row.statement]
+    published = published_set("wang2014-qualitative").values
+    assert len(statements) == len(published)
+    # Nine times and the three-quarter range in two readings, three travels, six heights, two other models, the solid.
+    assert len(own) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
     first, second = (row.quantity for row in rows if row.basis == "calibrated")
     assert "overall slip, original (accumulated slip)" in first
     assert second.startswith("travel of the plate at overall slip")
     assert [row.basis for row in rows[:2]] == ["calibrated"] * 2
+    spreads = {row.statement: row.uncertainty for row in rows if row.basis == "predicted" and row.statement}
+    named = {value.id: value.statement for value in published}
+    assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
+    assert spreads[named["linear-in-friction"]] is None
 
 
 def test_what_the_paper_reads_from_peaks_is_not_compared_with_shares_of_area(evidence):
@@ -145,30 +141,24 @@ def test_rows_have_our_values_and_their_uncertainty(evidence):
     assert travel.uncertainty == pytest.approx(0.01 * 3.0 / (0.6 * 1.5))
 
 
-def test_statements_about_the_phalanges_have_a_spread(evidence):
-    rows = [row for row in rows_of(evidence) if row.basis == "predicted"]
-    spreads = {row.statement: row.uncertainty for row in rows if row.statement}
-    named = {value.id: value.statement for value in published_set("wang2014-qualitative").values}
-    assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
-    assert spreads[named["linear-in-friction"]] is None
-
-
-def test_missing_study_is_an_error_before_anything_runs(tmp_path):
+def test_a_missing_study_or_a_damaged_file_is_told_before_anything_runs(tmp_path):
     with pytest.raises(InputError, match=r"wang2014_table2.yaml: is not there"):
         validate(Work(tmp_path, tmp_path / "results"))
     assert not (tmp_path / "results").exists()
+    (tmp_path / "geometry.json").write_text("{")
+    with pytest.raises(DamagedError, match=r"geometry\.json"):
+        compare(tmp_path, tmp_path)
 
 
-def test_reference_table_and_numbers_are_the_same_rows():
+def test_reference_rows_are_those_of_the_page_and_of_the_statements_and_counted_in_the_documentation():
     stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
     rows = [Row(**{**entry, "published": as_published(entry["published"])}) for entry in stored]
     page = (ROOT / "results" / "reference" / "validation.md").read_text(encoding="utf-8")
     assert rows_markdown(rows) == page
-
-
-def test_documentation_counts_the_verdicts():
-    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
-    counts = Counter((entry["verdict"], entry["basis"]) for entry in stored)
+    named = [(row.statement, row.quantity) for row in rows if row.basis != "large strain" and row.statement]
+    shipped = (*published_set("wang2014-qualitative").values, *published_set("bulens2023-mechanics").values)
+    assert named == [(value.statement, value.check) for value in shipped]
+    counts = Counter((row.verdict, row.basis) for row in rows)
     page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
     (header,) = (line for line in page.splitlines() if line.startswith("| verdict |"))
     bases = [cell.strip() for cell in header.split("|")[2:-1]]
@@ -176,6 +166,8 @@ def test_documentation_counts_the_verdicts():
         numbers = " | ".join(str(counts[verdict, basis]) for basis in bases)
         assert f"\n| {verdict} | {numbers} |\n" in page
     assert {basis for _, basis in counts} == set(bases)
+    assert set(REFINED) <= set(STUDIES)
+    assert all((ROOT / "studies" / f"{name}.yaml").is_file() for name in STUDIES)
 
 
 def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalanges(evidence):
@@ -199,37 +191,17 @@ def as_published(value):
     return (value[0], value[1]) if isinstance(value, list) else value
 
 
-def test_reference_statements_are_those_that_ship():
-    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
-    own = [entry for entry in stored if entry["basis"] != "large strain"]
-    named = [(entry["statement"], entry["quantity"]) for entry in own if entry["statement"]]
-    shipped = (*published_set("wang2014-qualitative").values, *published_set("bulens2023-mechanics").values)
-    assert named == [(value.statement, value.check) for value in shipped]
+def test_spread_is_the_range_over_the_refinements_where_all_have_the_number(evidence):
+    def overall(one):
+        return one.phalanges("wang2014_table2")[0].run.events.slip.overall
 
-
-def test_spread_is_the_range_over_the_refinements(evidence):
-    spread = evidence.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall)
-    assert spread == pytest.approx(0.01, abs=1e-3)
-
-
-def test_runs_at_large_strain_take_the_place_of_those_of_table_2(evidence):
-    finite = evidence.at_large_strain()
-    overall = [one.run.events.slip.overall for one in finite.phalanges("wang2014_table2")]
-    assert overall == pytest.approx([1.91, 1.92, 1.97], abs=5e-3)
-    assert finite.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall) is not None
-
-
-def test_spread_is_not_known_without_refinements_or_where_one_lacks_the_number(evidence):
+    assert evidence.spread_of(overall) == pytest.approx(0.01, abs=1e-3)
     assert Evidence(evidence.measured).spread_of(lambda _: 1.0) is None
     first = evidence.measured["wang2014_table2"]
     assert evidence.spread_of(lambda one: 1.0 if one.measured["wang2014_table2"] is first else None) is None
-
-
-def test_run_that_is_not_there_is_named(evidence):
+    finite = evidence.at_large_strain()
+    times = [one.run.events.slip.overall for one in finite.phalanges("wang2014_table2")]
+    assert times == pytest.approx([1.91, 1.92, 1.97], abs=5e-3)
+    assert finite.spread_of(overall) is not None
     with pytest.raises(InputError, match=r"wang2014_friction: has 0 runs with contact.friction_coefficient = 0.5"):
         evidence.one("wang2014_friction", {FRICTION: 0.5})
-
-
-def test_shipped_studies_are_all_there():
-    assert set(REFINED) <= set(STUDIES)
-    assert all((ROOT / "studies" / f"{name}.yaml").is_file() for name in STUDIES)

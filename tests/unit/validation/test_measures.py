@@ -43,11 +43,7 @@ def test_centre_leaves_after_the_edges_by_the_travel_of_slip_and_before_them_whe
     # The medians of the inner and outer quarters lie at 1/8 and 7/8 of the half width.
     assert centre_after_edge(history, window, SETTINGS) == pytest.approx(0.75 * (1.71 - 1.30), rel=0.05)
     assert centre_after_edge(reversed_slip(history), window, SETTINGS) < -0.2
-
-
-def test_three_nodes_are_too_few_for_quarters():
-    history, window = prepared(synthetic.Process(nodes=3))
-    assert centre_after_edge(history, window, SETTINGS) is None
+    assert centre_after_edge(*prepared(synthetic.Process(nodes=3)), SETTINGS) is None, "too few for quarters"
 
 
 def test_largest_acceleration_falls_with_depth_and_leaves_the_transition_out():
@@ -117,16 +113,11 @@ def test_run_is_measured_with_its_peaks():
     assert found.travel == pytest.approx(0.71 * 3.0 / 0.9, abs=0.05)
 
 
-def test_run_without_overall_slip_has_no_number_that_needs_it():
+def test_run_without_overall_slip_or_slide_has_no_number_that_needs_it():
     history, _ = prepared(synthetic.Process(edge=1.3, centre=9.0, peaks={}))
     found = measure(RunResult("run", {}, find_events(history)), history)
     assert (found.densities, found.rms_after, found.travel, found.overall_peak) == (None,) * 4
     assert found.middle_peaks == 0
-
-
-def test_run_without_slide_has_no_numbers():
-    process = synthetic.Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))
-    history = synthetic.make(process)
+    history = synthetic.make(synthetic.Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
     found = measure(RunResult("run", {}, find_events(history)), history)
-    assert found.largest_acceleration == {}
-    assert found.centre_after_edge is None
+    assert (found.largest_acceleration, found.centre_after_edge) == ({}, None)

@@ -61,11 +61,13 @@ def test_number_agrees_within_resolution_or_uncertainty(ours, uncertainty, expec
     assert verdict(ours, uncertainty) == expected
 
 
-def test_number_that_is_not_comparable_or_has_no_resolution_is_shown_and_not_judged():
+def test_what_is_not_comparable_is_shown_and_not_judged_and_a_range_keeps_both_ends():
     row = number_row("q", TIME, 1.72, None, resolution=0.01, comparable=False)
     assert (row.verdict, row.ours, row.difference) == ("not comparable", 1.72, pytest.approx(0.0))
     assert statement_row(STATEMENT, 0.03, None, comparable=False).verdict == "not comparable"
     assert (verdict(1.72, 9.0, None), verdict(None, None, None)) == ("not judged", "not found")
+    row = number_row("q", RANGE, 1.66, None, resolution=0.01)
+    assert (row.published, row.difference) == ((1.63, 1.65), pytest.approx(0.01))
 
 
 @given(st.floats(0.0, 3.0))
@@ -74,11 +76,6 @@ def test_difference_leads_back_to_the_range(ours):
     difference = difference_from(ours, (low, high))
     assert low - 1e-12 <= ours - difference <= high + 1e-12
     assert (difference == 0.0) == (low <= ours <= high)
-
-
-def test_range_keeps_both_ends():
-    row = number_row("q", RANGE, 1.66, None, resolution=0.01)
-    assert (row.published, row.difference) == ((1.63, 1.65), pytest.approx(0.01))
 
 
 @pytest.mark.parametrize(
@@ -120,12 +117,8 @@ def test_table_and_json_have_the_same_rows():
     assert [entry["verdict"] for entry in plain] == ["misses", "not found"]
     assert plain[1]["ours"] is None
     assert set(plain[0]) == set(Row.__dataclass_fields__)
-
-
-def test_json_has_null_for_what_is_no_number():
     (plain,) = rows_mapping([number_row("overall slip", TIME, float("nan"), None, resolution=0.01)])
-    assert (plain["ours"], plain["uncertainty"]) == (None, None)
-    json.dumps(plain, allow_nan=False)
+    assert (plain["ours"], plain["uncertainty"]) == (None, None), "JSON has no other word for what is no number"
 
 
 def test_markdown_says_how_it_was_made_and_keeps_misses():
@@ -147,10 +140,17 @@ ROWS = (One("a", (1.0, 2.0)),)
 OTHER_VERSION = r"ones.json: is of another version \(.*\); run fingerslip validate --ones"
 
 
-def test_computed_rows_are_stored_and_read_back(tmp_path):
-    made = stored_rows(FILE, Work(ROOT / "studies", tmp_path), lambda: ROWS)
+def test_computed_rows_are_stored_and_read_back_before_those_that_ship(tmp_path):
+    work, reference = Work(ROOT / "studies", tmp_path), tmp_path / "reference"
+    nothing = stored_rows(FILE, Work(tmp_path, tmp_path))
+    assert nothing.rows == ()
+    assert nothing.origin == "No ones are stored; fingerslip validate --ones computes them, which takes an hour."
+    reference.mkdir()
+    stored_rows(FILE, Work(ROOT / "studies", reference), lambda: ROWS)
+    assert str(reference) in stored_rows(FILE, work).origin
+    made = stored_rows(FILE, work, lambda: ROWS)
     assert (made.rows, made.origin, made.computed) == (ROWS, "", True)
-    again = stored_rows(FILE, Work(ROOT / "studies", tmp_path))
+    again = stored_rows(FILE, work)
     assert (again.rows, again.computed) == (ROWS, False)
     assert again.origin.startswith(f"Ones are stored in {tmp_path / 'ones.json'} by fingerslip")
     assert "the studies are the same" in again.origin
@@ -166,20 +166,6 @@ def test_rows_say_that_studies_have_changed_or_that_runs_are_read_in_another_way
         assert "how their runs are read has changed since" in again.origin
     (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
     assert "the studies have changed since" in stored_rows(read, Work(tmp_path, tmp_path)).origin
-
-
-def test_own_rows_come_before_those_that_ship(tmp_path):
-    (tmp_path / "reference").mkdir()
-    stored_rows(FILE, Work(ROOT / "studies", tmp_path / "reference"), lambda: ROWS)
-    assert str(tmp_path / "reference") in stored_rows(FILE, Work(ROOT / "studies", tmp_path)).origin
-    stored_rows(FILE, Work(ROOT / "studies", tmp_path), lambda: ROWS)
-    assert str(tmp_path / "ones.json") in stored_rows(FILE, Work(ROOT / "studies", tmp_path)).origin
-
-
-def test_nothing_stored_says_what_to_do(tmp_path):
-    found = stored_rows(FILE, Work(tmp_path, tmp_path))
-    assert found.rows == ()
-    assert found.origin == "No ones are stored; fingerslip validate --ones computes them, which takes an hour."
 
 
 @pytest.mark.parametrize(
