@@ -24,13 +24,8 @@ def lacking(monkeypatch):
     return gone
 
 
-def test_nothing_is_missing_where_everything_loads(lacking, capsys):
-    assert missing_libraries() == ()
-    assert main() == 0
-    assert capsys.readouterr() == ("", "")
-
-
-def test_what_is_missing_is_named_with_its_packages(lacking, capsys):
+def test_what_is_missing_is_named_with_its_packages_and_nothing_where_everything_loads(lacking, capsys, monkeypatch):
+    assert (missing_libraries(), main(), capsys.readouterr()) == ((), 0, ("", ""))
     lacking |= {"libGLU.so.1", "libXft.so.2"}
     assert [library.file for library in missing_libraries()] == ["libGLU.so.1", "libXft.so.2"]
     assert main() == 2
@@ -39,22 +34,15 @@ def test_what_is_missing_is_named_with_its_packages(lacking, capsys):
     assert "not here: libGLU.so.1, libXft.so.2\n" in err
     assert "sudo apt-get install libglu1-mesa libxft2\n" in err
     assert "sudo dnf install mesa-libGLU libXft\n" in err
-
-
-def test_other_systems_bring_their_own_libraries(lacking, monkeypatch):
-    lacking |= {"libGLU.so.1"}
     monkeypatch.setattr(installation.sys, "platform", "darwin")
-    assert missing_libraries() == ()
+    assert missing_libraries() == (), "other systems bring their own libraries"
 
 
-def test_commands_are_one_for_each_family_of_linux():
+def test_commands_are_one_for_each_family_and_every_library_is_named_once():
     assert install_line(LIBRARIES).splitlines() == [
         "  Debian, Ubuntu:  sudo apt-get install liba1 libb2",
         "  Fedora, RHEL:    sudo dnf install a-libs b-libs",
     ]
-
-
-def test_every_library_is_named_once_with_both_packages():
     needed = installation._NEEDED
     assert len({library.file for library in needed}) == len(needed)
     for library in needed:
@@ -63,13 +51,10 @@ def test_every_library_is_named_once_with_both_packages():
         assert library.fedora
 
 
-def test_loading_is_really_tried():
-    assert not installation._loads("libfingerslip-does-not-exist.so.9")
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for a library of Linux")
-def test_a_library_that_is_there_loads():
+def test_loading_is_really_tried():
     assert installation._loads("libc.so.6")
+    assert not installation._loads("libfingerslip-does-not-exist.so.9")
 
 
 def test_check_runs_before_anything_is_installed():

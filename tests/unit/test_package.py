@@ -1,17 +1,21 @@
-"""The package's face: every public name loads where it is first used, and says what it is."""
+"""The package's face: public names load where they are first used and say what they are; the module is the command."""
 
 import ast
 import dataclasses
 import importlib
 import inspect
 import re
+import runpy
 import subprocess
 import sys
+from importlib import import_module, metadata
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 import fingerslip as fs
+from fingerslip.commands.app import app
 
 
 def test_every_public_name_can_be_loaded():
@@ -98,3 +102,26 @@ def mistakes(name):
 
 def test_public_names_have_docstrings_with_a_summary_all_parameters_and_what_is_returned():
     assert {name: found for name in PUBLIC if (found := list(mistakes(name)))} == {}
+
+
+def test_module_runs_as_the_command():
+    done = subprocess.run([sys.executable, "-m", "fingerslip", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"fingerslip {version('fingerslip')}\n"
+
+
+def test_usage_names_the_command_and_not_the_file(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["/somewhere/__main__.py", "run", "--help"])
+    with pytest.raises(SystemExit) as end:
+        runpy.run_module("fingerslip", run_name="__main__")
+    assert end.value.code == 0
+    assert "Usage: fingerslip run" in capsys.readouterr().out
+
+
+def test_importing_it_runs_nothing(capsys):
+    assert import_module("fingerslip.__main__").app is app
+    assert capsys.readouterr() == ("", "")
+
+
+def test_version_is_that_of_the_installed_package():
+    assert fs.__version__ == metadata.version("fingerslip")
+    assert re.match(r"\d+\.\d+", fs.__version__)

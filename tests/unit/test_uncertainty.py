@@ -90,27 +90,19 @@ def test_a_small_change_has_settled_whatever_its_way():
     assert found.converges
 
 
-def test_a_choice_has_its_largest_change_as_uncertainty():
+def test_a_choice_has_its_largest_change_as_uncertainty_and_two_levels_are_too_few_for_an_order():
     found = refine(Series("alpha", (-0.4, -0.05, -0.3), (1.0, 1.5, 0.9)), None)
     assert found == Refinement("divergent", 0.5)
     assert refine(Series("alpha", (-0.4, -0.05), (1.0, 1.001)), None).converges
-
-
-def test_two_levels_are_too_few():
     with pytest.raises(ValueError, match="needs 3 levels"):
         refine(series(1.0, 2.0, sizes=(1.0, 0.5)), 2.0)
 
 
-def test_independent_uncertainties_add_as_squares():
-    assert combine([3.0, 4.0]) == 5.0
-    assert combine([3.0, None]) is None
-    assert combine([]) is None
-
-
-def test_a_number_converges_when_it_does_with_every_setting():
+def test_a_number_converges_when_it_does_with_every_setting_and_their_uncertainties_add_as_squares():
     good = Series("mesh", SIZES, tuple(1.0 + size for size in SIZES))
     bad = Series("step", SIZES, (2.0, 4.0, 1.0))
     assert Convergence("q", "s", 2.0, {"mesh": good}).unsettled_settings == ()
     both = Convergence("q", "s", 2.0, {"mesh": good, "step": bad})
     assert both.unsettled_settings == ("step",)
     assert both.uncertainty == pytest.approx(math.hypot(1.25, 9.0))
+    assert (combine([3.0, 4.0]), combine([3.0, None]), combine([])) == (5.0, None, None)

@@ -69,12 +69,9 @@ def test_mistakes_show_the_repair(text, message):
     with pytest.raises(InputError) as caught:
         parse_quantity(text, "m", example="mm", where="depth")
     assert str(caught.value) == f"depth: {message}"
-
-
-def test_si_unit_is_not_offered_twice():
     with pytest.raises(InputError) as caught:
         parse_quantity("1", "s")
-    assert caught.value.repair == "write '1 s'"
+    assert caught.value.repair == "write '1 s'", "a unit of SI is not offered twice"
 
 
 @given(text=st.text(max_size=20))

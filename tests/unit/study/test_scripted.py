@@ -1,9 +1,6 @@
 """Studies in Python: made from files, mappings and other studies, checked, run and opened again."""
 
-import os
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pandas as pd
@@ -17,7 +14,6 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.store import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
-from places import ROOT
 from unit.study.block import FRICTIONS, NAMES, block_values
 
 
@@ -86,24 +82,6 @@ def test_studies_show_themselves(write_study):
     words = "contact.friction_coefficient (3 values), contact.friction_coefficient (0.2 to 0.4)"
     assert repr(study) == f"<Study 'Block on a plate': {words}>"
     assert "<td>0.2 to 0.4</td>" in study._repr_html_()
-
-
-SCRIPT = """
-import fingerslip as fs
-study = fs.Study({path!r})
-opened = study.run({results!r}, workers=2)
-print(len(opened), opened.to_dataframe()["overall_s"].notna().sum())
-"""
-
-
-@pytest.mark.slow
-def test_a_script_without_a_main_guard_uses_several_workers(write_study, tmp_path):
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT.format(path=str(write_study()), results=str(tmp_path / "results")), encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    command = [sys.executable, str(script)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-    assert done.stdout.split() == ["3", "2"]
 
 
 pytestmark = pytest.mark.usefixtures("reports", "simulated")
