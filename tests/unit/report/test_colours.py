@@ -54,20 +54,14 @@ def test_red_and_green_are_taken_for_each_other_without_green():
     assert near < 0.5 * far
 
 
-def test_events_darken_in_the_order_of_time_and_have_a_dash_each():
+def test_events_darken_in_time_with_a_dash_each_and_other_regions_have_colours_of_their_own():
     lightness = [lab(colour, "trichromacy")[0] for colour in colours.EVENT_COLOURS.values()]
     assert lightness == sorted(lightness, reverse=True)
     assert len(set(colours.EVENT_DASHES.values())) == len(colours.EVENT_COLOURS)
     assert len(set(colours.RECEPTOR_MARKS.values())) == len(colours.RECEPTOR_COLOURS)
-
-
-def test_other_regions_have_colours_of_their_own():
     found = colours.region_colours(["rods", "skin", "tissue"])
     assert list(found) == ["skin", "tissue", "rods"]
     assert len(set(found.values())) == 3
-
-
-def test_the_table_of_the_docs_has_every_colour():
     page = (ROOT / "docs" / "figures.md").read_text(encoding="utf-8")
     for group in (*GROUPS.values(), colours.REGION_COLOURS):
         for colour in group.values():

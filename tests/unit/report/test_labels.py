@@ -22,26 +22,20 @@ from fingerslip.slip import Events
         ({"contact.friction_coefficient": 0.1 * 6}, "friction coefficient 0.6"),
         ({"mesh.contact_size": f"{0.1 * 3} mm"}, "contact size 0.3 mm"),
         ({"a.speed": 1, "b.speed": 2}, "a.speed 1, b.speed 2"),
+        ({}, "A study"),
     ],
 )
-def test_a_run_is_called_by_its_swept_values(swept, title):
+def test_a_run_is_called_by_its_swept_values_or_else_like_its_study(swept, title):
     assert run_title(RunResult("folder", swept, Events()), "A study") == title
-
-
-def test_a_run_without_swept_values_is_called_like_its_study():
-    assert run_title(RunResult("run", {}, Events()), "Slip of the finger") == "Slip of the finger"
     assert run_title(RunResult("run", {}, Events()), "") == "run"
 
 
-def test_paths_become_words_that_tell_them_apart():
+def test_paths_become_words_that_tell_them_apart_and_values_those_of_the_study_file():
     assert path_label("fingertip.fingerprint.enabled") == "fingerprint"
     assert path_labels(["fingertip.phalanx.variant", "time.step"]) == {
         "fingertip.phalanx.variant": "phalanx",
         "time.step": "step",
     }
     assert list(path_labels(["a.speed", "b.speed"]).values()) == ["a.speed", "b.speed"]
-
-
-def test_texts_of_values_are_those_of_the_study_file():
     assert [swept_text(value) for value in (0.6, "8 mm", True, None, [1, 0])] == [0.6, "8 mm", True, None, "1, 0"]
     assert doctest.testmod(labels).failed == 0

@@ -80,10 +80,13 @@ def test_grid_has_as_many_panels_as_asked_for(count, columns, rows):
 
 
 @pytest.mark.parametrize(("share", "x", "y"), [("all", True, True), ("x", True, False), ("none", False, False)])
-def test_panels_share_what_they_are_asked_to(share, x, y):
+def test_an_empty_panel_says_why_and_panels_share_what_they_are_asked_to(share, x, y):
     _, (first, second) = figure_grid(2, 1, (3.0, 2.0), "", ("", ""), share=share)
     first.set(xlim=(0.0, 7.0), ylim=(0.0, 9.0))
     assert ((second.get_xlim() == (0.0, 7.0)), (second.get_ylim() == (0.0, 9.0))) == (x, y)
+    _, axes = single_panel()
+    say(axes, "nothing here", 0.3)
+    assert (axes.texts[0].get_text(), axes.texts[0].get_position()[1]) == ("nothing here", 0.3)
 
 
 def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():
@@ -116,12 +119,6 @@ def test_titles_say_what_tells_them_apart_and_are_wrapped():
     assert figure.get_suptitle().replace("\n", " ") == title
     figure.draw_without_rendering()
     assert figure._suptitle.get_window_extent().x1 <= figure.bbox.x1
-
-
-def test_an_empty_panel_says_why():
-    _, axes = single_panel()
-    say(axes, "nothing here", 0.3)
-    assert (axes.texts[0].get_text(), axes.texts[0].get_position()[1]) == ("nothing here", 0.3)
 
 
 def test_dollars_of_titles_and_values_are_no_mathematics():

@@ -70,9 +70,13 @@ def test_without_inertia_millimetres_come_first_and_nobody_reacts():
     assert not any("react" in sentence for sentence in said)
 
 
-def test_no_trend_is_claimed_where_there_is_none():
+def test_where_there_is_no_trend_none_is_claimed_and_samples_have_no_names():
     runs = [run(v, t, swept={"mesh.contact_size": v}) for v, t in (("1 mm", 1.2), ("2 mm", 1.1), ("3 mm", 1.3))]
     assert "the later" not in answer(study(*runs), {one.name: 1.0 for one in runs})[0]
+    runs = [run(f"sample-{n}", 1.5 + 0.1 * n) for n in range(3)]
+    said = answer(study(*runs, ranges={"a": (0, 1), "b": (0, 1)}), {one.name: 1.0 for one in runs})[0]
+    assert said.startswith("Over 3 samples of 2 uncertain values, the whole contact slips between 0.500 s and 0.700 s")
+    assert "sample-" not in said
 
 
 def test_what_does_not_slip_and_what_does_not_slide_is_said():
@@ -84,13 +88,6 @@ def test_what_does_not_slip_and_what_does_not_slide_is_said():
         "Nothing slides in this study. Of the largest normal force, 2 N, 75 % is left at the end.",
     )
     assert answer(study(run("a", None)), {})[0].startswith("Nothing slides")
-
-
-def test_samples_have_no_names():
-    runs = [run(f"sample-{n}", 1.5 + 0.1 * n) for n in range(3)]
-    said = answer(study(*runs, ranges={"a": (0, 1), "b": (0, 1)}), {one.name: 1.0 for one in runs})[0]
-    assert said.startswith("Over 3 samples of 2 uncertain values, the whole contact slips between 0.500 s and 0.700 s")
-    assert "sample-" not in said
 
 
 def published_run(variant, overall, incipient=None, **more):
@@ -137,10 +134,13 @@ def test_overall_slip_beside_published_times(times, words):
     assert words in answer(study_of_runs, starts, [TABLE2])
 
 
-def test_only_a_run_with_the_calibrated_values_is_calibrated():
+def test_only_a_run_with_the_calibrated_values_is_calibrated_and_each_value_counts_once():
     other = published_run("original", 1.71, **{**CALIBRATED, "fingertip.sagittal.half_height": "6.5 mm"})
-    assert "calibrated" not in published_rows_beside([other], [TABLE2])[0]
+    rows = published_rows_beside([other], [TABLE2])
+    assert "calibrated" not in rows[0]
     assert "calibrated on it" in published_rows_beside([published_run("original", 1.71, **CALIBRATED)], [TABLE2])[0]
+    assert published_rows_beside([other], [TABLE2, published_set("wang2014-peaks")]) == rows
+    assert published_rows_beside([RunResult("a", {}, other.events)], [TABLE2]) == ()
 
 
 def test_what_is_comparable_has_no_excuse():
@@ -153,14 +153,6 @@ def test_what_is_comparable_has_no_excuse():
         "Beside the published time, overall slip agrees to the millisecond.",
         "Incipient slip comes 335 ms earlier than published, and 535 ms are left to react, against 200 ms published.",
     )
-
-
-def test_a_value_in_two_sets_counts_once_and_other_conditions_not_at_all():
-    own = published_run("original", 1.72)
-    assert published_rows_beside([own], [TABLE2, published_set("wang2014-peaks")]) == published_rows_beside(
-        [own], [TABLE2]
-    )
-    assert published_rows_beside([RunResult("a", {}, own.events)], [TABLE2]) == ()
 
 
 def test_definitions_say_the_constants():

@@ -90,15 +90,19 @@ def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_tab
     assert "Run run" not in page
 
 
-def test_a_reading_that_only_some_runs_recorded_has_a_table_that_says_so():
+def test_what_only_some_runs_recorded_or_have_is_said():
     content = two_runs()
     first, second = content.study.runs
-    silent = dataclasses.replace(
-        first, events=dataclasses.replace(first.events, acceleration=SlipEvents(recorded=False))
-    )
-    table = study_report(with_runs(content, silent, second)).sections[0].tables[2]
+    unrecorded = dataclasses.replace(first.events, acceleration=SlipEvents(recorded=False))
+    some = with_runs(content, dataclasses.replace(first, events=unrecorded), second)
+    report = study_report(dataclasses.replace(some, histories={"0.6": content.histories["0.6"]}))
+    table = report.sections[0].tables[2]
     assert texts(table)[0][1:] == ["n/r", "n/a", "n/r", "n/r", "n/r"]
     assert "n/r: not recorded" in table.remarks
+    assert len(report.sections[0].tables[0].rows) == 2
+    titles = [section.title for section in report.sections]
+    assert "friction coefficient 0.6" in titles
+    assert "friction coefficient 0.4" not in titles, "a run without a history is in the tables only"
 
 
 @pytest.mark.slow
@@ -113,15 +117,6 @@ def test_contact_at_a_free_edge_is_a_warning_above_the_events_and_in_their_table
     assert "0.4" not in warning
     assert all("cut off" in table.note for table in section.tables)
     assert study_report(content).sections[0].warnings == ()
-
-
-def test_runs_without_a_history_are_in_the_tables_only():
-    whole = two_runs()
-    report = study_report(dataclasses.replace(whole, histories={"0.6": whole.histories["0.6"]}))
-    titles = [section.title for section in report.sections]
-    assert "friction coefficient 0.6" in titles
-    assert "friction coefficient 0.4" not in titles
-    assert len(report.sections[0].tables[0].rows) == 2
 
 
 def test_every_swept_value_that_differs_gives_latencies_and_event_times():

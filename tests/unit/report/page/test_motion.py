@@ -97,7 +97,7 @@ def test_the_phalanx_does_not_set_the_colours(element):
     assert "phalanx" not in soft["field"]
 
 
-def test_arrays_come_back():
+def test_arrays_come_back_and_quantised_numbers_are_off_by_half_a_unit_at_most():
     arrays = {
         "states": np.array([[0, 1, 2]], dtype=np.uint8),
         "times": np.array([0.5, 1.5], dtype=np.float32),
@@ -109,9 +109,6 @@ def test_arrays_come_back():
         np.testing.assert_array_equal(unpack_arrays(packed)[name], array)
     with pytest.raises(AssertionError, match="times has the type f8"):
         pack_arrays({"times": np.array([1.0])})
-
-
-def test_quantised_numbers_are_off_by_half_a_unit_at_most():
     values = np.linspace(-3.0, 7.0, 11)
     whole, unit = quantise(values)
     assert np.abs(whole * unit - values).max() <= 0.5 * unit

@@ -56,7 +56,7 @@ def test_the_papers_of_values_and_comparisons_are_cited_and_no_others():
     assert text.count("{") == text.count("}")
 
 
-def test_every_entry_has_what_styles_of_bibliographies_ask_for():
+def test_every_entry_has_what_styles_ask_for_and_the_program_the_year_of_its_licence():
     needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "misc": set()}
     assert {"wang2014", "bulens2023"} <= bibliography().keys()
     for entry in [*bibliography().values(), bibtex_entries([], []).partition("\n\n")[0]]:
@@ -64,8 +64,5 @@ def test_every_entry_has_what_styles_of_bibliographies_ask_for():
         assert entry.count("{") == entry.count("}")
         assert fields >= {"title", "author", "year"} | needed[kind], entry
         assert entry.isascii(), "plain BibTeX sorts and prints nothing else"
-
-
-def test_the_year_of_the_program_is_that_of_its_licence():
     year = re.search(r"Copyright \(c\) (\d{4})", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
     assert f"year   = {{{year}}}" in bibtex_entries([], [])

@@ -67,25 +67,17 @@ def content_in_motion(study):
     return ReportContent(study, {}, starts=starts_of(study), representatives=histories)
 
 
-def test_the_middle_and_both_ends_of_overall_slip_are_chosen():
+def test_the_middle_and_both_ends_of_overall_slip_are_chosen_or_of_an_earlier_event():
     study = study_of(count=11)
     found = representatives(study, starts_of(study))
-    assert [one.title for one in found] == [
-        "overall slip nearest to the median",
-        "earliest overall slip",
-        "latest overall slip",
-    ]
+    titles = ["overall slip nearest to the median", "earliest overall slip", "latest overall slip"]
+    assert [one.title for one in found] == titles
     times = sorted(run.events.overall or 0.0 for run in study.runs)
     assert [one.since + 1.0 for one in found] == [times[5], times[0], times[-1]]
     assert [one.run.events.overall for one in found] == [times[5], times[0], times[-1]]
     # Times are counted from the start of each slide.
     late = study.runs[0].name
-    found = representatives(study, {**starts_of(study), late: -10.0})
-    assert found[-1].run.name == late
-
-
-def test_where_no_sample_slips_as_a_whole_an_earlier_event_counts_and_without_any_nothing_is_chosen():
-    study = study_of(count=5)
+    assert representatives(study, {**starts_of(study), late: -10.0})[-1].run.name == late
     partly = tuple(
         dataclasses.replace(run, events=Events(SlipEvents(incipient=run.events.incipient))) for run in study.runs
     )
@@ -98,25 +90,14 @@ def test_where_no_sample_slips_as_a_whole_an_earlier_event_counts_and_without_an
 def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_names_of_runs():
     made = content_in_motion(study_of(count=11))
     section = samples_in_motion(made)
-    assert [motion["title"] for motion in section.motions] == [
-        "Overall slip nearest to the median",
-        "Earliest overall slip",
-        "Latest overall slip",
-    ]
+    titles = ["Overall slip nearest to the median", "Earliest overall slip", "Latest overall slip"]
+    assert [motion["title"] for motion in section.motions] == titles
     (table,) = section.tables
-    assert [column.heading for column in table.columns] == [
-        "sample",
-        "overall slip [s]",
-        "phalanx",
-        "clearance",
-        "half height",
-        "Poisson's ratio",
-    ]
+    headings = ["sample", "overall slip [s]", "phalanx", "clearance", "half height", "Poisson's ratio"]
+    assert [column.heading for column in table.columns] == headings
     assert all(len(str(cell).split()[0]) <= 7 for row in table.rows for cell in row[3:])
     report = study_report(made)
-    alone = dataclasses.replace(report, sections=tuple(one for one in report.sections if one.motions))
-    page = render_page(alone)
+    page = render_page(dataclasses.replace(report, sections=tuple(one for one in report.sections if one.motions)))
     assert "Samples in motion" in page
     assert not [run.name for run in made.study.runs if run.name in page]
-    made = dataclasses.replace(content_in_motion(study_of(count=5)), representatives={})
-    assert samples_in_motion(made).is_empty
+    assert samples_in_motion(dataclasses.replace(made, representatives={})).is_empty

@@ -107,11 +107,6 @@ def test_every_name_is_an_option_that_can_be_drawn_and_completed():
     assert [alternatives(names) for names in (("a", "b"), ("a", "b", "c"))] == ["a or b", "a, b or c"]
 
 
-@pytest.mark.parametrize("host", [LOCAL, "localhost", "0.0.0.0"])
-def test_a_free_port_is_taken(host):
-    require_free(Served(host, 0))
-
-
 @pytest.mark.parametrize(
     ("host", "port", "words"),
     [
@@ -127,8 +122,10 @@ def test_a_place_at_which_nothing_can_listen_is_refused(host, port, words):
         require_free(Served(host, port))
 
 
-def test_a_port_in_use_or_of_the_system_is_refused(monkeypatch):
+def test_a_free_port_is_taken_and_one_in_use_or_of_the_system_is_refused(monkeypatch):
     assert Served().host == LOCAL == "127.0.0.1", "only this machine can look unless told otherwise"
+    for host in (LOCAL, "localhost", "0.0.0.0"):
+        require_free(Served(host, 0))
     with socket.create_server((LOCAL, 0)) as other:
         port = other.getsockname()[1]
         with pytest.raises(InputError, match=f"--port: port {port} is in use at 127.0.0.1, needs .*; write --port 0"):

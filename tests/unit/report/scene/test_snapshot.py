@@ -36,8 +36,5 @@ def test_points_are_reference_positions_and_vectors_have_three_components(elemen
     assert np.abs(snapshot.point_fields["displacement"]).max() > 1e-4, "the block has moved"
     assert snapshot.time == float(history["snapshot_time"][2])
     assert set(snapshot.cell_fields) == {"strain_energy_density", "von_mises", "region"}
-
-
-def test_vectors_are_filled_with_zeros():
     assert in_space(np.array([[1.0, 2.0]])).tolist() == [[1.0, 2.0, 0.0]]
     assert in_space(np.array([[1.0, 2.0, 3.0]])).tolist() == [[1.0, 2.0, 3.0]]

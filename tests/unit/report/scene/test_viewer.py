@@ -125,15 +125,12 @@ def test_boxes_and_the_slider_show_and_hide(control):
     assert [viewer._next(("a", "b"), name) for name in ("a", "b")] == ["b", "a"]
 
 
-def test_the_nearest_node_is_that_of_the_deformed_body(history):
+def test_the_nearest_node_is_that_of_the_deformed_body_and_has_its_displacement_and_stress(history):
     last = history.sizes["snapshot_time"] - 1
     moved = history["node_position"].values + history["snapshot_displacement"].values[last]
     assert nearest_node(history, last, 1e3 * moved[7] + 1e-3) == 7
     flat = block_history("Q4")
     assert nearest_node(flat, 0, np.array([*1e3 * flat["node_position"].values[3], 0.0])) == 3
-
-
-def test_a_picked_node_has_its_displacement_and_the_stress_around_it(history):
     figure = picked_figure(history, 7, INCIPIENT)
     above, below = panels(figure)
     drawn = [line for line in above.lines if line.get_label() in "xyz"]
@@ -166,16 +163,13 @@ def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(b
     viewer._working_window.cache_clear()
 
 
-def test_with_a_display_nothing_is_tried(bare):
+def test_with_a_display_nothing_is_tried_and_a_way_that_ends_the_process_does_not_draw(bare):
+    assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
     bare.setenv("DISPLAY", ":0")
     bare.setattr(viewer, "_connects", lambda *_: True)
     bare.setattr(viewer, "_draws", lambda _: pytest.fail("tried"))
     viewer.prepare_rendering()
     assert viewer.has_display()
-
-
-def test_a_way_that_ends_the_process_does_not_draw(bare):
-    assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
 
 
 @pytest.mark.parametrize("display", ["", ":9876", "localhost:3456.0", "unix:9876", "no display", "wayland-0", ":99999"])

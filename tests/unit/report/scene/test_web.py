@@ -20,13 +20,10 @@ from unit.report.scenes import block_history
 CHROMIUM = shutil.which("chromium")
 
 
-def test_without_trame_it_says_what_to_install(monkeypatch):
+def test_without_trame_or_snapshots_nothing_is_served(monkeypatch):
     monkeypatch.setitem(sys.modules, "trame.app", None)
     with pytest.raises(ResultError, match=r"pip install 'fingerslip\[web\]'"):
         web._server()
-
-
-def test_a_history_without_snapshots_is_refused():
     history = block_history("Q4").drop_dims("snapshot_time")
     with pytest.raises(ResultError, match="snapshots_every"):
         serve(history, Events(), SceneOptions(), "t", Served(opened=False))

@@ -15,10 +15,7 @@ from fingerslip.tables.table import Missing, texts, to_markdown
 from fingerslip.uncertainty import Convergence, Series
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
-TABLE2 = published_set("wang2014-table2")
-
-SOLID = published_set("wang2014-solid")
-
+TABLE2, SOLID = published_set("wang2014-table2"), published_set("wang2014-solid")
 NOT_COMPARED = Missing.NOT_COMPARED
 
 
@@ -56,7 +53,7 @@ def test_run_whose_values_are_not_known_is_not_compared():
     assert {cell for row in alone.rows for cell in row[2:]} == {NOT_COMPARED}
 
 
-def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_says_why():
+def test_runs_of_another_friction_programme_or_angle_and_at_a_free_edge_are_noted():
     note = compare_table(RUNS, TABLE2).note
     assert "Not compared: " in note
     assert "contact.friction_coefficient is 0.8, published for 0.6" in note
@@ -66,6 +63,8 @@ def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_s
         table = compare_table([RunResult("run", {}, UNRECORDED, values={**known, path: value})], SOLID)
         assert {cell for row in table.rows for cell in row[3:]} == {NOT_COMPARED}
         assert f"{path} is {value}, published for {known[path]}" in table.note
+    assert "angle 30 deg ('skin' from 0.12 s on" in compare_table([CUT_OFF], TABLE2).note
+    assert "free edge" not in compare_table(RUNS, TABLE2).note
 
 
 def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen():
@@ -77,11 +76,6 @@ def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_no
     row = compare_table(RUNS, published_set("wang2014-peaks")).rows[1]
     assert row[2:4] == ("three-quarter", "1.63 to 1.65")
     assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
-
-
-def test_contact_at_a_free_edge_is_warned_of():
-    assert "angle 30 deg ('skin' from 0.12 s on" in compare_table([CUT_OFF], TABLE2).note
-    assert "free edge" not in compare_table(RUNS, TABLE2).note
 
 
 def test_statements_are_shown_with_their_check():
@@ -114,31 +108,22 @@ def test_a_number_has_its_uncertainty_by_setting_and_its_verdict():
     assert row == [
         "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step"
     ]  # fmt: skip
+    rows = series_table({"run": {"slip.overall": GOOD}}).rows
+    assert len(rows) == 3 * 3 + 2, "one for every level"
+    assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
 
 
-def test_an_event_that_did_not_happen_says_so_in_every_cell():
+def test_what_did_not_happen_what_was_not_varied_and_what_nothing_changes_are_told_apart():
     table = convergence_table({"slip.incipient": NEVER, "normal_force_max_N": NEVER}, "run")
     assert texts(table)[0][2:] == ["none"] * 7
     assert texts(table)[1][2:] == ["n/a"] * 7, "a measure is no event"
     assert "none: the event did not happen" in table.remarks
-
-
-def test_a_setting_that_was_not_varied_is_told_from_an_event_that_a_level_lacks():
-    one = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
-    row = convergence_table({"slip.overall": one}, "run").rows[0]
+    lacking = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
+    row = convergence_table({"slip.overall": lacking}, "run").rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
-
-
-def test_a_number_that_nothing_changes_has_no_error_bar():
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
     assert still.uncertainty is None
     assert texts(convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
-
-
-def test_series_have_a_row_for_every_level():
-    rows = series_table({"run": {"slip.overall": GOOD}}).rows
-    assert len(rows) == 3 * 3 + 2
-    assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
 
 
 def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below():
@@ -153,9 +138,6 @@ def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below():
     table = differences_table({f"record.sites.{n}.name": "a" for n in range(7)}, {}, same="Same.")
     assert table.rows == ()
     assert table.note.endswith("record.sites.3.name and 3 more.")
-
-
-def test_where_nothing_differs_it_says_so():
     table = differences_table({"a": "1"}, {"a": "1"}, same="Both are the same.", note="A: x; B: y.")
     assert table.note == "A: x; B: y. Both are the same."
     assert to_markdown(table).count("\n") == 2

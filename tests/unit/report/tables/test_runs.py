@@ -58,19 +58,16 @@ def test_runs_without_sweep_are_named_where_there_are_several():
     assert [column.name for column in events_table([run]).columns[:2]] == ["a.speed", "b.speed"]
 
 
-def test_readings_table_has_a_row_for_each_reading():
+def test_readings_have_a_row_each_and_what_was_not_recorded_is_told_from_what_did_not_happen():
     table = readings_table(RunResult("r", {}, EVENTS))
     assert [row[0] for row in table.rows] == ["accumulated slip", "displacement", "acceleration peaks"]
     assert table.rows[0][-1] == pytest.approx(250.0)
     none, undefined = Missing.NO_EVENT, Missing.NOT_DEFINED
     assert table.rows[2][1:] == (none, undefined, none, 1.71, none)
-
-
-def test_a_reading_that_was_not_recorded_is_told_from_an_event_that_did_not_happen():
     run = RunResult("r", {}, UNRECORDED)
     assert time_cell(run, "acceleration", "overall") is Missing.NOT_RECORDED
-    assert time_cell(run, "displacement", "overall") is Missing.NO_EVENT
-    assert time_cell(run, "acceleration", "noticed") is Missing.NOT_DEFINED
+    assert time_cell(run, "displacement", "overall") is none
+    assert time_cell(run, "acceleration", "noticed") is undefined
     table = readings_table(run)
     assert to_markdown(table).splitlines()[4] == "| acceleration peaks | n/r | n/a | n/r | n/r | n/r |"
     for text in ("none: the event did not happen", "n/r: not recorded in this run", "n/a: not applicable"):
@@ -187,9 +184,6 @@ def test_columns_are_swept_paths_all_times_what_was_recorded_and_all_measures():
     assert (first["incipient_s"], first["latency_s"], first["overall_s_acceleration"]) == ("1.5", "0.25", "1.71")
     assert (first["overall_s_displacement"], first["latency_s_acceleration"]) == ("", "")
     assert {second[name] for name in TIMES} == {""}
-
-
-def test_an_empty_time_that_was_recorded_is_told_from_one_that_was_not():
     lacking, whole = rows_of((RunResult("a", {}, UNRECORDED), RunResult("b", {}, EVENTS)))
     assert (lacking["overall_s_acceleration"], lacking["readings_recorded"]) == ("", "slip displacement")
     assert whole["readings_recorded"] == "slip displacement acceleration"

@@ -29,7 +29,7 @@ from unit.sampled import study_of
 TABLE2 = [published_set("wang2014-table2")]
 
 
-def test_published_times_stand_beside_the_interval_of_their_phalanx():
+def test_times_have_intervals_beside_the_published_ones_of_their_phalanx():
     table = published_table(study_of(12, ("original", "scaled")).runs, TABLE2)
     rows = {(row[0], row[1]): row for row in texts(table)}
     assert len(rows) == 6
@@ -39,21 +39,18 @@ def test_published_times_stand_beside_the_interval_of_their_phalanx():
     assert overall[8].startswith("within, at ")
     assert overall[9] == "12 of 12"
     assert {row[1] for row in published_table(study_of().runs, TABLE2).rows} == {"all"}
-
-
-def test_an_event_that_no_sample_has_is_none():
-    table = published_table(study_of(time=lambda *_: None).runs, TABLE2)
-    assert texts(table)[0][3:] == [*["none"] * 5, "n/a", "0 of 12"]
-    assert interval_cells(interval_of([1.0, 2.0, 3.0])) == (1.0, pytest.approx(1.1), 2.0, pytest.approx(2.9), 3.0)
-
-
-def test_every_recorded_time_has_an_interval():
     rows = texts(intervals_table(study_of(12, ("original", "scaled")).runs))
     assert [row[1] for row in rows[:5]] == [
         f"{time} (accumulated slip)"
         for time in ("incipient slip", "48 % slip", "three-quarter slip", "overall slip", "latency")
     ]
     assert [row[0] for row in rows] == ["phalanx original"] * 5 + ["phalanx scaled"] * 5
+
+
+def test_an_event_that_no_sample_has_is_none():
+    table = published_table(study_of(time=lambda *_: None).runs, TABLE2)
+    assert texts(table)[0][3:] == [*["none"] * 5, "n/a", "0 of 12"]
+    assert interval_cells(interval_of([1.0, 2.0, 3.0])) == (1.0, pytest.approx(1.1), 2.0, pytest.approx(2.9), 3.0)
 
 
 def test_sensitivities_have_units_errors_and_changes():
@@ -74,10 +71,14 @@ def test_sensitivities_have_units_errors_and_changes():
     assert [row[3] for row in texts(table)] == ["-0.500 ± 0.046 s/mm", "-0.50000 ± 0.00032 s/mm", "-0.500 ± 2.300 s/mm"]
 
 
-def test_rows_for_programs_have_all_digits():
+def test_rows_for_programs_have_all_digits_and_what_samples_share_is_in_words():
     lines = to_csv(sensitivity_rows(fits_of(study_of()))).splitlines()
     assert lines[0].startswith("fingertip.phalanx.variant,reading,time,samples,middle_s,r2,r2_predicted")
     assert len(lines) == 1 + 2 * 3
+    assert group_text({"fingertip.phalanx.variant": "scaled", "contact.friction_coefficient": 0.6}) == (
+        "phalanx scaled, friction coefficient 0.6"
+    )
+    assert group_text({}) == ""
 
 
 def test_refused_samples_say_why():
@@ -90,13 +91,6 @@ def test_refused_samples_say_why():
         "What moves overall slip",
         "Samples whose values do not fit together",
     ]
-
-
-def test_what_samples_have_in_common_is_in_words():
-    assert group_text({"fingertip.phalanx.variant": "scaled", "contact.friction_coefficient": 0.6}) == (
-        "phalanx scaled, friction coefficient 0.6"
-    )
-    assert group_text({}) == ""
 
 
 GOOD = Validation(error=0.01, largest=0.03, explained=0.99, covered=0.96, runs=40)

@@ -55,25 +55,16 @@ def test_numbers_have_the_digits_of_their_column(column, cell, text):
     assert column.format(cell) == text
 
 
-def test_reasons_have_texts_of_their_own():
+def test_reasons_have_texts_of_their_own_units_are_typeset_and_columns_numeric():
     assert len({reason.shown for reason in Missing}) == len({reason.meaning for reason in Missing}) == len(Missing)
     assert "-" not in {reason.shown for reason in Missing}
-
-
-def test_a_table_without_missing_values_has_no_legend():
-    table = Table("t", (Column("a"),), ((1,), (None,)))
-    assert (table.legend, table.remarks) == ("", "")
-    assert to_markdown(table).count("\n") == 4
-
-
-def test_columns_of_missing_numbers_are_columns_of_numbers():
+    assert [typeset(unit) for unit in ("m/s^2", "kg/m^3", "um", "N")] == ["m/s²", "kg/m³", "µm", "N"]
     columns = (Column("time", "s"), Column("name"), Column("mixed"))
     rows = ((Missing.NO_EVENT, Missing.NOT_DEFINED, 1.0), (None, None, Missing.NO_EVENT))
     assert [is_numeric(Table("t", columns, rows), index) for index in range(3)] == [True, False, True]
-
-
-def test_units_are_typeset():
-    assert [typeset(unit) for unit in ("m/s^2", "kg/m^3", "um", "N")] == ["m/s²", "kg/m³", "µm", "N"]
+    table = Table("t", (Column("a"),), ((1,), (None,)))
+    assert (table.legend, table.remarks) == ("", ""), "nothing is missing"
+    assert to_markdown(table).count("\n") == 4
 
 
 def test_json_keeps_numbers_and_says_why_values_are_missing():
@@ -90,12 +81,9 @@ def test_json_keeps_numbers_and_says_why_values_are_missing():
         ],
         "note": "a note",
     }
-
-
-def test_json_has_null_for_what_is_no_number():
     table = Table("t", (Column("a"),), ((float("nan"),), (Measured(1.0, float("inf")),), (1.5,), (None,)))
     rows = json.loads(json.dumps(to_mapping(table), allow_nan=False))["rows"]
-    assert rows == [[None], [{"value": 1.0, "uncertainty": None}], [1.5], [None]]
+    assert rows == [[None], [{"value": 1.0, "uncertainty": None}], [1.5], [None]], "null for what is no number"
 
 
 def test_a_missing_value_says_why_and_the_legend_explains_what_is_there():
@@ -106,32 +94,24 @@ def test_a_missing_value_says_why_and_the_legend_explains_what_is_there():
     assert table.remarks == f"A note. {table.legend}."
     assert to_markdown(table).endswith(f"\n\n{table.legend}.\n")
     assert list(csv.reader(io.StringIO(to_csv(table)))) == [["time"], ["1.5"], [""], [""], [""]]
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(to_rich(table))
-    assert "none: the event did not happen" in console.export_text()
-
-
-def test_a_heading_with_brackets_survives_the_terminal():
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(to_rich(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays")))
-    text = console.export_text()
-    assert "t [a]" in text
-    assert "[s]" in text
-    assert "[b]" in text
-
-
-def test_marked_rows_stand_out_in_the_terminal():
-    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
-    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
-    console.print(to_rich(table))
-    lines = console.export_text(styles=True).splitlines()
-    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
+    assert "none: the event did not happen" in "\n".join(printed(table, 80))
 
 
 def printed(table, width):
     console = Console(width=width, record=True, file=io.StringIO())
     console.print(to_rich(table, width))
     return console.export_text().splitlines()
+
+
+def test_headings_with_brackets_and_marked_rows_survive_the_terminal():
+    text = "\n".join(printed(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays"), 80))
+    assert all(words in text for words in ("t [a]", "[s]", "[b]"))
+    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
+    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
+    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
+    console.print(to_rich(table))
+    lines = console.export_text(styles=True).splitlines()
+    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
 
 
 WIDE = Table(
@@ -160,10 +140,6 @@ def test_where_no_table_fits_rows_become_lists():
     assert lines[0] == "Checked"
     assert "number 0 [s] 12345.5" in lines
     assert lines[-2] == "What a reader has to know."
-
-
-def test_a_table_without_rows_or_columns_is_printed():
-    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
 
 
 def test_long_texts_in_narrow_columns_become_lists():
