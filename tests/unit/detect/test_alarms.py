@@ -1,7 +1,3 @@
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +6,6 @@ from hypothesis import strategies as st
 from fingerslip.detect.alarms import (
     ForwardFilter,
     Hysteresis,
-    Smoother,
     Thresholds,
     false_alarm_threshold,
     lead_bound,
@@ -25,7 +20,7 @@ TIME = np.arange(100) / 30.0
 STEP = np.diff(TIME, prepend=0.0)
 
 
-def phases(flicker: bool = False) -> np.ndarray:  # type: ignore[type-arg]
+def phases(flicker=False):
     chances = np.tile([0.9, 0.08, 0.02], (100, 1))
     chances[50:] = [0.1, 0.8, 0.1]
     chances[80:] = [0.02, 0.08, 0.9]
@@ -35,7 +30,7 @@ def phases(flicker: bool = False) -> np.ndarray:  # type: ignore[type-arg]
 
 
 @pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5)])
-def test_one_odd_frame_is_no_event(smoother: Smoother) -> None:
+def test_one_odd_frame_is_no_event(smoother):
     scores, _ = smoother.scores(smoother.start(), STEP, phases(flicker=True))
     found = onsets_from(TIME, scores)
     assert TIME[50] <= found.incipient < TIME[65]
@@ -45,7 +40,7 @@ def test_one_odd_frame_is_no_event(smoother: Smoother) -> None:
 @pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5), Hysteresis(1)])
 @given(seed=st.integers(0, 1000), cut=st.integers(0, 60))
 @settings(max_examples=20)
-def test_frame_by_frame_is_the_same_as_all_at_once(smoother: Smoother, seed: int, cut: int) -> None:
+def test_frame_by_frame_is_the_same_as_all_at_once(smoother, seed, cut):
     draw = np.random.default_rng(seed)
     chances = draw.dirichlet(np.ones(3), 60)
     chances[draw.random(60) < 0.2] = np.nan
@@ -56,7 +51,7 @@ def test_frame_by_frame_is_the_same_as_all_at_once(smoother: Smoother, seed: int
     assert not np.isnan(whole).any()
 
 
-def test_the_filter_is_that_of_the_textbook() -> None:
+def test_the_filter_is_that_of_the_textbook():
     chances = np.random.default_rng(0).dirichlet(np.ones(3), 30)
     one = ForwardFilter((2.0, 1.5), (0.3, 0.4, 0.3), 1.0)
     scores, _ = one.scores(one.start(), STEP[:30], chances)
@@ -70,7 +65,7 @@ def test_the_filter_is_that_of_the_textbook() -> None:
     assert scores == pytest.approx(np.array(found), rel=1e-6, abs=1e-6)
 
 
-def test_frames_that_could_not_be_classified_change_little() -> None:
+def test_frames_that_could_not_be_classified_change_little():
     chances = phases()
     chances[60:64] = np.nan
     scores, _ = FILTER.scores(FILTER.start(), STEP, chances)
@@ -79,7 +74,7 @@ def test_frames_that_could_not_be_classified_change_little() -> None:
     assert (hard[60:64] == hard[59]).all()
 
 
-def test_thresholds_delay_events_or_prevent_them() -> None:
+def test_thresholds_delay_events_or_prevent_them():
     scores, _ = FILTER.scores(FILTER.start(), STEP, phases())
     early, late = onsets_from(TIME, scores), onsets_from(TIME, scores, Thresholds(slip=5.0, gross=1e9))
     assert early.incipient < late.incipient
@@ -87,7 +82,7 @@ def test_thresholds_delay_events_or_prevent_them() -> None:
     assert onsets_from(TIME[:10], scores[:10]) == Onsets(None, None)
 
 
-def test_gross_slip_is_never_found_before_slip() -> None:
+def test_gross_slip_is_never_found_before_slip():
     """Else an alarm of gross slip would go round the threshold that bounds false alarms."""
     scores = np.array([[1.0, 0.5], [2.0, -1.0], [5.0, -1.0], [4.0, 2.0]])
     assert onsets_from(np.arange(4.0), scores, Thresholds(slip=3.0)) == Onsets(2.0, 3.0)
@@ -105,26 +100,26 @@ def test_gross_slip_is_never_found_before_slip() -> None:
         (lambda: least_trials(0.0), "share: got 0"),
     ],
 )
-def test_what_cannot_be_is_refused(call: Callable[[], object], message: str) -> None:
+def test_what_cannot_be_is_refused(call, message):
     with pytest.raises(InputError, match=message):
         call()
 
 
 @given(st.lists(st.floats(-10, 10), min_size=20, max_size=80, unique=True))
-def test_each_trial_in_turn_raises_an_alarm_in_at_most_5_percent(values: list[float]) -> None:
+def test_each_trial_in_turn_raises_an_alarm_in_at_most_5_percent(values):
     """With every order equally likely, leaving each out in turn is the whole distribution: the bound is exact."""
     alarms = [values[i] > false_alarm_threshold(values[:i] + values[i + 1 :]) for i in range(len(values))]
     assert np.mean(alarms) <= 0.05 + 1e-12
 
 
 @given(st.lists(st.floats(-1, 3), min_size=20, max_size=80, unique=True))
-def test_each_trial_in_turn_has_the_lead_in_at_least_95_percent(values: list[float]) -> None:
+def test_each_trial_in_turn_has_the_lead_in_at_least_95_percent(values):
     bounds = [lead_bound(values[:i] + values[i + 1 :]) for i in range(len(values))]
     kept = [bound is not None and lead >= bound for lead, bound in zip(values, bounds, strict=True)]
     assert np.mean(kept) >= 0.95 - 1e-12
 
 
-def test_the_ranks_and_how_many_trials_they_need() -> None:
+def test_the_ranks_and_how_many_trials_they_need():
     assert [least_trials(share) for share in (0.5, 0.1, 0.05, 0.01)] == [1, 9, 19, 99]
     assert false_alarm_threshold(list(range(19))) == 18
     assert false_alarm_threshold(list(range(39))) == 37

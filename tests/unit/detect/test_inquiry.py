@@ -1,14 +1,7 @@
-from __future__ import annotations
-
-from collections.abc import Iterator
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from fingerslip.detect import inquiry
-from fingerslip.detect.evaluation.crossval import Parts
-from fingerslip.detect.evaluation.inquiries import Assumption, Sensitivity
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.session import Choices
@@ -19,7 +12,7 @@ CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 FEW = Levels(lost="0,0.6", noise="", slower="2")
 
 
-def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder: Path, tmp_path: Path) -> None:
+def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
     found = inquire(trials_folder, "logistic", CHOICES, FEW)
     assert list(found.tables) == list(found.figures) == ["learning-curve", "importance", "robustness"]
     assert [row[0] for row in found.tables["learning-curve"].rows] == [4, 9, 19]
@@ -31,24 +24,22 @@ def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder: Path, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_classifier_without_markers_has_no_importance_of_rings(trials_folder: Path) -> None:
+def test_a_classifier_without_markers_has_no_importance_of_rings(trials_folder):
     assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
 
 
-def test_all_trials_and_halves_of_them_make_a_curve() -> None:
+def test_all_trials_and_halves_of_them_make_a_curve():
     assert curve_sizes(256) == (4, 8, 16, 32, 64, 128, 256)
     assert curve_sizes(1) == (1,)
 
 
-def test_levels_are_numbers(trials_folder: Path) -> None:
+def test_levels_are_numbers(trials_folder):
     with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
         inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
 
 
 @pytest.mark.slow
-def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(
-    trials_folder: Path, tmp_path: Path
-) -> None:
+def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(trials_folder, tmp_path):
     more = {"conditions": ["indentation"], "each": ["indentation"], "output": tmp_path / "tables"}
     found = vary(trials_folder, ["time_threshold"], CHOICES, folds=2, **more)
     assert list(found.tables) == ["assumptions", "by-indentation"]
@@ -61,10 +52,8 @@ def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(
     assert {path.name for path in tmp_path.iterdir()} == {"assumptions.csv", "assumptions.png", "by-indentation.csv"}
 
 
-def test_a_label_that_never_comes_leaves_nothing(
-    trials_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def told(*_given: object, store: Parts, **_more: object) -> Iterator[Sensitivity]:
+def test_a_label_that_never_comes_leaves_nothing(trials_folder, tmp_path, monkeypatch):
+    def told(*_given, store, **_more):
         store.write("assumption", 1, {"median onsets": np.zeros(2)})
         raise InputError("trial slide-0000", "has no gross slip", "needs both onsets here")
 
@@ -74,12 +63,10 @@ def test_a_label_that_never_comes_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_labels_that_do_not_come_in_every_trial_are_no_assumption(
-    trials: TrialSet, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_labels_that_do_not_come_in_every_trial_are_no_assumption(trials, monkeypatch):
     asked = []
 
-    def noted(_trials: TrialSet, assumptions: tuple[Assumption, ...], *_: object, **__: object) -> None:
+    def noted(_trials, assumptions, *_, **__):
         asked.extend(one.labels for one in assumptions)
         raise InputError("trials", "are not asked here", "needs nothing")
 

@@ -1,11 +1,5 @@
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -36,7 +30,7 @@ REST = LabelSettings(rest_frames=3)
 SCALE = {"metres_per_pixel_x": 1e-4, "metres_per_pixel_y": 1e-4}
 
 
-def ramps(outer: int = 4, central: int = 7, frames: int = 12) -> xr.Dataset:
+def ramps(outer=4, central=7, frames=12):
     """Return external markers of which one moves by 1.5 px a frame from some frame on, the centre from another."""
     frame = np.arange(frames, dtype=float)
     moved = np.zeros((frames, LAYOUT.count, 2))
@@ -45,17 +39,17 @@ def ramps(outer: int = 4, central: int = 7, frames: int = 12) -> xr.Dataset:
     return make_tracks(LAYOUT.position + moved, frame / 10.0, units="px", kind="external", attributes=SCALE)
 
 
-def test_external_markers_give_the_published_onsets() -> None:
+def test_external_markers_give_the_published_onsets():
     # 1.5 px is beyond the 1 px of the centre at once; the 2 px of the others take a second frame.
     assert labels_from_external_markers(ramps(), REST) == Onsets(0.5, 0.7)
 
 
-def test_thresholds_in_metres_are_those_in_pixels() -> None:
+def test_thresholds_in_metres_are_those_in_pixels():
     metres = LabelSettings(2e-4, 1e-4, "m", rest_frames=3)
     assert labels_from_external_markers(ramps(), metres) == labels_from_external_markers(ramps(), REST)
 
 
-def test_a_jump_of_one_frame_does_not_count_when_it_has_to_last() -> None:
+def test_a_jump_of_one_frame_does_not_count_when_it_has_to_last():
     tracks = ramps()
     tracks["position"].values[3, 5] += 9.0
     assert labels_from_external_markers(tracks, REST).incipient == 0.3
@@ -63,20 +57,20 @@ def test_a_jump_of_one_frame_does_not_count_when_it_has_to_last() -> None:
     assert labels_from_external_markers(tracks, LabelSettings(rest_frames=3, sustained=50)) == Onsets(None, None)
 
 
-def test_markers_that_are_not_seen_and_slip_that_never_comes_are_no_onset() -> None:
+def test_markers_that_are_not_seen_and_slip_that_never_comes_are_no_onset():
     tracks = ramps(outer=50, central=50)
     tracks["position"].values[5] = np.nan
     assert labels_from_external_markers(tracks, REST) == Onsets(None, None)
 
 
-def test_the_stick_ratio_gives_onsets() -> None:
+def test_the_stick_ratio_gives_onsets():
     ratio = np.array([np.nan, 1.0, 0.99, 0.9, 0.5, 0.0, 0.3])
     assert labels_from_contact(np.arange(7.0), ratio) == Onsets(3.0, 5.0)
     assert labels_from_contact(np.arange(7.0), ratio, sustained=2) == Onsets(3.0, None)
     assert labels_from_contact(np.arange(7.0), ratio, slipping=0.4, overall=0.5) == Onsets(4.0, 4.0)
 
 
-def test_a_plate_that_falls_with_and_then_from_the_skin() -> None:
+def test_a_plate_that_falls_with_and_then_from_the_skin():
     skin = ramps(outer=50, central=4, frames=16)
     frame = np.arange(16.0)
     fall = 1.5 * np.maximum(frame - 3, 0.0) + 3.0 * np.maximum(frame - 9, 0.0)
@@ -90,7 +84,7 @@ def test_a_plate_that_falls_with_and_then_from_the_skin() -> None:
         labels_from_plate(skin, skin, REST)
 
 
-def test_tracks_in_another_unit_are_refused() -> None:
+def test_tracks_in_another_unit_are_refused():
     metres = ramps().assign(position=ramps()["position"] * 1e-4)
     metres["position"].attrs["units"] = "m"
     with pytest.raises(InputError, match="thresholds are in px, tracks in m"):
@@ -113,12 +107,12 @@ def test_tracks_in_another_unit_are_refused() -> None:
         (lambda: Onsets(1.0, float("inf")), "onsets: gross: got inf"),
     ],
 )
-def test_what_cannot_be_is_refused(call: Callable[[], object], message: str) -> None:
+def test_what_cannot_be_is_refused(call, message):
     with pytest.raises(InputError, match=message):
         call()
 
 
-def test_differences_are_a_table_over_trials() -> None:
+def test_differences_are_a_table_over_trials():
     labels = {
         "a": {"markers": Onsets(1.0, 2.0), "contact": Onsets(0.8, None)},
         "b": {"markers": Onsets(2.0, 3.0), "contact": Onsets(1.9, None)},
@@ -132,7 +126,7 @@ def test_differences_are_a_table_over_trials() -> None:
     assert gross == ("contact", "gross", 0, 2, *[Missing.NO_EVENT] * 4)
 
 
-def test_labels_of_a_trial_are_read_back(tmp_path: Path) -> None:
+def test_labels_of_a_trial_are_read_back(tmp_path):
     path = tmp_path / "labels.csv"
     made = {"markers": Onsets(1.0, None), "me, by eye": Onsets(0.1 + 0.2, 3.0)}
     write_labels(made, path)
@@ -148,7 +142,7 @@ TIMES = st.none() | st.floats(0.0, 10.0)
 
 
 @given(TIMES, TIMES)
-def test_classes_follow_the_onsets(incipient: float | None, gross: float | None) -> None:
+def test_classes_follow_the_onsets(incipient, gross):
     time = np.linspace(0.0, 10.0, 41)
     found = classes_at(Onsets(incipient, gross), time)
     assert ((found == GROSS) == (time >= (np.inf if gross is None else gross))).all()
@@ -157,19 +151,19 @@ def test_classes_follow_the_onsets(incipient: float | None, gross: float | None)
 
 
 @given(st.dictionaries(st.from_regex(r"[a-z][a-z0-9-]{0,8}", fullmatch=True), st.tuples(TIMES, TIMES), max_size=5))
-def test_files_give_back_what_was_written(tmp_path_factory: pytest.TempPathFactory, made: dict[str, tuple]) -> None:  # type: ignore[type-arg]
+def test_files_give_back_what_was_written(tmp_path_factory, made):
     path = tmp_path_factory.mktemp("onsets") / "onsets.csv"
     onsets = {name: Onsets(*times) for name, times in made.items()}
     write_onsets(onsets, path)
     assert read_onsets(path) == onsets
 
 
-def test_the_first_onset_is_the_earlier_one() -> None:
+def test_the_first_onset_is_the_earlier_one():
     assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
     assert Onsets(None, None).first is None
 
 
-def test_gross_slip_alone_may_be_missing_from_a_file(tmp_path: Path) -> None:
+def test_gross_slip_alone_may_be_missing_from_a_file(tmp_path):
     (tmp_path / "a.csv").write_text("\ufefftrial,incipient_s\nt1,0.5\n", encoding="utf-8")
     assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(0.5, None)}
 
@@ -188,17 +182,17 @@ def test_gross_slip_alone_may_be_missing_from_a_file(tmp_path: Path) -> None:
         (b"\xff\xfe\x00", "is no CSV"),
     ],
 )
-def test_bad_files_give_one_clear_error(content: bytes, message: str, tmp_path: Path) -> None:
+def test_bad_files_give_one_clear_error(content, message, tmp_path):
     path = tmp_path / "bad.csv"
     path.write_bytes(content)
     with pytest.raises(InputError, match=message):
         read_onsets(path)
 
 
-def test_a_file_that_is_missing_is_named(tmp_path: Path) -> None:
+def test_a_file_that_is_missing_is_named(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_onsets(tmp_path / "none.csv")
 
 
-def test_an_empty_cell_is_no_time() -> None:
+def test_an_empty_cell_is_no_time():
     assert seconds("  ", "x") is None

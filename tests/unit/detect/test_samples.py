@@ -1,7 +1,3 @@
-from __future__ import annotations
-
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +6,6 @@ from hypothesis import strategies as st
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import (
     PUBLISHED_SAMPLING,
-    Samples,
     Sampling,
     benchmark_test_trials,
     chosen_frames,
@@ -20,14 +15,13 @@ from fingerslip.detect.samples import (
     sample_split,
     samples_of,
 )
-from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 
 CLASSES = np.repeat([0, 1, 2], [200, 300, 100]).astype(np.int8)
 USABLE = np.ones(600, dtype=bool)
 
 
-def test_the_published_sampling_takes_200_frames_a_trial() -> None:
+def test_the_published_sampling_takes_200_frames_a_trial():
     frames = chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a")
     assert len(set(frames.tolist())) == 200
     assert np.bincount(CLASSES[frames]).tolist() == [50, 100, 50]
@@ -35,19 +29,19 @@ def test_the_published_sampling_takes_200_frames_a_trial() -> None:
     assert (np.diff(frames) > 0).all()
 
 
-def test_the_seed_and_the_name_of_the_trial_decide() -> None:
+def test_the_seed_and_the_name_of_the_trial_decide():
     one = chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a")
     assert np.array_equal(one, chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a"))
     assert not np.array_equal(one, chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "b"))
     assert not np.array_equal(one, chosen_frames(CLASSES, USABLE, Sampling(seed=1), "a"))
 
 
-def test_frames_that_are_not_usable_are_not_taken() -> None:
+def test_frames_that_are_not_usable_are_not_taken():
     usable = np.arange(600) % 2 == 0
     assert usable[chosen_frames(CLASSES, usable, PUBLISHED_SAMPLING, "a")].all()
 
 
-def test_too_few_frames_are_an_error_unless_fewer_will_do() -> None:
+def test_too_few_frames_are_an_error_unless_fewer_will_do():
     few = CLASSES.copy()
     few[30:200] = 1
     with pytest.raises(InputError, match="trial a: has 30 frames of no_slip where 50 are sampled"):
@@ -55,7 +49,7 @@ def test_too_few_frames_are_an_error_unless_fewer_will_do() -> None:
     assert (few[chosen_frames(few, USABLE, Sampling(least=0.5), "a")] == 0).sum() == 30
 
 
-def test_samples_know_their_trials(samples: Samples, trials: TrialSet) -> None:
+def test_samples_know_their_trials(samples, trials):
     assert samples.values.shape == (len(samples.classes), len(samples.names))
     assert samples.trials == trials.names
     assert set(samples.trial.tolist()) == set(range(24))
@@ -66,7 +60,7 @@ def test_samples_know_their_trials(samples: Samples, trials: TrialSet) -> None:
     assert (samples.time[own & (samples.classes == 2)] >= label.gross).all()
 
 
-def test_a_label_that_never_comes_stops_sampling(trials: TrialSet) -> None:
+def test_a_label_that_never_comes_stops_sampling(trials):
     onsets = trials.onsets() | {"slide-0007": Onsets(1.0, None)}
     with pytest.raises(InputError, match="trial slide-0007: has no gross slip"):
         samples_of(trials, onsets)
@@ -76,26 +70,26 @@ NAMES = tuple(f"t{number:02d}" for number in range(23))
 
 
 @given(st.integers(2, 23), st.integers(0, 100))
-def test_every_trial_is_tested_once(folds: int, seed: int) -> None:
+def test_every_trial_is_tested_once(folds, seed):
     found = grouped_folds(NAMES, folds, seed)
     assert len(found) == folds
     assert sorted(name for fold in found for name in fold) == sorted(NAMES)
     assert max(map(len, found)) - min(map(len, found)) <= 1
 
 
-def test_the_benchmark_split_is_fixed_for_ever() -> None:
+def test_the_benchmark_split_is_fixed_for_ever():
     found = benchmark_test_trials(NAMES)
     assert found == ("t01", "t05", "t06", "t08", "t17")
     assert benchmark_test_trials(NAMES[::-1]) == found
     assert benchmark_test_trials(NAMES, seed=1) != found
 
 
-def test_samples_are_split_90_to_10() -> None:
+def test_samples_are_split_90_to_10():
     assert sample_split(640, 0).sum() == 64
     assert (sample_split(640, 0) != sample_split(640, 1)).any()
 
 
-def test_conditions_are_left_out_one_by_one_or_in_ranges() -> None:
+def test_conditions_are_left_out_one_by_one_or_in_ranges():
     depths = {name: {"depth": 1e-3 * (number % 3), "mu": 0.01 * number} for number, name in enumerate(NAMES)}
     assert list(left_out(depths, "depth")) == ["0", "0.001", "0.002"]
     ranges = left_out(depths, "mu")
@@ -114,6 +108,6 @@ def test_conditions_are_left_out_one_by_one_or_in_ranges() -> None:
         (lambda: left_out({"a": {"s": 1}, "b": {"s": 1}}, "s"), "condition 's': is 1 in all trials"),
     ],
 )
-def test_bad_splits_are_refused(call: Callable[[], object], message: str) -> None:
+def test_bad_splits_are_refused(call, message):
     with pytest.raises(InputError, match=message):
         call()

@@ -1,8 +1,5 @@
 """Trials of simulated runs: a press of 1 s, a hold of 2 s, and a plate that then moves at 1 mm/s."""
 
-from __future__ import annotations
-
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -24,7 +21,7 @@ OUTER, CENTRE = 3.0, 4.0
 TWO, ONE = 0.1875, 0.09375
 
 
-def history(*, free: bool = False, gravity_side: float = 1.0) -> xr.Dataset:
+def history(*, free=False, gravity_side=1.0):
     """Return a history of five markers outside, of which the last two do not touch, and one inside."""
     gone = 1e-3 * np.clip(TIME - 3.0, 0.0, None) * gravity_side
     lift = np.clip(TIME, 0.0, 1.0) * 3e-3
@@ -65,7 +62,7 @@ def history(*, free: bool = False, gravity_side: float = 1.0) -> xr.Dataset:
     )
 
 
-def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_contact() -> None:
+def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_contact():
     trial = slide_trial("a", history(), seed=3, conditions={"repeat": 2})
     frame = 1.0 / PUBLISHED_FRAME_RATE
     every, touching = trial.labels["all_external_markers"], trial.labels["external_markers"]
@@ -81,7 +78,7 @@ def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_conta
     assert slide_trial("a", history(gravity_side=-1.0)).conditions["direction"] == pytest.approx(np.pi)
 
 
-def test_markers_are_in_pixels_of_their_own_camera() -> None:
+def test_markers_are_in_pixels_of_their_own_camera():
     tracks = slide_trial("a", history()).tracks
     assert tracks["kind"].values.tolist() == ["internal"] + ["external"] * 5
     inside = tracks["position"].values[:, 0]
@@ -92,7 +89,7 @@ def test_markers_are_in_pixels_of_their_own_camera() -> None:
     assert centre[-1] - centre[0] == pytest.approx(-4e-3 / 94e-6, rel=0.02)
 
 
-def test_a_plate_that_falls_is_labelled_by_its_marker() -> None:
+def test_a_plate_that_falls_is_labelled_by_its_marker():
     filming = Filming(travel=4e-3)
     trial = pouring_trial("a", history(free=True), filming)
     found = trial.labels["plate"]
@@ -104,18 +101,18 @@ def test_a_plate_that_falls_is_labelled_by_its_marker() -> None:
     assert trial.labels["contact"].gross == pytest.approx(CENTRE, abs=0.06)
 
 
-def test_the_same_seed_gives_the_same_trial() -> None:
+def test_the_same_seed_gives_the_same_trial():
     first, second, third = (slide_trial("a", history(), seed=seed).tracks for seed in (1, 1, 2))
     assert first.equals(second)
     assert not first.equals(third)
 
 
-def test_thresholds_are_those_of_the_filming() -> None:
+def test_thresholds_are_those_of_the_filming():
     late = slide_trial("a", history(), Filming(labels=LabelSettings(incipient=20.0)))
     assert late.labels["external_markers"].incipient == pytest.approx(OUTER + 10 * TWO, abs=0.04)
 
 
-def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
+def test_what_cannot_be_filmed_is_refused(tmp_path):
     with pytest.raises(InputError, match="history: has no rigid body, needs a plate that is free to fall"):
         pouring_trial("a", history())
     with pytest.raises(InputError, match="history: has no hold"):
@@ -126,7 +123,7 @@ def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
         list(film_results(tmp_path))
 
 
-def test_moduli_and_shape_of_a_sweep_are_conditions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_moduli_and_shape_of_a_sweep_are_conditions(tmp_path, monkeypatch):
     (tmp_path / "soft").mkdir()
     (tmp_path / "soft" / RESULT).write_text("")
     swept = {

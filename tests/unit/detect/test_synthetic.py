@@ -1,7 +1,3 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,7 +6,7 @@ from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, film_tr
 from fingerslip.marker_layouts import ring_layout
 
 
-def test_slip_begins_at_the_rim_and_ends_in_the_centre() -> None:
+def test_slip_begins_at_the_rim_and_ends_in_the_centre():
     trial = synthetic_trial("a", SyntheticSlide(seed=3))
     label = trial.labels["external_markers"]
     assert label.incipient < label.gross
@@ -21,14 +17,14 @@ def test_slip_begins_at_the_rim_and_ends_in_the_centre() -> None:
     assert first[ring == 2].mean() < first[ring == 1].mean() < first[ring == 0].mean()
 
 
-def test_gross_slip_comes_again_and_again() -> None:
+def test_gross_slip_comes_again_and_again():
     trial = synthetic_trial("a", SyntheticSlide(seed=3, indentation=2e-3, travel=14e-3))
     centre = trial.tracks["position"].values[:, 0, 0]
     jumps = np.diff(centre) > 3.0
     assert jumps.sum() > 3
 
 
-def test_a_short_slide_never_slips_and_the_seed_decides() -> None:
+def test_a_short_slide_never_slips_and_the_seed_decides():
     held = synthetic_trial("a", SyntheticSlide(travel=0.4e-3))
     assert held.labels["external_markers"].first is None
     one, same, other = (synthetic_trial("a", SyntheticSlide(seed=seed, travel=2e-3)) for seed in (1, 1, 2))
@@ -36,11 +32,11 @@ def test_a_short_slide_never_slips_and_the_seed_decides() -> None:
     assert not one.tracks.equals(other.tracks)
 
 
-def test_later_slip_with_more_friction_and_depth() -> None:
+def test_later_slip_with_more_friction_and_depth():
     quiet = SyntheticSensor(noise=0.0)
 
-    def gross(**slide: float) -> float:
-        found = synthetic_trial("a", SyntheticSlide(**slide), quiet).labels["external_markers"].gross  # type: ignore[arg-type]
+    def gross(**slide):
+        found = synthetic_trial("a", SyntheticSlide(**slide), quiet).labels["external_markers"].gross
         assert found is not None
         return found
 
@@ -48,7 +44,7 @@ def test_later_slip_with_more_friction_and_depth() -> None:
     assert gross(indentation=2e-3) < gross(indentation=4e-3)
 
 
-def test_the_protocol_has_320_trials() -> None:
+def test_the_protocol_has_320_trials():
     assert sum(1 for _ in synthetic_slides(travel=0.2e-3)) == 320
 
 
@@ -57,7 +53,7 @@ SENSOR = SyntheticSensor(
 )
 
 
-def test_a_trial_is_filmed_by_both_cameras(tmp_path: Path) -> None:
+def test_a_trial_is_filmed_by_both_cameras(tmp_path):
     trial = synthetic_trial("slide-0000", SyntheticSlide(direction=np.pi / 2, travel=1e-3), SENSOR)
     table = read_conditions(film_trials([trial], tmp_path / "films", size=(160, 120)))
     assert table == {

@@ -1,7 +1,5 @@
 """Tracks beside the truth, and the statistics of their errors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Tracks have one form, come back from netCDF and CSV bit by bit, and say what is wrong with them."""
 
-from __future__ import annotations
-
 import h5py
 import numpy as np
 import pytest

@@ -1,10 +1,7 @@
 """Videos come back as they were written, stream, and tell what is wrong with them and with their frames."""
 
-from __future__ import annotations
-
 import sys
 import tracemalloc
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -32,7 +29,7 @@ COLOUR = np.stack([NOISE, NOISE // 2, NOISE // 4], axis=3)
 SQUARE = np.zeros((4, 4), np.uint8)
 
 
-def clip(count: int = 12, colour: bool = False) -> Iterator[np.ndarray]:
+def clip(count=12, colour=False):
     """Yield frames of 64 x 48 with a bright square that moves, on a grey slope."""
     slope = np.tile(np.linspace(40, 80, 64), (48, 1)).astype(np.uint8)
     for number in range(count):
@@ -77,7 +74,7 @@ def test_images_sort_by_their_numbers(tmp_path):
 def test_frames_stream(tmp_path):
     """Memory does not grow with the length of a video, in either direction."""
 
-    def peak(count: int) -> int:
+    def peak(count):
         tracemalloc.start()
         write_video(tmp_path / "a.avi", clip(count), 30)
         assert sum(1 for _ in read_frames(tmp_path / "a.avi")) == count
@@ -89,7 +86,7 @@ def test_frames_stream(tmp_path):
     assert peak(20) < 1.5 * peak(5)
 
 
-def cut(path) -> None:
+def cut(path):
     path.write_bytes(path.read_bytes()[: 4 * path.stat().st_size // 5])
 
 

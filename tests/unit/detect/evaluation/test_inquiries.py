@@ -1,11 +1,8 @@
 """Learning curves, importance of rings, disturbed tracks, and accuracies with other assumptions."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +11,6 @@ from fingerslip.detect.classifiers import CLASSIFIERS
 from fingerslip.detect.evaluation.crossval import fit_fold, matrices_of, parts_beside
 from fingerslip.detect.evaluation.inquiries import (
     Assumption,
-    Sensitivity,
     disturb,
     each_alone,
     importance_by_ring,
@@ -25,8 +21,7 @@ from fingerslip.detect.evaluation.inquiries import (
 )
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
-from fingerslip.detect.samples import Samples, grouped_folds, samples_of
-from fingerslip.detect.training import Detector
+from fingerslip.detect.samples import grouped_folds, samples_of
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.vision.tracks import check_tracks
@@ -36,7 +31,7 @@ CLOCK = CLASSIFIERS["time_threshold"]
 AS_IT_IS = Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
 
 
-def test_a_learning_curve_has_scores_for_each_size(samples: Samples, trials: TrialSet) -> None:
+def test_a_learning_curve_has_scores_for_each_size(samples, trials):
     scores = learning_curve(samples, CLOCK, trials.names[:4], (4, 20))
     assert list(scores) == [4, 20]
     for estimate in (estimate for entry in scores.values() for estimate in (entry.accuracy, entry.f1_mean)):
@@ -47,7 +42,7 @@ def test_a_learning_curve_has_scores_for_each_size(samples: Samples, trials: Tri
         learning_curve(samples, CLOCK, trials.names[:4], (21,))
 
 
-def test_the_ring_that_tells_is_the_one_that_counts(samples: Samples, trials: TrialSet) -> None:
+def test_the_ring_that_tells_is_the_one_that_counts(samples, trials):
     draw = np.random.default_rng(0)
     inner = [name.count("/") == 2 and int(name.split("/")[-1]) in (1, 2, 3) for name in samples.names]
     values = np.where(inner, samples.classes[:, None], 0) + 0.1 * draw.normal(size=samples.values.shape)
@@ -61,7 +56,7 @@ def test_the_ring_that_tells_is_the_one_that_counts(samples: Samples, trials: Tr
 
 
 @pytest.mark.parametrize(("name", "amount"), [("lost", 0.2), ("noise", 0.5), ("slower", 3)])
-def test_disturbed_tracks_are_tracks(name: str, amount: float, trials: TrialSet) -> None:
+def test_disturbed_tracks_are_tracks(name, amount, trials):
     tracks = trials.tracks(trials.names[0])
     before = tracks.copy(deep=True)
     disturbed = check_tracks(disturb(tracks, name, amount))
@@ -77,12 +72,12 @@ def test_disturbed_tracks_are_tracks(name: str, amount: float, trials: TrialSet)
 
 
 @pytest.mark.parametrize(("name", "amount"), [("fog", 1.0), ("lost", 1.0), ("noise", -1.0), ("slower", 0.5)])
-def test_what_cannot_be_is_refused(name: str, amount: float, trials: TrialSet) -> None:
+def test_what_cannot_be_is_refused(name, amount, trials):
     with pytest.raises(InputError, match="got"):
         disturb(trials.tracks(trials.names[0]), name, amount)
 
 
-def test_more_is_lost_with_more_disturbance(detector: Detector, trials: TrialSet) -> None:
+def test_more_is_lost_with_more_disturbance(detector, trials):
     levels = [("lost", 0.0), ("lost", 0.6), ("noise", 20.0), ("slower", 2)]
     plain, lost, noisy, slower = robustness_of(detector, trials, trials.onsets(), trials.names[8:12], levels)
     assert plain.unusable == 0.0
@@ -93,17 +88,17 @@ def test_more_is_lost_with_more_disturbance(detector: Detector, trials: TrialSet
         robustness_of(detector, trials, trials.onsets(), trials.names[:1], [("slower", 0.0)])
 
 
-def ask(trials: TrialSet, *assumptions: Assumption) -> list[Sensitivity]:
+def ask(trials, *assumptions):
     return list(sensitivity_of(trials, assumptions, [CLOCK], sampling=replace(SAMPLING, least=0.0), folds=3))
 
 
 @pytest.fixture(scope="module")
-def base(trials: TrialSet) -> Sensitivity:
+def base(trials):
     """Return what comes out where nothing is changed."""
     return ask(trials, AS_IT_IS)[0]
 
 
-def test_what_is_left_as_it_is_gives_the_evaluation(trials: TrialSet, base: Sensitivity) -> None:
+def test_what_is_left_as_it_is_gives_the_evaluation(trials, base):
     samples = samples_of(trials, trials.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
     folds = [
         fit_fold(samples, trials.onsets(), CLOCK, test, window=MOTION.window).frames
@@ -112,7 +107,7 @@ def test_what_is_left_as_it_is_gives_the_evaluation(trials: TrialSet, base: Sens
     assert np.array_equal(base.matrices["time_threshold"], matrices_of(samples, folds))
 
 
-def test_higher_thresholds_make_labels_late(trials: TrialSet, base: Sensitivity) -> None:
+def test_higher_thresholds_make_labels_late(trials, base):
     # Markers of analytic trials jump by tens of pixels.
     higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))
     gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 30.0, rest_frames=20))
@@ -121,7 +116,7 @@ def test_higher_thresholds_make_labels_late(trials: TrialSet, base: Sensitivity)
     assert (second.incipient, second.gross > base.gross) == (base.incipient, True)
 
 
-def test_accuracies_are_listed_by_condition(trials: TrialSet, base: Sensitivity) -> None:
+def test_accuracies_are_listed_by_condition(trials, base):
     by_depth = base.of_condition(trials, "indentation")
     assert list(by_depth) == ["0.003", "0.004"]
     values = [accuracies["time_threshold"].value for accuracies in by_depth.values()]
@@ -132,12 +127,12 @@ def test_accuracies_are_listed_by_condition(trials: TrialSet, base: Sensitivity)
     ("labels", "message"),
     [("nails", "has no labels 'nails'"), (LabelSettings(2.0, 1e5, rest_frames=20), "has no gross slip")],
 )
-def test_labels_that_are_not_there_are_told(trials: TrialSet, labels: LabelSettings | str, message: str) -> None:
+def test_labels_that_are_not_there_are_told(trials, labels, message):
     with pytest.raises(InputError, match=message):
         ask(trials, replace(AS_IT_IS, labels=labels))
 
 
-def test_each_likely_assumption_changes_one_thing() -> None:
+def test_each_likely_assumption_changes_one_thing():
     base, *others = likely_assumptions(0.07e-3, motion=MOTION, stored=("contact",))
     assert base.labels == LabelSettings(rest_frames=20)
     assert len({entry.quantity for entry in others}) == 6
@@ -149,7 +144,7 @@ def test_each_likely_assumption_changes_one_thing() -> None:
     assert finer.incipient == pytest.approx(2.0 * 0.045 / 0.07)
 
 
-def test_trials_of_each_value_are_taken_alone(trials: TrialSet) -> None:
+def test_trials_of_each_value_are_taken_alone(trials):
     alone = each_alone(trials, ["indentation", "direction"], AS_IT_IS)
     assert len(alone) == 2 * 4
     assert alone[0].value == "indentation: 3 mm, direction: 0 rad"
@@ -161,7 +156,7 @@ def test_trials_of_each_value_are_taken_alone(trials: TrialSet) -> None:
     assert len(result.matrices["time_threshold"]) == 12
 
 
-def test_what_is_stored_is_not_asked_again(trials: TrialSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_stored_is_not_asked_again(trials, tmp_path, monkeypatch):
     store, sampling = parts_beside(tmp_path / "tables", trials.digest), replace(SAMPLING, least=0.0)
     stored = partial(sensitivity_of, trials, [AS_IT_IS], [CLOCK], sampling=sampling, folds=3, store=store)
     (first,) = stored()
