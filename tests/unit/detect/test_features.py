@@ -79,38 +79,55 @@ def test_frames_with_too_few_markers_are_not_usable():
     assert (found.displacement[8] == 0).all()
 
 
-def test_rest_is_the_mean_of_what_was_seen():
+def test_rest_is_the_mean_of_what_was_seen_and_weights_need_no_spacing():
     moved = np.zeros((6, DISC.count, 2))
     moved[0, :, 0], moved[1, 2] = 1.0, np.nan
     rest = rest_positions(moving(moved), 2)
     assert rest[0] - DISC.position[0] == pytest.approx([0.5, 0.0])
     assert rest[2] - DISC.position[2] == pytest.approx([1.0, 0.0])
-
-
-def test_bad_tracks_give_one_clear_error():
-    still = np.zeros((6, DISC.count, 2))
-    for arguments, message in (
-        ((), "have 6 frames, needs the 100 at rest"),
-        ((MOTION, "external"), "no external mark"),
-    ):
-        with pytest.raises(InputError, match=message):
-            motion_of(moving(still), *arguments)
-    still[:5, 4] = np.nan
-    with pytest.raises(InputError, match="marker 4: is seen in none of the frames at rest"):
-        motion_of(moving(still), MOTION)
-
-
-@pytest.mark.parametrize("wrong", [{"rest_frames": 0}, {"window": 1}, {"least_seen": 0.0}, {"least_seen": 1.5}])
-def test_bad_settings_are_refused(wrong):
-    with pytest.raises(InputError, match=f"{next(iter(wrong))}: got"):
-        MotionSettings(**wrong)
-
-
-def test_weights_need_no_spacing():
     assert neighbour_weights(np.zeros((1, 2))).tolist() == [[0.0]]
     weights = neighbour_weights(DISC.position)
     assert np.array_equal(weights, weights.T)
     assert fill_unseen(np.ones((1, 2, 2)), np.ones((1, 2), dtype=bool), np.eye(2)).tolist() == [[[1.0, 1.0]] * 2]
+
+
+def unseen():
+    still = np.zeros((6, DISC.count, 2))
+    still[:5, 4] = np.nan
+    return moving(still)
+
+
+def broken():
+    made = motion()
+    made.displacement[2, 5] = np.nan
+    return made
+
+
+STILL = moving(np.zeros((6, DISC.count, 2)))
+LINE = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: motion_of(STILL), "have 6 frames, needs the 100 at rest"),
+        (lambda: motion_of(STILL, MOTION, "external"), "no external mark"),
+        (lambda: motion_of(unseen(), MOTION), "marker 4: is seen in none of the frames at rest"),
+        (lambda: MotionSettings(rest_frames=0), "rest_frames: got"),
+        (lambda: MotionSettings(window=1), "window: got"),
+        (lambda: MotionSettings(least_seen=0.0), "least_seen: got"),
+        (lambda: MotionSettings(least_seen=1.5), "least_seen: got"),
+        (lambda: FeatureSettings(()), "features: got .*needs some of displacement"),
+        (lambda: FeatureSettings(("colour",)), "features: got .*needs some of displacement"),
+        (lambda: FeatureSettings(("mean", "mean")), "features: got .*needs some of displacement"),
+        (lambda: features_of(broken(), FeatureSettings()), "feature displacement/length/5 at 2 s: is nan"),
+        (lambda: strains(LINE, np.zeros((1, 3, 2))), "marker 0: is in no triangle of markers"),
+        (lambda: strains(LINE[:2], np.zeros((1, 2, 2))), "marker 0"),
+    ],
+)
+def test_bad_tracks_settings_and_features_give_one_clear_error(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
 
 
 LAYOUT = ring_layout(10.0)
@@ -185,19 +202,6 @@ def test_rings_of_features():
     )
 
 
-def test_a_feature_that_is_not_finite_is_named():
-    broken = motion()
-    broken.displacement[2, 5] = np.nan
-    with pytest.raises(InputError, match="feature displacement/length/5 at 2 s: is nan"):
-        features_of(broken, FeatureSettings())
-
-
-@pytest.mark.parametrize("sets", [(), ("colour",), ("mean", "mean")])
-def test_unknown_sets_are_refused(sets):
-    with pytest.raises(InputError, match=r"features: got .*needs some of displacement"):
-        FeatureSettings(sets)
-
-
 REST = ring_layout(1.0).position
 NUMBER = st.floats(-1, 1)
 
@@ -221,26 +225,15 @@ def test_strains_of_an_affine_motion_are_exact(gradient):
     assert shear == pytest.approx(np.ptp(np.linalg.eigvalsh(green)) / 2, abs=1e-9)
 
 
-def test_the_residual_of_partial_slip_is_what_slipped():
+def test_residual_and_entropy_of_what_slips():
     moved = np.zeros((1, len(REST), 2))
     moved[0, np.linalg.norm(REST, axis=1) > 3.5, 0] = 1.0
     residual = np.linalg.norm(rigid_residual(REST, moved)[0], axis=1)
     assert residual.max() < 1.0
     assert residual.mean() > 0.3
-
-
-def test_entropy_is_nothing_for_even_motion_and_all_for_spread_motion():
     even = np.ones((1, 16, 2))
     spread = np.zeros((1, 16, 2))
     spread[0, :, 0] = (np.arange(16) + 0.5) / 15.5
     assert entropy(even).tolist() == [0.0]
     assert entropy(spread) == pytest.approx(4.0)
     assert entropy(np.zeros((1, 16, 2))).tolist() == [0.0]
-
-
-def test_markers_on_a_line_have_no_strain():
-    line = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
-    with pytest.raises(InputError, match="marker 0: is in no triangle of markers"):
-        strains(line, np.zeros((1, 3, 2)))
-    with pytest.raises(InputError, match="marker 0"):
-        strains(REST[:2], np.zeros((1, 2, 2)))

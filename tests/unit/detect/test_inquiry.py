@@ -28,12 +28,9 @@ def test_a_classifier_without_markers_has_no_importance_of_rings(trials_folder):
     assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
 
 
-def test_all_trials_and_halves_of_them_make_a_curve():
+def test_all_trials_and_halves_of_them_make_a_curve_and_levels_are_numbers(trials_folder):
     assert curve_sizes(256) == (4, 8, 16, 32, 64, 128, 256)
     assert curve_sizes(1) == (1,)
-
-
-def test_levels_are_numbers(trials_folder):
     with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
         inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
 

@@ -39,25 +39,25 @@ def ramps(outer=4, central=7, frames=12):
     return make_tracks(LAYOUT.position + moved, frame / 10.0, units="px", kind="external", attributes=SCALE)
 
 
-def test_external_markers_give_the_published_onsets():
+def in_metres():
+    tracks = ramps().assign(position=ramps()["position"] * 1e-4)
+    tracks["position"].attrs["units"] = "m"
+    return tracks
+
+
+def test_external_markers_give_the_published_onsets_by_thresholds_in_pixels_or_metres():
     # 1.5 px is beyond the 1 px of the centre at once; the 2 px of the others take a second frame.
     assert labels_from_external_markers(ramps(), REST) == Onsets(0.5, 0.7)
-
-
-def test_thresholds_in_metres_are_those_in_pixels():
     metres = LabelSettings(2e-4, 1e-4, "m", rest_frames=3)
     assert labels_from_external_markers(ramps(), metres) == labels_from_external_markers(ramps(), REST)
 
 
-def test_a_jump_of_one_frame_does_not_count_when_it_has_to_last():
+def test_jumps_of_one_frame_and_markers_that_are_not_seen_are_no_onset():
     tracks = ramps()
     tracks["position"].values[3, 5] += 9.0
     assert labels_from_external_markers(tracks, REST).incipient == 0.3
     assert labels_from_external_markers(tracks, LabelSettings(rest_frames=3, sustained=2)).incipient == 0.5
     assert labels_from_external_markers(tracks, LabelSettings(rest_frames=3, sustained=50)) == Onsets(None, None)
-
-
-def test_markers_that_are_not_seen_and_slip_that_never_comes_are_no_onset():
     tracks = ramps(outer=50, central=50)
     tracks["position"].values[5] = np.nan
     assert labels_from_external_markers(tracks, REST) == Onsets(None, None)
@@ -84,13 +84,6 @@ def test_a_plate_that_falls_with_and_then_from_the_skin():
         labels_from_plate(skin, skin, REST)
 
 
-def test_tracks_in_another_unit_are_refused():
-    metres = ramps().assign(position=ramps()["position"] * 1e-4)
-    metres["position"].attrs["units"] = "m"
-    with pytest.raises(InputError, match="thresholds are in px, tracks in m"):
-        labels_from_external_markers(metres, REST)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -98,6 +91,7 @@ def test_tracks_in_another_unit_are_refused():
             lambda: labels_from_external_markers(ramps().isel(marker=[0]), REST),
             "have 1 external marker, needs a",
         ),
+        (lambda: labels_from_external_markers(in_metres(), REST), "thresholds are in px, tracks in m"),
         (lambda: labels_from_contact(np.arange(2.0), np.array([0.0, 2.0])), "got 0 to 2, needs 0 to 1"),
         (lambda: labels_from_contact(np.arange(3.0), np.zeros(7)), "got shape"),
         (lambda: LabelSettings(incipient=0.0), "labels: incipient"),
@@ -158,14 +152,14 @@ def test_files_give_back_what_was_written(tmp_path_factory, made):
     assert read_onsets(path) == onsets
 
 
-def test_the_first_onset_is_the_earlier_one():
-    assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
-    assert Onsets(None, None).first is None
-
-
-def test_gross_slip_alone_may_be_missing_from_a_file(tmp_path):
+def test_gross_slip_alone_may_be_missing_from_a_file_and_an_empty_cell_is_no_time(tmp_path):
     (tmp_path / "a.csv").write_text("\ufefftrial,incipient_s\nt1,0.5\n", encoding="utf-8")
     assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(0.5, None)}
+    with pytest.raises(InputError, match="cannot be read"):
+        read_onsets(tmp_path / "none.csv")
+    assert seconds("  ", "x") is None
+    assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
+    assert Onsets(None, None).first is None
 
 
 @pytest.mark.parametrize(
@@ -187,12 +181,3 @@ def test_bad_files_give_one_clear_error(content, message, tmp_path):
     path.write_bytes(content)
     with pytest.raises(InputError, match=message):
         read_onsets(path)
-
-
-def test_a_file_that_is_missing_is_named(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
-        read_onsets(tmp_path / "none.csv")
-
-
-def test_an_empty_cell_is_no_time():
-    assert seconds("  ", "x") is None

@@ -89,7 +89,7 @@ def test_a_classifier_that_was_changed_or_is_none_is_refused(damage, message, fo
         read_detector(folder)
 
 
-def test_types_that_are_not_trusted_are_refused(folder):
+def test_types_that_are_not_trusted_and_files_that_are_too_large_are_refused(folder, monkeypatch):
     from fingerslip.storage.files import file_digest
 
     path = folder / "classifier.skops"
@@ -97,9 +97,6 @@ def test_types_that_are_not_trusted_are_refused(folder):
     change(folder, sha256=file_digest(path))
     with pytest.raises(InputError, match=r"holds the type .*needs types that are trusted"):
         read_detector(folder)
-
-
-def test_files_that_are_too_large_are_refused(folder, monkeypatch):
     monkeypatch.setattr(model_file, "LARGEST", 100)
     with pytest.raises(InputError, match=r"has 0 MB, needs at most 0 MB"):
         read_detector(folder)
@@ -173,10 +170,12 @@ def test_an_estimator_that_was_taken_apart_is_refused(classifier, change_estimat
         read_detector(tmp_path / "d")
 
 
-def test_another_classifier_than_its_description_says_is_refused(learned, tmp_path):
+def test_another_classifier_than_its_description_says_and_none_are_refused(learned, tmp_path):
     write_detector(dataclasses.replace(learned["forest"], classifier="boosting"), tmp_path / "d")
     with pytest.raises(DamagedError, match="is not the classifier boosting"):
         read_detector(tmp_path / "d")
+    with pytest.raises(InputError, match=r"has no detector\.json"):
+        read_detector(tmp_path)
 
 
 def _edited(described):
@@ -201,8 +200,3 @@ def test_edited_descriptions_are_refused_or_read_as_they_are(folder):
         is_wrong = is_gone and values.get("provenance") == provenance
         with pytest.raises((InputError, ResultError)) if is_wrong else contextlib.suppress(InputError, ResultError):
             read_detector(folder)
-
-
-def test_a_folder_without_a_detector_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"has no detector\.json"):
-        read_detector(tmp_path)

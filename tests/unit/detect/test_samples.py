@@ -29,14 +29,11 @@ def test_the_published_sampling_takes_200_frames_a_trial():
     assert (np.diff(frames) > 0).all()
 
 
-def test_the_seed_and_the_name_of_the_trial_decide():
+def test_the_seed_and_the_name_of_the_trial_decide_among_usable_frames():
     one = chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a")
     assert np.array_equal(one, chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a"))
     assert not np.array_equal(one, chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "b"))
     assert not np.array_equal(one, chosen_frames(CLASSES, USABLE, Sampling(seed=1), "a"))
-
-
-def test_frames_that_are_not_usable_are_not_taken():
     usable = np.arange(600) % 2 == 0
     assert usable[chosen_frames(CLASSES, usable, PUBLISHED_SAMPLING, "a")].all()
 
@@ -58,12 +55,8 @@ def test_samples_know_their_trials(samples, trials):
     label = trials.onsets()[samples.trials[3]]
     own = samples.trial == 3
     assert (samples.time[own & (samples.classes == 2)] >= label.gross).all()
-
-
-def test_a_label_that_never_comes_stops_sampling(trials):
-    onsets = trials.onsets() | {"slide-0007": Onsets(1.0, None)}
     with pytest.raises(InputError, match="trial slide-0007: has no gross slip"):
-        samples_of(trials, onsets)
+        samples_of(trials, trials.onsets() | {"slide-0007": Onsets(1.0, None)})
 
 
 NAMES = tuple(f"t{number:02d}" for number in range(23))
@@ -77,14 +70,11 @@ def test_every_trial_is_tested_once(folds, seed):
     assert max(map(len, found)) - min(map(len, found)) <= 1
 
 
-def test_the_benchmark_split_is_fixed_for_ever():
+def test_the_benchmark_split_is_fixed_for_ever_and_samples_are_split_90_to_10():
     found = benchmark_test_trials(NAMES)
     assert found == ("t01", "t05", "t06", "t08", "t17")
     assert benchmark_test_trials(NAMES[::-1]) == found
     assert benchmark_test_trials(NAMES, seed=1) != found
-
-
-def test_samples_are_split_90_to_10():
     assert sample_split(640, 0).sum() == 64
     assert (sample_split(640, 0) != sample_split(640, 1)).any()
 

@@ -101,13 +101,10 @@ def test_a_plate_that_falls_is_labelled_by_its_marker():
     assert trial.labels["contact"].gross == pytest.approx(CENTRE, abs=0.06)
 
 
-def test_the_same_seed_gives_the_same_trial():
+def test_seed_and_thresholds_are_those_of_the_filming():
     first, second, third = (slide_trial("a", history(), seed=seed).tracks for seed in (1, 1, 2))
     assert first.equals(second)
     assert not first.equals(third)
-
-
-def test_thresholds_are_those_of_the_filming():
     late = slide_trial("a", history(), Filming(labels=LabelSettings(incipient=20.0)))
     assert late.labels["external_markers"].incipient == pytest.approx(OUTER + 10 * TWO, abs=0.04)
 

@@ -39,12 +39,15 @@ def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials):
 def test_a_threshold_is_set_by_trials_that_were_kept(trials):
     made = train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING, share=0.2)
     assert made.calibration.trials == 5
+    assert [calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
     assert made.provenance["trials"] == 19
     assert made.data == trials.digest
 
 
-def test_how_many_trials_are_kept():
-    assert [calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
+def test_the_largest_score_before_slip():
+    time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
+    largest = [largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
+    assert largest == [3.0, 8.0, -np.inf]
 
 
 def test_the_smoother_has_the_times_of_the_training_trials(samples, trials):
@@ -56,13 +59,6 @@ def test_the_smoother_has_the_times_of_the_training_trials(samples, trials):
     assert made.weight == 0.2
     one = forward_filter(samples, onsets, 5, np.flatnonzero(samples.trial == 0))
     assert one.dwell[1] == pytest.approx(partial[0])
-
-
-def test_the_largest_score_before_slip():
-    time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
-    assert largest_before(time, scores, Onsets(2.5, 3.0)) == 3.0
-    assert largest_before(time, scores, Onsets(None, None)) == 8.0
-    assert largest_before(time, scores, Onsets(0.0, 1.0)) == -np.inf
 
 
 def test_scores_of_frames_start_anew(samples, trials):
@@ -119,19 +115,15 @@ def test_slip_that_never_comes_is_no_mistake(detector, others):
     assert found.matrices[:, 1:].sum() == 0
 
 
-def test_what_a_detector_learned_from_is_not_unseen(detector, trials, others):
+def test_what_a_detector_learned_from_is_not_unseen_and_other_markers_are_refused(detector, trials, others, tmp_path):
     with pytest.raises(InputError, match="is what the detector learned from, needs another data set"):
         on_unseen(detector, trials, trials.onsets())
     with pytest.raises(InputError, match=r"labels: have no trial slide-0000, needs every trial"):
         on_unseen(detector, others, {})
-
-
-def test_other_markers_are_refused(detector, others, tmp_path):
-    def fewer():
-        for name in others.names:
-            trial = others.trial(name)
-            yield type(trial)(name, trial.tracks.isel(marker=slice(0, 40)), trial.labels)
-
-    small = write_trials(fewer(), tmp_path / "small", "Fewer markers")
+    fewer = (
+        dataclasses.replace(others.trial(name), tracks=others.tracks(name).isel(marker=slice(0, 40)))
+        for name in others.names
+    )
+    small = write_trials(fewer, tmp_path / "small", "Fewer markers")
     with pytest.raises(InputError, match="needs the markers that the detector learned from"):
         on_unseen(detector, small, others.onsets())

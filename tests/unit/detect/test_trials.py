@@ -87,12 +87,9 @@ def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage, copied):
         open_trials(folder)
 
 
-def test_a_folder_without_a_manifest_is_no_data_set(tmp_path):
+def test_a_folder_without_a_manifest_and_a_label_that_never_comes_are_named(tmp_path):
     with pytest.raises(InputError, match=r"has no manifest.json, needs the folder of a data set"):
         open_trials(tmp_path)
-
-
-def test_a_label_that_never_comes_is_named():
     with pytest.raises(InputError, match="trial a: has no gross slip, needs both onsets here"):
         check_labels({"a": Onsets(1.0, None)}, ["a"])
     check_labels({"a": Onsets(1.0, None)}, ["a"], ("incipient",))
@@ -124,13 +121,10 @@ def test_a_name_has_to_be_that_of_a_folder(name):
 
 
 @pytest.mark.parametrize("wrong", [{"speed": "fast"}, {"speed": True}, {"mine": [1]}, {"mine": float("nan")}])
-def test_conditions_are_plain_values(wrong):
+def test_conditions_are_plain_values_also_of_a_users_own(wrong):
+    check_conditions({"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}, "trial x")
     with pytest.raises(InputError, match=r"trial x: .*: got"):
         check_conditions(wrong, "trial x")
-
-
-def test_conditions_of_a_users_own_are_kept():
-    check_conditions({"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}, "trial x")
 
 
 def test_layouts_are_told_apart():
@@ -142,7 +136,7 @@ def test_layouts_are_told_apart():
     assert len({layout_digest(one) for one in (tracks, fewer, others)}) == 3
 
 
-def test_the_table_has_a_row_for_each_frame(trials, tmp_path):
+def test_the_table_has_a_row_for_each_frame_and_nothing_for_what_was_not_seen(trials, tmp_path):
     write_parquet(trials, tmp_path / "all.parquet")
     table = pd.read_parquet(tmp_path / "all.parquet")
     assert table["trial"].nunique() == 24
@@ -153,9 +147,6 @@ def test_the_table_has_a_row_for_each_frame(trials, tmp_path):
     assert one["class"].tolist() == found
     assert set(one["condition_task"]) == {"slide"}
     assert one["condition_friction_coefficient"].iloc[0] == trials.conditions["slide-0004"]["friction_coefficient"]
-
-
-def test_what_was_not_seen_is_empty(tmp_path):
     trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
     trial.tracks["position"].values[3, 2] = np.nan
     trial.tracks["quality"].values[3, 2] = 0.0

@@ -62,7 +62,7 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
     assert accuracy[1] > 0.95
 
 
-def test_folds_that_leave_nothing_to_learn_from_are_refused(begin, trials):
+def test_folds_that_leave_nothing_to_learn_from_and_a_file_for_a_folder_are_refused(begin, trials, tmp_path):
     run = begin()
     with pytest.raises(InputError, match="folds: leave no trial to learn from"):
         run.check([trials.names])
@@ -70,6 +70,9 @@ def test_folds_that_leave_nothing_to_learn_from_are_refused(begin, trials):
     few = dataclasses.replace(run.samples, classes=classes)
     with pytest.raises(InputError, match="leaves out trial slide-0000: has no frame of gross to learn from"):
         dataclasses.replace(run, samples=few).check([trials.names[:1]])
+    (tmp_path / "tables").write_text("mine")
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        parts_beside(tmp_path / "tables")
 
 
 @pytest.fixture
@@ -166,9 +169,3 @@ def test_a_damaged_part_is_made_again(tmp_path, damage):
     else:
         path.write_bytes(b"" if damage == "empty" else b"no arrays")
     assert store.read("forest", [1]) is None
-
-
-def test_a_file_is_no_folder_for_what_is_to_be_written(tmp_path):
-    (tmp_path / "tables").write_text("mine")
-    with pytest.raises(InputError, match="is a file, needs a folder"):
-        parts_beside(tmp_path / "tables")

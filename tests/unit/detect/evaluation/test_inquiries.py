@@ -98,13 +98,17 @@ def base(trials):
     return ask(trials, AS_IT_IS)[0]
 
 
-def test_what_is_left_as_it_is_gives_the_evaluation(trials, base):
+def test_what_is_left_as_it_is_gives_the_evaluation_by_condition(trials, base):
     samples = samples_of(trials, trials.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
     folds = [
         fit_fold(samples, trials.onsets(), CLOCK, test, window=MOTION.window).frames
         for test in grouped_folds(trials.names, 3, 0)
     ]
     assert np.array_equal(base.matrices["time_threshold"], matrices_of(samples, folds))
+    by_depth = base.of_condition(trials, "indentation")
+    assert list(by_depth) == ["0.003", "0.004"]
+    values = [accuracies["time_threshold"].value for accuracies in by_depth.values()]
+    assert min(values) <= base.accuracies["time_threshold"].value <= max(values)
 
 
 def test_higher_thresholds_make_labels_late(trials, base):
@@ -114,13 +118,6 @@ def test_higher_thresholds_make_labels_late(trials, base):
     first, second = ask(trials, higher, gross)
     assert (first.incipient > base.incipient, first.gross) == (True, base.gross)
     assert (second.incipient, second.gross > base.gross) == (base.incipient, True)
-
-
-def test_accuracies_are_listed_by_condition(trials, base):
-    by_depth = base.of_condition(trials, "indentation")
-    assert list(by_depth) == ["0.003", "0.004"]
-    values = [accuracies["time_threshold"].value for accuracies in by_depth.values()]
-    assert min(values) <= base.accuracies["time_threshold"].value <= max(values)
 
 
 @pytest.mark.parametrize(

@@ -26,15 +26,13 @@ LABELS = {"a": Onsets(2.0, 4.0), "b": Onsets(2.0, 4.0), "c": Onsets(2.0, 4.0), "
 REST = dict.fromkeys(LABELS, 1.0)
 
 
-def test_the_interval_of_a_mean_is_that_of_theory():
+def test_the_interval_of_a_mean_is_that_of_theory_and_of_nothing_none():
     values = np.random.default_rng(0).normal(size=400)
     (mean,) = bootstrap_estimates(lambda drawn: values[drawn].mean(axis=1)[:, None], 400)
     half = 1.96 * values.std() / 20
     assert mean.value == pytest.approx(values.mean())
     assert (mean.low, mean.high) == pytest.approx(values.mean() + np.array([-half, half]), abs=0.01)
 
-
-def test_without_trials_or_values_there_is_no_interval():
     def whole(drawn):
         """Return 1 where all trials are drawn, else nothing."""
         return np.array([[1.0 if len(set(row.tolist())) == drawn.shape[1] > 0 else np.nan] for row in drawn])
@@ -92,14 +90,11 @@ def test_events_are_scored():
     assert scores.bound is None
 
 
-def test_alarms_at_rest_and_where_nothing_slips_are_false_and_gross_slip_counts_as_slip():
+def test_alarms_at_rest_are_false_gross_slip_counts_as_slip_and_the_bound_needs_19_trials():
     onsets = {"a": Onsets(0.5, None), "b": Onsets(2.0, None), "c": Onsets(2.0, None), "held": Onsets(3.0, None)}
     assert event_scores_of(onsets, LABELS, REST).at_rest.value == 0.5
     gross = event_scores_of({"a": Onsets(None, 2.2)}, LABELS, REST)
     assert (gross.error.value, gross.missed) == (pytest.approx(0.2), 0)
-
-
-def test_the_bound_needs_19_trials():
     labels = {f"t{number}": Onsets(1.0, 3.0) for number in range(19)}
     onsets = {name: Onsets(1.0 + 0.1 * number, None) for number, name in enumerate(labels)}
     assert event_scores_of(onsets, labels, dict.fromkeys(labels, 0.5)).bound == pytest.approx(0.2)
