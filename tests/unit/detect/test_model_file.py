@@ -1,6 +1,7 @@
 import contextlib
 import copy
 import dataclasses
+import functools
 import json
 
 import numpy as np
@@ -35,9 +36,8 @@ def change(folder, **values):
 
 
 @pytest.mark.parametrize("name", ["forest", "boosting", pytest.param("svm_linear", marks=pytest.mark.slow), "logistic"])
-def test_a_detector_says_the_same_after_it_was_read_back(name, trials, tmp_path):
-    some = trials.names[:8]
-    first = train(trials, trials.onsets(), name, motion=MOTION, sampling=SAMPLING, names=some)
+def test_a_detector_says_the_same_after_it_was_read_back(name, trials, learned, tmp_path):
+    first = learned(name)
     write_detector(first, tmp_path / "d")
     found = read_detector(tmp_path / "d")
     assert dataclasses.replace(found, estimator=None) == dataclasses.replace(first, estimator=None)
@@ -114,11 +114,11 @@ def _nodes(tree):
 
 @pytest.fixture(scope="module")
 def learned(trials):
+    """Return a function that gives the detector with a classifier, which learned once from eight trials."""
     some = trials.names[:8]
-    return {
-        name: train(trials, trials.onsets(), name, motion=MOTION, sampling=SAMPLING, names=some)
-        for name in ("forest", "boosting")
-    }
+    return functools.cache(
+        lambda name: train(trials, trials.onsets(), name, motion=MOTION, sampling=SAMPLING, names=some)
+    )
 
 
 def split_by_category(tree):
@@ -142,7 +142,7 @@ def split_by_category(tree):
 def test_trees_that_compiled_code_could_not_follow_are_refused(  # noqa: PLR0917
     classifier, name, node, value, message, learned, tmp_path
 ):
-    detector = copy.deepcopy(learned[classifier])
+    detector = copy.deepcopy(learned(classifier))
     tree = detector.estimator.estimators_[3] if classifier == "forest" else detector.estimator._predictors[3][1]
     nodes = _nodes(tree)
     is_unsigned = nodes[name].dtype.kind == "u" and value < 0
@@ -163,7 +163,7 @@ def test_trees_that_compiled_code_could_not_follow_are_refused(  # noqa: PLR0917
     ],
 )
 def test_an_estimator_that_was_taken_apart_is_refused(classifier, change_estimator, message, learned, tmp_path):
-    detector = copy.deepcopy(learned[classifier])
+    detector = copy.deepcopy(learned(classifier))
     change_estimator(detector.estimator)
     write_detector(detector, tmp_path / "d")
     with pytest.raises(DamagedError, match=message):
@@ -171,7 +171,7 @@ def test_an_estimator_that_was_taken_apart_is_refused(classifier, change_estimat
 
 
 def test_another_classifier_than_its_description_says_and_none_are_refused(learned, tmp_path):
-    write_detector(dataclasses.replace(learned["forest"], classifier="boosting"), tmp_path / "d")
+    write_detector(dataclasses.replace(learned("forest"), classifier="boosting"), tmp_path / "d")
     with pytest.raises(DamagedError, match="is not the classifier boosting"):
         read_detector(tmp_path / "d")
     with pytest.raises(InputError, match=r"has no detector\.json"):

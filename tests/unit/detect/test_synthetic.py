@@ -42,7 +42,7 @@ def test_later_slip_with_more_friction_and_depth():
 
 
 def test_the_protocol_has_320_trials():
-    assert sum(1 for _ in synthetic_slides(travel=0.2e-3)) == 320
+    assert sum(1 for _ in synthetic_slides(travel=0.2e-3, sensor=SENSOR)) == 320
 
 
 SENSOR = SyntheticSensor(

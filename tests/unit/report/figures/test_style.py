@@ -144,11 +144,11 @@ def test_dollars_of_titles_and_values_are_no_mathematics():
 
 @pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_figure_is_saved_whole(tmp_path, suffix, start):
-    save_figure(energy_figure(HISTORY), tmp_path / f"a.{suffix}")
+    save_figure(Figure(), tmp_path / f"a.{suffix}")
     assert (tmp_path / f"a.{suffix}").read_bytes().startswith(start)
     assert [path.name for path in tmp_path.iterdir()] == [f"a.{suffix}"]
     with pytest.raises(ResultError, match="cannot be written"):
-        save_figure(energy_figure(HISTORY), tmp_path / "missing" / f"a.{suffix}")
+        save_figure(Figure(), tmp_path / "missing" / f"a.{suffix}")
 
 
 def test_pictures_have_150_dots_per_inch_and_text_for_papers_stays_text():

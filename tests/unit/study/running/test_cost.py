@@ -19,6 +19,7 @@ from fingerslip.study.running.progress import BarProgress, LineProgress, StudyPr
 from fingerslip.study.running.runner import run_study
 from places import ROOT
 from problems.pushed import push_and_slide
+from unit.study.block import block_values
 from unit.study.told import Told
 
 
@@ -96,8 +97,9 @@ def test_where_all_is_compiled_nothing_is_said(monkeypatch):
     assert cost.compiling_seconds([push_and_slide()]) == 0.0
 
 
+@pytest.mark.usefixtures("reports")
 def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path, monkeypatch):
-    study = write_study()
+    study = write_study(block_values() | {"sweep": {}})
     monkeypatch.setattr(cost, "_has_cache", lambda _: False)
     assert "Compiling comes first, once on this machine: about 24 s." in check_plans(plan_studies([study])).note
     heard, name = Told(), "compiling, once on this machine"

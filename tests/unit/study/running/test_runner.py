@@ -49,29 +49,28 @@ def test_finished_study_is_not_computed_again(write_study, simulated, reports):
     assert reports == [tuple(NAMES)]
 
 
+@pytest.mark.usefixtures("finished")
 @pytest.mark.parametrize(
     "changes",
     [
         {"title": "Another title"},
         {"description": "A question."},
-        {"compare": ["wang2014-table2"]},
+        {"compare": []},
         {"integration": "selective"},  # the default, but now given
     ],
 )
 def test_a_report_is_made_again_where_what_it_shows_has_changed(write_study, simulated, reports, changes):
-    run(write_study())
-    run(write_study(block_values() | changes))
-    assert (simulated, len(reports)) == (FRICTIONS, 2)
+    run(write_study(block_values() | {"compare": ["wang2014-table2"]} | changes))
+    assert (simulated, len(reports)) == ([], 1)
 
 
-@pytest.mark.usefixtures("reports")
+@pytest.mark.usefixtures("finished", "reports")
 def test_what_changes_a_result_is_computed_again(write_study, simulated):
     """The title does not; a new value in the sweep, a value, the mesh file and the wish do."""
-    run(write_study())
     run(write_study(changed("title", "Another title")))
-    assert simulated == FRICTIONS
+    assert simulated == []
     result = run(write_study(changed("sweep", {"contact.friction_coefficient": [*FRICTIONS, 0.8]})))
-    assert simulated == [*FRICTIONS, 0.8]
+    assert simulated == [0.8]
     assert len((result.folder / "summary.csv").read_text().splitlines()) == 5
     for values, curvature, force in ((changed("time.step", "1 ms"), 0.0, False), (None, 1.0, False), (None, 1.0, True)):
         simulated.clear()
@@ -133,10 +132,9 @@ def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, mo
     assert leftovers(path.parent / "results") == []
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_failed_recomputation_keeps_the_old_run(write_study, monkeypatch):
-    result = run(write_study())
-    before = (result.folder / NAMES[0] / "events.json").read_text()
+@pytest.mark.usefixtures("reports")
+def test_failed_recomputation_keeps_the_old_run(finished, write_study, monkeypatch):
+    before = (finished / NAMES[0] / "events.json").read_text()
 
     def failing(model, **given):
         raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
@@ -144,8 +142,8 @@ def test_failed_recomputation_keeps_the_old_run(write_study, monkeypatch):
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
     with pytest.raises(StudyFailedError):
         run(write_study(changed("time.step", "1 ms")))
-    assert (result.folder / NAMES[0] / "events.json").read_text() == before
-    assert leftovers(result.folder) == []
+    assert (finished / NAMES[0] / "events.json").read_text() == before
+    assert leftovers(finished) == []
 
 
 def test_all_runs_are_checked_before_anything_is_written(write_study, simulated):
@@ -178,10 +176,8 @@ def test_all_studies_are_checked_before_the_first_runs(write_study, simulated):
     assert simulated == []
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_written_run_is_a_study_that_gives_the_same_run(write_study):
-    result = run(write_study())
-    (repeated,) = plan_study(result.folder / NAMES[1] / "run.yaml").runs
+def test_written_run_is_a_study_that_gives_the_same_run(finished, write_study):
+    (repeated,) = plan_study(finished / NAMES[1] / "run.yaml").runs
     # The study leaves the basis open; the run says that it was computed on the mesh.
     original = plan_study(write_study(block_values() | {"dynamics": {"basis": "full"}})).runs[1]
     assert repeated.study.dynamics.basis == "full"
@@ -204,40 +200,33 @@ def test_workers_are_at_least_one(write_study, workers):
 
 @pytest.mark.usefixtures("reports")
 @pytest.mark.parametrize("name", ["history.nc", "events.json", "run.yaml"])
-def test_a_damaged_run_is_computed_again_and_said_so(write_study, simulated, name):
-    path = write_study()
-    file = run(path).folder / NAMES[1] / name
-    written = file.read_bytes()
-    file.write_bytes(written[:-9])
+def test_a_damaged_run_is_computed_again_and_said_so(finished, simulated, name):
+    file = finished / NAMES[1] / name
+    file.write_bytes(file.read_bytes()[:-9])
     said = Told()
-    result = run(path, progress=said)
+    result = run(finished.parents[1] / "block.yaml", progress=said)
     assert (result.computed, result.unchanged) == ((NAMES[1],), (NAMES[0], NAMES[2]))
-    assert simulated == [*FRICTIONS, FRICTIONS[1]]
+    assert simulated == FRICTIONS[1:2]
     (message,) = [text for text in said.messages if "unchanged" not in text]
     assert re.fullmatch(rf"block/{NAMES[1]}: .*/{name} is damaged: .*; the run is computed again", message)
-    assert leftovers(result.folder) == []
+    assert leftovers(finished) == []
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_runs_that_are_known_to_be_whole_are_not_read_through_again(write_study):
-    path = write_study()
-    folder = run(path).folder
-    plan = plan_study(path, folder.parent)
-    (folder / NAMES[1] / "history.nc").write_bytes(b"damaged")
+def test_runs_that_are_known_to_be_whole_are_not_read_through_again(finished):
+    plan = plan_study(finished.parents[1] / "block.yaml", finished.parent)
+    (finished / NAMES[1] / "history.nc").write_bytes(b"damaged")
     assert list(plan.finished_runs()) == [NAMES[0], NAMES[2]]
     assert list(plan.finished_runs(whole=NAMES)) == NAMES
-    shutil.rmtree(folder / NAMES[0])
+    shutil.rmtree(finished / NAMES[0])
     assert list(plan.finished_runs(whole=NAMES)) == NAMES[1:]
 
 
 @pytest.mark.usefixtures("simulated", "reports")
 @pytest.mark.parametrize("content", [b"", b"{}", b"\xff", b'{"runs": 3}'])
-def test_a_damaged_manifest_is_written_again(write_study, content):
-    path = write_study()
-    manifest = run(path).folder / "manifest.json"
-    manifest.write_bytes(content)
-    assert run(path).unchanged == tuple(NAMES)
-    assert list(read_manifest(manifest.parent)["runs"]) == NAMES
+def test_a_damaged_manifest_is_written_again(finished, content):
+    (finished / "manifest.json").write_bytes(content)
+    assert run(finished.parents[1] / "block.yaml").unchanged == tuple(NAMES)
+    assert list(read_manifest(finished)["runs"]) == NAMES
 
 
 def sampled(ranges, count=5):

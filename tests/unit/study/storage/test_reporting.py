@@ -55,10 +55,8 @@ def run(path):
     return run_study(path, results_dir=path.parent / "results", workers=1)
 
 
-@pytest.mark.usefixtures("reports", "simulated")
-def test_summary_has_exactly_the_promised_columns(write_study):
-    result = run(write_study())
-    with (result.folder / "summary.csv").open() as stream:
+def test_summary_has_exactly_the_promised_columns(finished):
+    with (finished / "summary.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     events = ["incipient_s", "noticed_s", "three_quarter_s", "overall_s", "latency_s"]
     expected = [f"{event}{suffix}" for suffix in ("", "_displacement", "_acceleration") for event in events]
@@ -67,9 +65,8 @@ def test_summary_has_exactly_the_promised_columns(write_study):
     assert list(rows[0]) == ["run", "contact.friction_coefficient", *expected, "readings_recorded", *numbers]
     assert [float(row["friction_force_ratio_end_of_slide"]) for row in rows] == pytest.approx(FRICTIONS)
     assert [row["contact.friction_coefficient"] for row in rows] == ["0.2", "0.4", "0.6"]
-    overall = [float(row["overall_s"]) for row in rows]
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
-    assert np.diff(overall) == pytest.approx([0.1, 0.1], abs=0.01)
+    assert np.diff([float(row["overall_s"]) for row in rows]) == pytest.approx([0.1, 0.1], abs=0.01)
 
 
 @pytest.mark.usefixtures("reports", "simulated")
@@ -81,11 +78,10 @@ def test_event_that_did_not_happen_is_an_empty_field(write_study, monkeypatch):
     assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 15 + "slip displacement,")
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_manifest_says_what_made_the_results(write_study):
-    result = run(write_study())
-    manifest = json.loads((result.folder / "manifest.json").read_text())
-    assert (manifest["study"], manifest["title"], manifest["compare"]) == ("block.yaml", "Block on a plate", [])
+def test_manifest_says_what_made_the_results(finished):
+    manifest = json.loads((finished / "manifest.json").read_text())
+    expected = ("block.yaml", "Block on a plate", ["wang2014-table2"])
+    assert (manifest["study"], manifest["title"], manifest["compare"]) == expected
     assert list(manifest["runs"]) == NAMES
     assert manifest["versions"]["numpy"] == np.__version__
     assert len({entry["mesh_hash"] for entry in manifest["runs"].values()}) == 1
@@ -263,18 +259,15 @@ def test_dates_are_written_in_any_time_zone(tmp_path, monkeypatch):
         time.tzset()
 
 
-@pytest.mark.usefixtures("reports", "simulated")
-def test_the_page_stands_in_the_folder_of_the_first(write_study, tmp_path):
-    path = write_study()
-    folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
-    written = compare_studies(folder, folder)
-    assert written == folder / f"comparison-{folder.name}.html"
+def test_the_page_stands_in_the_folder_of_the_first(finished, tmp_path):
+    written = compare_studies(finished, finished)
+    assert written == finished / f"comparison-{finished.name}.html"
     page = written.read_text(encoding="utf-8")
     assert "Both studies have the same values." in page
     assert "<dt>B: commit</dt>" in page or "<dt>B: study</dt>" in page
-    assert compare_studies(folder, folder, tmp_path / "x.html") == tmp_path / "x.html"
+    assert compare_studies(finished, finished, tmp_path / "x.html") == tmp_path / "x.html"
     with pytest.raises(ResultError, match="holds no results of a study"):
-        compare_studies(folder, tmp_path / "nowhere")
+        compare_studies(finished, tmp_path / "nowhere")
 
 
 CAMERA = CameraSettings(width=160, height=120, view_width=14e-3, distance=30e-3, rest=0.4, marker_radius=0.3e-3)
