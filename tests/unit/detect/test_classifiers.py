@@ -1,16 +1,36 @@
+"""Classifiers, and how their chances become events and alarms."""
+
 import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from fingerslip.detect.alarms import (
+    ForwardFilter,
+    Hysteresis,
+    Thresholds,
+    false_alarm_threshold,
+    lead_bound,
+    least_trials,
+    onsets_from,
+)
 from fingerslip.detect.classifiers import CLASSIFIERS, SVM_GRID, Candidate, fit, probabilities, union_of_sets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import columns_of
 from fingerslip.errors import InputError
 
 DRAW = np.random.default_rng(0)
+
+
 CLASSES = np.tile([0, 1, 2], 80).astype(np.int8)
+
+
 VALUES = (CLASSES[:, None] * 2.0 + DRAW.normal(size=(240, 6))).astype(np.float32)
+
+
 GROUPS = np.repeat(np.arange(12), 20)
 
 
@@ -70,3 +90,116 @@ def test_columns_of_sets_and_a_module_that_is_missing():
     assert union_of_sets(two) == ("x", "y", "z")
     with pytest.raises(InputError, match=r'detect: no_such_module is missing .*pip install "fingerslip\[detect\]"'):
         optional("no_such_module")
+
+
+FILTER = ForwardFilter((3.0, 1.0), (0.25, 0.5, 0.25), 0.2)
+
+
+TIME = np.arange(100) / 30.0
+
+
+STEP = np.diff(TIME, prepend=0.0)
+
+
+def phases(flicker=False):
+    chances = np.tile([0.9, 0.08, 0.02], (100, 1))
+    chances[50:] = [0.1, 0.8, 0.1]
+    chances[80:] = [0.02, 0.08, 0.9]
+    if flicker:
+        chances[20] = [0.1, 0.8, 0.1]
+    return chances
+
+
+@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5)])
+def test_one_odd_frame_is_no_event(smoother):
+    scores, _ = smoother.scores(smoother.start(), STEP, phases(flicker=True))
+    found = onsets_from(TIME, scores)
+    assert TIME[50] <= found.incipient < TIME[65]
+    assert TIME[80] <= found.gross < TIME[90]
+
+
+@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5), Hysteresis(1)])
+@given(seed=st.integers(0, 1000), cut=st.integers(0, 60))
+@settings(max_examples=20)
+def test_frame_by_frame_is_the_same_as_all_at_once(smoother, seed, cut):
+    draw = np.random.default_rng(seed)
+    chances = draw.dirichlet(np.ones(3), 60)
+    chances[draw.random(60) < 0.2] = np.nan
+    whole, _ = smoother.scores(smoother.start(), STEP[:60], chances)
+    first, state = smoother.scores(smoother.start(), STEP[:cut], chances[:cut])
+    rest, _ = smoother.scores(state, STEP[cut:60], chances[cut:])
+    assert np.array_equal(np.concatenate([first, rest]), whole)
+    assert not np.isnan(whole).any()
+
+
+def test_the_filter_is_that_of_the_textbook():
+    chances = np.random.default_rng(0).dirichlet(np.ones(3), 30)
+    one = ForwardFilter((2.0, 1.5), (0.3, 0.4, 0.3), 1.0)
+    scores, _ = one.scores(one.start(), STEP[:30], chances)
+    belief, found = np.array([0.998, 0.001, 0.001]), []
+    for interval, chance in zip(STEP[:30], np.maximum(chances, 1e-3), strict=True):
+        first, second = -np.expm1(-interval / np.array([2.0, 1.5]))
+        belief = np.array([[1 - first, first, 0], [0, 1 - second, second], [0, 0, 1]]).T @ belief
+        belief *= chance / np.array([0.3, 0.4, 0.3])
+        belief /= belief.sum()
+        found.append([np.log((1 - belief[0]) / belief[0]), np.log(belief[2] / (1 - belief[2]))])
+    assert scores == pytest.approx(np.array(found), rel=1e-6, abs=1e-6)
+
+
+def test_frames_that_could_not_be_classified_change_little():
+    chances = phases()
+    chances[60:64] = np.nan
+    scores, _ = FILTER.scores(FILTER.start(), STEP, chances)
+    assert abs(scores[63, 0] - scores[59, 0]) < 0.6
+    hard, _ = Hysteresis(3).scores(Hysteresis(3).start(), STEP, chances)
+    assert (hard[60:64] == hard[59]).all()
+
+
+def test_thresholds_delay_events_or_prevent_them_and_gross_slip_is_never_found_before_slip():
+    scores, _ = FILTER.scores(FILTER.start(), STEP, phases())
+    early, late = onsets_from(TIME, scores), onsets_from(TIME, scores, Thresholds(slip=5.0, gross=1e9))
+    assert early.incipient < late.incipient
+    assert late.gross is None
+    assert onsets_from(TIME[:10], scores[:10]) == Onsets(None, None)
+    scores = np.array([[1.0, 0.5], [2.0, -1.0], [5.0, -1.0], [4.0, 2.0]])
+    assert onsets_from(np.arange(4.0), scores, Thresholds(slip=3.0)) == Onsets(2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2), "smoothing: dwell"),
+        (lambda: ForwardFilter((1.0, 1.0), (0.0, 0.5, 0.5), 0.2), "smoothing: prior"),
+        (lambda: ForwardFilter((1.0, 1.0), (0.2, 0.4, 0.4), float("nan")), "smoothing: weight"),
+        (lambda: Hysteresis(0), "smoothing: frames"),
+        (lambda: false_alarm_threshold([0.0] * 18), "got 18 trials for a guarantee of 0.95, needs at least 19"),
+        (lambda: lead_bound([1.0]), "needs at least 19"),
+        (lambda: least_trials(0.0), "share: got 0"),
+    ],
+)
+def test_what_cannot_be_is_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+@given(st.lists(st.floats(-10, 10), min_size=20, max_size=80, unique=True))
+def test_each_trial_in_turn_raises_an_alarm_in_at_most_5_percent(values):
+    """With every order equally likely, leaving each out in turn is the whole distribution: the bound is exact."""
+    alarms = [values[i] > false_alarm_threshold(values[:i] + values[i + 1 :]) for i in range(len(values))]
+    assert np.mean(alarms) <= 0.05 + 1e-12
+
+
+@given(st.lists(st.floats(-1, 3), min_size=20, max_size=80, unique=True))
+def test_each_trial_in_turn_has_the_lead_in_at_least_95_percent(values):
+    bounds = [lead_bound(values[:i] + values[i + 1 :]) for i in range(len(values))]
+    kept = [bound is not None and lead >= bound for lead, bound in zip(values, bounds, strict=True)]
+    assert np.mean(kept) >= 0.95 - 1e-12
+
+
+def test_the_ranks_and_how_many_trials_they_need():
+    assert [least_trials(share) for share in (0.5, 0.1, 0.05, 0.01)] == [1, 9, 19, 99]
+    assert false_alarm_threshold(list(range(19))) == 18
+    assert false_alarm_threshold(list(range(39))) == 37
+    assert lead_bound([float(one) for one in range(39)]) == 1.0
+    assert lead_bound([None, *map(float, range(1, 39))]) == 1.0
+    assert lead_bound([None, None, *map(float, range(37))]) is None
