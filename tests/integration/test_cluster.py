@@ -21,7 +21,6 @@ from unit.study.block import block_mesh, block_values
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow
-
 FRICTIONS = [round(0.2 + 0.02 * number, 2) for number in range(24)]
 
 

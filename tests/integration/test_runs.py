@@ -17,7 +17,6 @@ from fingerslip.study.running.runner import run_study
 from unit.study.block import FRICTIONS, block_values
 
 pytestmark = pytest.mark.slow
-
 Write = Callable[..., Path]
 NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
 

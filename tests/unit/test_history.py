@@ -117,8 +117,7 @@ def test_sites_are_found_by_kind_and_by_name_and_dimensions_are_told_apart():
     assert set(kinds[rows]) == {"SA-I", "FA-II"}
     assert len(rows) == 50
     assert (np.diff(rows) > 0).all()
-    names = history["site"].values[[7, 3]].tolist()
-    assert site_rows(history, names).tolist() == [7, 3]
+    assert site_rows(history, history["site"].values[[7, 3]].tolist()).tolist() == [7, 3]
     with pytest.raises(KeyError, match="nowhere"):
         site_rows(history, ["nowhere"])
     bare = history.drop_dims("site")
@@ -147,5 +146,4 @@ def test_full_tensors_are_symmetric_and_put_each_component_in_its_place():
     for name in names:
         i, j = ("xyz".index(axis) for axis in name)
         np.testing.assert_array_equal(full[:, i, j], values.sel(stress_component=name))
-    plane = full_tensors(values.isel(stress_component=[0, 1, 2, 3]))
-    assert not plane[:, 2, :2].any()
+    assert not full_tensors(values.isel(stress_component=[0, 1, 2, 3]))[:, 2, :2].any()

@@ -11,8 +11,6 @@ from fingerslip.contact.states import OPEN
 from places import DOCS, ROOT
 
 PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
-
-
 LONG = {
     "results",
     "clusters",
@@ -21,8 +19,6 @@ LONG = {
     "held-object",
     "grip-controller",
 }  # studies of their own, in other processes; seconds
-
-
 TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
 
 

@@ -53,11 +53,7 @@ def test_pages_are_short_enough_to_be_read():
 
 
 REFERENCES = DOCS / "references.md"
-
-
 _NAME = r"[A-Z][a-z]{2,}"
-
-
 _CITATION = re.compile(rf"({_NAME})((?:, {_NAME})*(?: (?:&|and) {_NAME})?(?: et al\.)?),? \(?((?:18|19|20)\d\d)\b")
 
 

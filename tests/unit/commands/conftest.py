@@ -13,6 +13,9 @@ from typer.testing import CliRunner
 from fingerslip.commands.app import app
 from fingerslip.mesh.io import write_mesh
 from unit.study.block import block_mesh, block_values
+from unit.study.conftest import fails
+
+__all__ = ["fails"]
 
 
 @pytest.fixture

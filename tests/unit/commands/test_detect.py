@@ -22,8 +22,7 @@ def folder(tmp_path_factory):
 def test_from_trials_to_events(invoke, folder):
     trained = invoke("detect", "train", folder, "--classifier", "logistic", *SETTINGS)
     assert "detector: logistic" in trained.output
-    ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc")
-    assert "frames a second" in ran.output
+    assert "frames a second" in invoke("detect", "run", folder / "slide-0000" / "tracks.nc").output
 
 
 def test_recordings_are_collected(invoke, folder):
@@ -35,8 +34,7 @@ def test_recordings_are_collected(invoke, folder):
 
 def test_evaluation_prints_and_writes_tables(invoke, folder):
     asked = ("--classifier", "time_threshold", "--folds", "2", "--output", "tables")
-    found = invoke("detect", "evaluate", folder, *asked, *SETTINGS)
-    assert "Accuracy on frames" in found.output
+    assert "Accuracy on frames" in invoke("detect", "evaluate", folder, *asked, *SETTINGS).output
     assert len(list(Path("tables").glob("*.csv"))) == 5
     assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
     assert "| classifier |" in invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown").output

@@ -11,8 +11,6 @@ import time
 
 import pytest
 
-from fingerslip.dynamics import simulation
-from fingerslip.errors import ConvergenceError
 from fingerslip.study.storage import store
 from unit.commands.folders import contents
 
@@ -20,8 +18,7 @@ from unit.commands.folders import contents
 @pytest.mark.usefixtures("no_report")
 def test_run_shows_events_and_second_time_nothing_is_done(invoke, block):
     path = block()
-    first = invoke("run", path)
-    assert "Slip events" in first.output
+    assert "Slip events" in invoke("run", path).output
     assert "block/run: unchanged" in invoke("run", path).output
     assert "Measures" in invoke("show", "results/block/run").output
 
@@ -120,28 +117,17 @@ def test_full_disk_is_exit_code_2(refused, block, monkeypatch):
 
 
 @pytest.mark.usefixtures("no_report")
-def test_finished_runs_are_shown_also_where_others_failed(invoke, block, monkeypatch):
-    whole = simulation.simulate
-
-    def sometimes(model, **given):
-        if model.contacts[0].friction.coefficient > 0.3:
-            raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-        return whole(model, **given)
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", sometimes)
-    path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
-    result = invoke("run", path, "--workers", "1", code=1)
+def test_finished_runs_are_shown_also_where_others_failed(invoke, block, fails):
+    fails(friction=0.4)
+    result = invoke("run", block(sweep={"contact.friction_coefficient": [0.2, 0.4]}), "--workers", "1", code=1)
     assert re.search(r"^ *0\.2 ", result.output, re.MULTILINE)
     assert not re.search(r"^ *0\.4 ", result.output, re.MULTILINE)
     assert "error: block/friction_coefficient-0.4: contact at t = 0.5 s" in result.stderr
     assert "1 of 2 runs failed, the others are finished" in result.stderr
 
 
-def test_ctrl_c_is_exit_code_130(invoke, block, tmp_path, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
+def test_ctrl_c_is_exit_code_130(invoke, block, tmp_path, fails):
+    fails(KeyboardInterrupt())
     result = invoke("run", block(), code=130)
     assert "stopped: what is finished is kept; the same command goes on with the rest" in result.stderr
     assert not (tmp_path / "results").exists()

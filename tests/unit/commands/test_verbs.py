@@ -62,8 +62,7 @@ def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     again = invoke("converge", study, "--results", tmp_path / "r", "--markdown")
     assert again.stdout.startswith("## Numerical uncertainty, run")
     assert "computed" not in again.stderr
-    shown = invoke("show", tmp_path / "r" / "block")
-    assert "After ±" in shown.stdout
+    assert "After ±" in invoke("show", tmp_path / "r" / "block").stdout
 
 
 @pytest.mark.usefixtures("no_report")
@@ -93,8 +92,7 @@ def test_export_and_figure_say_where_they_wrote_and_list_the_kinds(invoke, block
 
 
 def test_mesh_of_a_study_is_written(invoke, block, tmp_path):
-    result = invoke("mesh", block(), "-o", "copy.msh")
-    assert "45 nodes, 32 cells" in result.output
+    assert "45 nodes, 32 cells" in invoke("mesh", block(), "-o", "copy.msh").output
     assert set(read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
 
 
@@ -135,8 +133,7 @@ def test_report_is_made_again_without_computing(invoke, block, tmp_path, monkeyp
     made = []
     monkeypatch.setattr(reporting, "write_report", lambda stored: made.append(stored.folder))
     monkeypatch.delattr("fingerslip.dynamics.simulation.simulate")
-    result = invoke("report", "results/block")
-    assert "Slip events from accumulated slip" in result.output
+    assert "Slip events from accumulated slip" in invoke("report", "results/block").output
     assert made == [Path("results/block")]
 
 
@@ -210,10 +207,8 @@ def test_verify_prints_one_table_and_fails_where_a_check_does(invoke, monkeypatc
     assert not invoke("verify", "--only", "right", "--quiet").stderr
     right = invoke("verify", "--only", "right", "--markdown")
     assert "| right | half | 0.5 | 0.5 | 0.0e+00 | 1.0e-03 | yes |" in right.stdout
-    wrong = invoke("verify", code=1)
-    assert "1 of 2 checks passed" in wrong.stdout
-    unknown = invoke("verify", "--only", "rihgt", code=2)
-    assert "may be one of right, wrong" in unknown.stderr
+    assert "1 of 2 checks passed" in invoke("verify", code=1).stdout
+    assert "may be one of right, wrong" in invoke("verify", "--only", "rihgt", code=2).stderr
 
 
 def test_verify_goes_on_where_a_problem_cannot_be_computed(invoke, monkeypatch):

@@ -23,14 +23,8 @@ from fingerslip.detect.samples import columns_of
 from fingerslip.errors import InputError
 
 DRAW = np.random.default_rng(0)
-
-
 CLASSES = np.tile([0, 1, 2], 80).astype(np.int8)
-
-
 VALUES = (CLASSES[:, None] * 2.0 + DRAW.normal(size=(240, 6))).astype(np.float32)
-
-
 GROUPS = np.repeat(np.arange(12), 20)
 
 
@@ -60,8 +54,7 @@ def test_parameters_of_the_machines_come_from_the_grid_and_a_threshold_has_two_v
     assert estimator.get_params()["nystroem__gamma"] in [gamma / 6 for gamma in SVM_GRID["gamma"]]
     alone = fit(CLASSIFIERS["svm_linear"], VALUES, CLASSES, np.zeros(240, dtype=np.intp))
     assert alone.get_params()["linearsvc__C"] == 0.1
-    tree = fit(CLASSIFIERS["time_threshold"], VALUES[:, :1], CLASSES, GROUPS)
-    assert tree.get_n_leaves() == 3
+    assert fit(CLASSIFIERS["time_threshold"], VALUES[:, :1], CLASSES, GROUPS).get_n_leaves() == 3
 
 
 def test_missing_classes_nan_and_a_classifier_that_does_not_converge_are_refused():
@@ -73,8 +66,7 @@ def test_missing_classes_nan_and_a_classifier_that_does_not_converge_are_refused
         fit(CLASSIFIERS["forest"], broken, CLASSES, GROUPS)
 
     def hurried(seed):
-        estimator = CLASSIFIERS["logistic"].make(seed)
-        return estimator.set_params(logisticregression__max_iter=1)
+        return CLASSIFIERS["logistic"].make(seed).set_params(logisticregression__max_iter=1)
 
     one = dataclasses.replace(CLASSIFIERS["logistic"], make=hurried)
     with pytest.raises(InputError, match="classifier logistic: does not converge"):
@@ -93,11 +85,7 @@ def test_columns_of_sets_and_a_module_that_is_missing():
 
 
 FILTER = ForwardFilter((3.0, 1.0), (0.25, 0.5, 0.25), 0.2)
-
-
 TIME = np.arange(100) / 30.0
-
-
 STEP = np.diff(TIME, prepend=0.0)
 
 

@@ -137,8 +137,7 @@ def motion(turn=0.0, frames=4):
     """Return markers that move along one direction, the outer ones less, turned as a whole by some angle."""
     frame = np.arange(frames, dtype=float)[:, None]
     along = frame * (1.0 - 0.1 * LAYOUT.ring)
-    direction = np.array([np.cos(turn), np.sin(turn)])
-    moved = along[:, :, None] * direction
+    moved = along[:, :, None] * np.array([np.cos(turn), np.sin(turn)])
     seen = np.ones(along.shape, dtype=bool)
     return Motion(frame[:, 0], LAYOUT.position, moved, 2.0 * moved, LAYOUT.ring, seen, seen[:, 0])
 

@@ -31,8 +31,6 @@ from fingerslip.vision.tracks import check_tracks
 from unit.detect.conftest import MOTION, SAMPLING
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
-
-
 FEW = Levels(lost="0,0.6", noise="", slower="2")
 
 
@@ -100,8 +98,6 @@ def test_labels_that_do_not_come_in_every_trial_are_no_assumption(trials, monkey
 
 
 CLOCK = CLASSIFIERS["time_threshold"]
-
-
 AS_IT_IS = Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
 
 

@@ -132,8 +132,7 @@ def collect(recordings, tmp_path):
 
 def test_videos_of_both_cameras_become_a_data_set(collect, tmp_path):
     assert collect() == f"{tmp_path / 'trials'}: 2 trials"
-    trials = open_trials(tmp_path / "trials")
-    found = trials.trial("one")
+    found = open_trials(tmp_path / "trials").trial("one")
     assert found.tracks["kind"].values.tolist() == ["internal"] * 6 + ["external"] * 5
     # More than 2 px beside the central marker, and more than 1 px of it.
     label = found.labels["external_markers"]

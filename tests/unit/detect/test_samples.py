@@ -39,8 +39,6 @@ from fingerslip.tables.table import Missing
 from fingerslip.vision.tracks import make_tracks
 
 CLASSES = np.repeat([0, 1, 2], [200, 300, 100]).astype(np.int8)
-
-
 USABLE = np.ones(600, dtype=bool)
 
 
@@ -127,11 +125,7 @@ def test_bad_splits_are_refused(call, message):
 
 
 LAYOUT = ring_layout(20.0, (1, 6))
-
-
 REST = LabelSettings(rest_frames=3)
-
-
 SCALE = {"metres_per_pixel_x": 1e-4, "metres_per_pixel_y": 1e-4}
 
 

@@ -108,8 +108,7 @@ def test_onsets_are_read_with_and_without_smoothing(detector, others):
 
 
 def test_slip_that_never_comes_is_no_mistake(detector, others):
-    never = dict.fromkeys(others.names, Onsets(None, None))
-    found = on_unseen(detector, others, never)
+    found = on_unseen(detector, others, dict.fromkeys(others.names, Onsets(None, None)))
     assert found.scores["detector"].trials == 0
     assert found.scores["detector"].at_rest.value == 1.0
     assert found.matrices[:, 1:].sum() == 0

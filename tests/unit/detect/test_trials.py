@@ -150,8 +150,7 @@ def test_the_table_has_a_row_for_each_frame_and_nothing_for_what_was_not_seen(tr
     trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
     trial.tracks["position"].values[3, 2] = np.nan
     trial.tracks["quality"].values[3, 2] = 0.0
-    made = write_trials([trial], tmp_path / "set", "One")
-    write_parquet(made, tmp_path / "a.parquet")
+    write_parquet(write_trials([trial], tmp_path / "set", "One"), tmp_path / "a.parquet")
     assert pd.read_parquet(tmp_path / "a.parquet")["external_2_x"].isna().to_numpy().nonzero()[0].tolist() == [3]
 
 

@@ -250,8 +250,6 @@ def test_mistakes_name_the_kinds(values, message):
 
 
 keys = st.sampled_from(["a", "b", "c"])
-
-
 plain = st.dictionaries(
     keys,
     st.recursive(st.integers(), lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3)),

@@ -47,22 +47,16 @@ def test_paths_become_words_that_tell_them_apart_and_values_those_of_the_study_f
 
 # Simulated deuteranopia and protanopia, acting on linear RGB: Vienot, Brettel and Mollon's projection.
 _LMS = np.array([[17.8824, 43.5161, 4.11935], [3.45565, 27.1554, 3.86714], [0.0299566, 0.184309, 1.46709]])
-
-
 _SEEN = {
     "trichromacy": np.eye(3),
     "deuteranopia": np.array([[1.0, 0.0, 0.0], [0.494207, 0.0, 1.24827], [0.0, 0.0, 1.0]]),
     "protanopia": np.array([[0.0, 2.02344, -2.52581], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
 }
-
-
 _XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 
 
 # Differences of 10 in CIELAB are seen at a glance.
 _AT_A_GLANCE = 10.0
-
-
 GROUPS = {
     "states": dict(colours.STATE_COLOURS),
     "events": dict(colours.EVENT_COLOURS),

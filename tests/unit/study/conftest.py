@@ -12,6 +12,8 @@ import pytest
 import xarray as xr
 import yaml
 
+from fingerslip.dynamics import simulation
+from fingerslip.errors import ConvergenceError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.model import Model
 from fingerslip.study.inspection.check import compiling_seconds
@@ -67,6 +69,7 @@ def write_study(tmp_path: Path) -> Callable[..., Path]:
 
 
 commit = functools.cache(store.commit)
+NOT_SOLVED = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
 
 @pytest.fixture(autouse=True)
@@ -87,6 +90,23 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", fake)
     return calls
+
+
+@pytest.fixture
+def fails(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Return a function that lets all runs, or those with a friction coefficient, end in an error."""
+
+    def fail(error: BaseException = NOT_SOLVED, friction: float | None = None) -> None:
+        whole = simulation.simulate
+
+        def failing(model: Model, **options: Any) -> xr.Dataset:
+            if friction in {None, model.contacts[0].friction.coefficient}:
+                raise error
+            return whole(model, **options)
+
+        monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+
+    return fail
 
 
 @pytest.fixture

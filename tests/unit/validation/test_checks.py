@@ -111,8 +111,6 @@ FAILING = {
     "high-friction-loses-middle-peaks": with_peaks("friction", 3, {1.70: 0.05, 1.80: 0.1, 1.89: 0.5}),
     "high-friction-smaller-peaks": with_peaks("friction", 3, {1.70: 0.05, 1.89: 0.7}),
 }
-
-
 UNLIKE = with_peaks("table2", 0, {1.53: 0.054, 1.71: 0.637})  # absent peaks prove nothing where the original has none
 STATEMENTS = {value.id: value for value in published_set("wang2014-qualitative").values}
 

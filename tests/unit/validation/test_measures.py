@@ -80,8 +80,7 @@ def test_largest_acceleration_falls_with_depth_and_leaves_the_transition_out():
     assert largest["FA-I"] > largest["SA-I"] > largest["SA-II"] > largest["FA-II"] > 0.0
     # The synthetic signal decays with depth over 2 mm, from 0.5 mm to 3 mm.
     assert largest["FA-I"] / largest["FA-II"] == pytest.approx(np.exp(2.5 / 2.0))
-    strong = synthetic.Process(peaks={1.53: 0.054, 1.71: 0.1})
-    history, window = prepared(strong)
+    history, window = prepared(synthetic.Process(peaks={1.53: 0.054, 1.71: 0.1}))
     with_transition = largest_accelerations(history, window, 1.0)["FA-I"]
     assert with_transition > 3.0 * largest_accelerations(history, window, 1.1)["FA-I"]
 
@@ -247,8 +246,6 @@ NAMES = ("forest", "svm_linear", "svm_rbf", "boosting", "logistic")
 
 # A row for each number, with two support vector machines for one; a statement; two classifiers that are not judged.
 SPLIT = len(published_set("bulens2023_detection-numbers").values) + 1 + 1 + 2
-
-
 MATRICES = np.tile([[90, 10, 0], [0, 95, 5], [0, 5, 45]], (20, 1, 1))
 
 

@@ -67,8 +67,6 @@ def test_no_frames_and_no_markers_are_tracks(tmp_path):
 
 
 TWO = np.zeros((2, 2, 2))
-
-
 ONE_AXIS = np.array([[[0.0, 0.0], [0.0, np.nan]], [[0.0, 0.0], [0.0, 0.0]]])
 
 
@@ -214,11 +212,7 @@ def test_what_is_no_table_of_tracks_is_refused(tmp_path, text, said):
 
 
 TIMES = 0.1 * np.arange(4)
-
-
 POSITION = np.array([[10.0, 10.0], [30.0, 10.0], [10.0, 40.0]]) + np.arange(4)[:, None, None] * np.array([1.0, 0.0])
-
-
 TRUTH = make_tracks(POSITION, TIMES, units="px", kind="external", ring=np.array([0, 1, 1]))
 
 

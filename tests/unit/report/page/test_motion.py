@@ -51,8 +51,7 @@ def test_section_moves_as_its_snapshots_do(plane):
 
 
 def test_a_run_without_snapshots_has_no_body_and_its_events_are_named():
-    history = make(Process())
-    motion = run_motion(history, Events(slip=SlipEvents(incipient=1.2, overall=1.7)), "t")
+    motion = run_motion(make(Process()), Events(slip=SlipEvents(incipient=1.2, overall=1.7)), "t")
     assert motion["body"] is None
     assert [event["name"] for event in motion["events"]] == ["incipient", "overall"]
     arrays = unpack_arrays(motion)
@@ -70,8 +69,7 @@ def test_the_snapshots_nearest_to_events_are_among_the_frames(monkeypatch, plane
 
 
 def test_solid_has_triangles_and_its_states():
-    history = block_history("T4")
-    motion = run_motion(history, Events(), "t")
+    motion = run_motion(block_history("T4"), Events(), "t")
     arrays = unpack_arrays(motion)
     assert motion["solid"]
     assert arrays["triangles"].max() < len(arrays["points"])

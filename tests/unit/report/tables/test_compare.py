@@ -27,8 +27,6 @@ from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 from unit.synthetic import Process, make
 
 TABLE2, SOLID = published_set("wang2014-table2"), published_set("wang2014-solid")
-
-
 NOT_COMPARED = Missing.NOT_COMPARED
 
 
@@ -100,8 +98,6 @@ def test_statements_are_shown_with_their_check():
 
 
 SIZES = (1.0, 0.5, 0.25)
-
-
 GOOD = Convergence(
     "overall slip",
     "s",
@@ -113,8 +109,6 @@ GOOD = Convergence(
         "alpha": Series("alpha", (-0.4, -0.05), (2.0, 2.001)),
     },
 )
-
-
 NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, (None, None, None))})
 
 

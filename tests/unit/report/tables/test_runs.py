@@ -102,8 +102,7 @@ def test_contact_at_a_free_edge_is_warned_of_in_every_table_of_events():
         assert expected in table.note
         assert "cut off" in table.note
     assert run_notes(RUNS) == ""
-    away = dataclasses.replace(CUT_OFF, edge=None)
-    assert run_notes([away]) == ""
+    assert run_notes([dataclasses.replace(CUT_OFF, edge=None)]) == ""
 
 
 def test_swept_lists_and_mappings_become_text_that_tables_can_show():

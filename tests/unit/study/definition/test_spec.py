@@ -45,8 +45,6 @@ programme:
 time: {step: 5 ms, alpha: -0.05}
 record: {receptors: [FA-I, SA-I], snapshots_every: 50 ms}
 """
-
-
 SOURCE = Path("studies/x.yaml")
 STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
 

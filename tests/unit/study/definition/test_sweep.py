@@ -200,8 +200,7 @@ def test_values_are_put_into_a_copy():
 
 def test_values_that_change_together_are_runs_side_by_side():
     swept = {TOGETHER: [[0.2, "0.1 mm"], [0.4, "0.2 mm"]], "time.step": ["2 ms", "1 ms"]}
-    study = parse_study(block_values() | {"sweep": swept}, SOURCE)
-    found = combinations(study.sweep)
+    found = combinations(parse_study(block_values() | {"sweep": swept}, SOURCE).sweep)
     pairs = [(0.2, "0.1 mm"), (0.4, "0.2 mm")]
     assert [tuple(one.values()) for one in found] == [(*pair, step) for pair in pairs for step in ("2 ms", "1 ms")]
 
@@ -369,8 +368,7 @@ def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path)
 def test_every_choice_is_drawn():
     for method, count in (("latin_hypercube", 30), ("saltelli", 16), ("morris", 30)):
         samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
-        counts = {sample["word"] for sample in samples}
-        assert counts == set("abcd"), method
+        assert {sample["word"] for sample in samples} == set("abcd"), method
 
 
 REPEATS = {"count": 3, "scatter": {"contact.friction_coefficient": 0.02, "programme.0.press.depth": "0.01 mm"}}

@@ -134,8 +134,7 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out(folder, monkeypa
     known = {"slip.overall": 3e-3, "slip.incipient": 0.4, "slip_margin_incipient": 0.01}
     monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
     _, results = diff_runs(folder / FIRST, folder / SECOND)
-    rows = rows_by_name(results)
-    difference = rows["overall slip (accumulated slip)"][3]
+    difference = rows_by_name(results)["overall slip (accumulated slip)"][3]
     assert isinstance(difference, Measured)
     assert difference.uncertainty == pytest.approx(3e-3 * 2**0.5)
     marked = {results.rows[number][0] for number in results.marked}

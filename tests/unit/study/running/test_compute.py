@@ -33,6 +33,7 @@ from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jo
 from fingerslip.study.storage import store
 from fingerslip.study.storage.store import mesh_hash
 from problems.pushed import push_and_slide
+from unit.study.conftest import NOT_SOLVED
 from unit.study.told import Told
 
 
@@ -104,11 +105,8 @@ def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job):
     assert "friction over normal force at the end of the slide: 0.4" in text
 
 
-def test_a_failing_run_leaves_neither_folder_nor_handler(job, monkeypatch):
-    def failing(*_, **__):
-        raise SlipOutsideContactError("contacts.0", "a", "b", "c")
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+def test_a_failing_run_leaves_neither_folder_nor_handler(job, fails):
+    fails(SlipOutsideContactError("contacts.0", "a", "b", "c"))
     with pytest.raises(SlipOutsideContactError) as caught:
         compute.compute([job], lambda _: None)
     assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
@@ -133,9 +131,6 @@ def job_of(name, model=None, folder=Path("none")):
 
 def names(parts):
     return ["".join(job.run.name for job in part) for part in parts]
-
-
-NOT_SOLVED = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
 
 @pytest.fixture

@@ -169,8 +169,7 @@ def test_films_are_made_once_and_again_where_camera_or_run_changed(tmp_path):
 def test_markers_that_were_not_recorded_are_an_error_of_that_camera(tmp_path):
     study = tmp_path / "study"
     (study / "run").mkdir(parents=True)
-    history = filmed_history()
-    write_history(history.isel(site=[0, 1]), study / "run" / "history.nc")
+    write_history(filmed_history().isel(site=[0, 1]), study / "run" / "history.nc")
     errors = film_runs(_Plan(study, {"internal": POINT, "external": POINT}), Told())
     assert list(errors) == ["run/cameras/internal"]
     assert isinstance(errors["run/cameras/internal"], InputError)

@@ -119,8 +119,7 @@ def chosen(path, tmp_path):
 
 
 def test_runs_that_share_a_body_are_counted_together(write_study, tmp_path, asked):
-    path = write_study(values("automatic"))
-    assert chosen(path, tmp_path) == ["reduced"] * 3
+    assert chosen(write_study(values("automatic")), tmp_path) == ["reduced"] * 3
     ((unknowns, interface, steps, dim),) = asked
     assert (unknowns, steps, dim) == (72, 2 * 30, 2)
     assert 0 < interface < unknowns
@@ -150,11 +149,9 @@ def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study, tmp_p
     result = run_study(path, results_dir=tmp_path / "results", workers=1)
     for run in result.runs:
         assert read_mapping(result.folder / run.name / "run.yaml")["dynamics"] == TOLERANCES | {"basis": "reduced"}
-        attrs = fs.read_history(result.folder / run.name / "history.nc").attrs
-        assert attrs["basis"] == "reduced"
+        assert fs.read_history(result.folder / run.name / "history.nc").attrs["basis"] == "reduced"
     assert len(list((result.folder / BASES).glob("*.basis"))) == 1
-    again = run_study(path, results_dir=tmp_path / "results", workers=1)
-    assert len(again.unchanged) == 3
+    assert len(run_study(path, results_dir=tmp_path / "results", workers=1).unchanged) == 3
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from fingerslip.dynamics import simulation
-from fingerslip.errors import ConvergenceError, InputError
+from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
@@ -79,49 +79,32 @@ def test_what_changes_a_result_is_computed_again(write_study, simulated):
 
 
 @pytest.mark.usefixtures("reports")
-def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, simulated, monkeypatch):
+def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, simulated, fails, monkeypatch):
     path = write_study()
     whole = simulation.simulate
-
-    def interrupted(model, **given):
-        if model.contacts[0].friction.coefficient == 0.4:
-            raise KeyboardInterrupt
-        return whole(model, **given)
-
-    with monkeypatch.context() as patch:
-        patch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            run(path)
+    fails(KeyboardInterrupt(), friction=0.4)
+    with pytest.raises(KeyboardInterrupt):
+        run(path)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", whole)
     folder = path.parent / "results" / "block"
     assert sorted(item.name for item in folder.iterdir() if item.is_dir()) == [NAMES[0]]
     assert leftovers(folder) == []
     assert len((folder / "summary.csv").read_text().splitlines()) == 2
-    result = run(path)
-    assert result.unchanged == (NAMES[0],)
+    assert run(path).unchanged == (NAMES[0],)
     assert simulated == FRICTIONS
 
 
 @pytest.mark.usefixtures("reports")
-def test_interruption_before_the_first_result_leaves_no_folder(write_study, monkeypatch):
-    def interrupted(model, **given):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
+def test_interruption_before_the_first_result_leaves_no_folder(write_study, fails):
+    fails(KeyboardInterrupt())
     path = write_study()
     with pytest.raises(KeyboardInterrupt):
         run(path)
     assert not (path.parent / "results").exists()
 
 
-def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, monkeypatch):
-    whole = simulation.simulate
-
-    def failing(model, **given):
-        if model.contacts[0].friction.coefficient == 0.4:
-            raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-        return whole(model, **given)
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, fails):
+    fails(friction=0.4)
     path = write_study()
     with pytest.raises(StudyFailedError) as caught:
         run(path)
@@ -133,25 +116,22 @@ def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, mo
 
 
 @pytest.mark.usefixtures("reports")
-def test_failed_recomputation_keeps_the_old_run(finished, write_study, monkeypatch):
+def test_failed_recomputation_keeps_the_old_run(finished, write_study, fails):
     before = (finished / NAMES[0] / "events.json").read_text()
-
-    def failing(model, **given):
-        raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+    fails()
     with pytest.raises(StudyFailedError):
         run(write_study(changed("time.step", "1 ms")))
     assert (finished / NAMES[0] / "events.json").read_text() == before
     assert leftovers(finished) == []
 
 
-def test_all_runs_are_checked_before_anything_is_written(write_study, simulated):
-    values = block_values()
-    values["sweep"] = {"contact.boundary": ["bottom", "pulp"]}
-    path = write_study(values)
+def test_all_runs_of_all_studies_are_checked_before_anything_is_written(write_study, simulated):
+    path = write_study(changed("sweep", {"contact.boundary": ["bottom", "pulp"]}))
     with pytest.raises(InputError, match="boundary 'pulp' not in mesh"):
         run(path)
+    bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
+    with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
+        run_studies([write_study(), bad], results_dir=path.parent / "results")
     assert simulated == []
     assert not (path.parent / "results").exists()
 
@@ -166,14 +146,6 @@ def test_a_file_where_results_would_go_is_refused_first(write_study, simulated, 
         run(path)
     assert simulated == []
     assert file.read_text() == "mine"
-
-
-def test_all_studies_are_checked_before_the_first_runs(write_study, simulated):
-    good = write_study()
-    bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
-    with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
-        run_studies([good, bad], results_dir=good.parent / "results")
-    assert simulated == []
 
 
 def test_written_run_is_a_study_that_gives_the_same_run(finished, write_study):

@@ -73,8 +73,7 @@ def test_summary_has_exactly_the_promised_columns(finished):
 def test_event_that_did_not_happen_is_an_empty_field(write_study, monkeypatch):
     none = Found(Events(acceleration=SlipEvents(recorded=False)))
     monkeypatch.setattr(results, "find_slip", lambda _: none)
-    result = run(write_study())
-    lines = (result.folder / "summary.csv").read_text().splitlines()
+    lines = (run(write_study()).folder / "summary.csv").read_text().splitlines()
     assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 15 + "slip displacement,")
 
 

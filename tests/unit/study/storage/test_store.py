@@ -285,8 +285,7 @@ def history_on(mesh):
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_values_come_back_at_their_nodes_and_cells(element, tmp_path):
-    mesh = distorted(element)
-    history = history_on(mesh)
+    history = history_on(distorted(element))
     write_snapshots(history, tmp_path)
     for number in range(len(TIMES)):
         grid = meshio.read(tmp_path / f"snapshot_{number:04d}.vtu")

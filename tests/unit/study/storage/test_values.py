@@ -88,8 +88,7 @@ OTHER = {
 
 def resolved(values):
     """Return what the run.yaml of a study without a sweep holds."""
-    source = Path("study.yaml")
-    return expand_mapping(values, source).runs[0].plain_values()
+    return expand_mapping(values, Path("study.yaml")).runs[0].plain_values()
 
 
 @functools.cache
@@ -174,13 +173,11 @@ def in_display_units(value, path, row):
 @pytest.mark.parametrize(("kind", "path"), leaves(), ids=str)
 def test_every_changed_value_is_shown(kind, path, tmp_path):
     """The report shows the value of the run, whatever the preset or the default is."""
-    old = flatten(base(kind))[path]
-    new = changed(old, path)
+    new = changed(flatten(base(kind))[path], path)
     mapping = with_value(base(kind), path, new)
     if (kind, path) in TOGETHER:
         mapping = with_value(mapping, TOGETHER[kind, path], new)
-    rows = shown(mapping, tmp_path)
-    row, before = row_of(path, rows), row_of(path, base_rows(kind))
+    row, before = row_of(path, shown(mapping, tmp_path)), row_of(path, base_rows(kind))
     assert row.value != before.value, "the page has to show another value"
     expected = in_display_units(new, path, row)
     if expected is None:
@@ -238,8 +235,7 @@ def test_defaults_are_told_from_values_of_the_study(tmp_path):
 
 
 def test_given_paths_count_where_they_are_known():
-    source = Path("study.yaml")
-    (run,) = expand_mapping(PLANE, source).runs
+    (run,) = expand_mapping(PLANE, Path("study.yaml")).runs
     rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}
     assert (rows["time.scheme"].source, rows["time.alpha"].source) == (STUDY_FILE, DEFAULT)
     skin = rows["fingertip.layers.skin_thickness"]

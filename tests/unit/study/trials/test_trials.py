@@ -120,8 +120,7 @@ def test_a_camera_that_is_turned_and_moved_sees_markers_elsewhere():
 
 def test_noise_is_that_of_the_trial():
     found = filmed(TrialSettings(frame_rate=500.0, width=640), Eyes(0.05, (0.0, 0.0), 0.0, 3), markers())
-    still = found["position"].values[:500, 2]
-    assert still.std(axis=0).mean() == pytest.approx(0.05, rel=0.1)
+    assert found["position"].values[:500, 2].std(axis=0).mean() == pytest.approx(0.05, rel=0.1)
 
 
 def test_trials_draw_their_own_cameras():

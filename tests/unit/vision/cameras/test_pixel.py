@@ -68,8 +68,7 @@ def test_a_part_of_the_frames_is_as_in_the_whole():
     whole = list(frames_of(pixel_camera, tracks))
     assert len(whole) == 91
     np.testing.assert_array_equal(list(frames_of(pixel_camera, tracks, start=60, stop=70)), whole[60:70])
-    other = next(frames_of(PixelCamera(camera(), seed=8), tracks))
-    assert (other != whole[0]).mean() > 0.5
+    assert (next(frames_of(PixelCamera(camera(), seed=8), tracks)) != whole[0]).mean() > 0.5
 
 
 def test_what_is_drawn_of_markers_unknown_outside_near_and_in_2d():
