@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import functools
 import json
 from pathlib import Path
 
@@ -106,7 +107,12 @@ def called(monkeypatch):
 
 def later_with_longer_steps(model, *, progress, threads, bases):
     progress(1.0)
-    return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * model.time.step / STEP))
+    return with_step(model.time.step).copy()
+
+
+@functools.cache
+def with_step(step):
+    return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * step / STEP))
 
 
 def refined(path, **options):
@@ -163,31 +169,22 @@ def test_an_added_measure_gets_its_order_and_its_uncertainty(write_study, monkey
     assert float(row["last_uncertainty_s"]) == pytest.approx(found.uncertainty)
 
 
-@pytest.mark.usefixtures("reports")
-def test_only_what_is_not_there_is_computed(write_study, called):
+def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_uncertainties(
+    write_study, called, reports
+):
     path = write_study(plain())
     run_study(path, results_dir=path.parent / "results", workers=1)
-    assert len(called) == 1
-    refined(path)
-    assert len(called) == 1 + 4
-    refined(path)
-    assert len(called) == 1 + 4
+    assert (len(called), len(reports)) == (1, 1)
+    for _ in range(2):
+        refined(path)
+        assert (len(called), len(reports)) == (1 + 4, 2)
     assert {model.time.step for model in called} == {STEP, STEP / 2, STEP / 4}
 
 
 @pytest.mark.usefixtures("called", "reports")
-def test_chosen_runs_are_refined_and_earlier_ones_stay_known(write_study):
+def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_the_study(write_study):
     path = write_study()
     assert [found.run for found in refined(path, only=NAMES[:1]).runs] == NAMES[:1]
-    refined(path, only=NAMES[1:2])
-    stored = json.loads((path.parent / "results" / "block" / "convergence" / "convergence.json").read_text())
-    assert sorted(stored) == ["checksum", *NAMES[:2]]
-
-
-@pytest.mark.usefixtures("called", "reports")
-def test_tables_of_the_study_carry_the_uncertainty(write_study):
-    path = write_study()
-    refined(path, only=NAMES[:1])
     runs = run_study(path, results_dir=path.parent / "results", workers=1).runs
     assert runs[0].uncertainty["slip.overall"] == pytest.approx(0.125, rel=0.1)
     assert runs[1].uncertainty == {}
@@ -195,14 +192,9 @@ def test_tables_of_the_study_carry_the_uncertainty(write_study):
         rows = list(csv.DictReader(file))
     assert float(rows[0]["slip_overall_uncertainty_s"]) == pytest.approx(0.125, rel=0.1)
     assert rows[1]["slip_overall_uncertainty_s"] == ""
-
-
-@pytest.mark.usefixtures("called")
-def test_report_is_made_again_with_the_uncertainties(write_study, reports):
-    path = write_study(plain())
-    refined(path)
-    refined(path)
-    assert len(reports) == 2  # before and after the refinement, and not a third time
+    refined(path, only=NAMES[1:2])
+    stored = json.loads((path.parent / "results" / "block" / "convergence" / "convergence.json").read_text())
+    assert sorted(stored) == ["checksum", *NAMES[:2]]
 
 
 def test_tables_figures_and_series_are_written(known):

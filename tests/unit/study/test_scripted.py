@@ -14,6 +14,7 @@ from fingerslip.mesh.io import write_mesh
 from fingerslip.model.programme import Slide
 from fingerslip.results import Quantity
 from fingerslip.storage.files import read_json, write_json
+from fingerslip.study.definition.file import read_with_base
 from fingerslip.study.definition.runs import plan_studies, read_runs
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import read_study
@@ -66,9 +67,13 @@ def test_a_saved_study_is_a_study_file(write_study):
     assert read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
 
 
-def test_shipped_studies_are_found_by_name():
+def test_studies_show_themselves_and_are_found_by_name(write_study):
     assert fs.Study("wang2014_table2").mapping["title"]
     assert repr(fs.Study("latency_sensitivity")).startswith("<Study 'What moves the latency of slip': contact.friction")
+    study = fs.Study(block_values(), sample={"count": 4, "ranges": {"contact.friction_coefficient": [0.2, 0.4]}})
+    words = "contact.friction_coefficient (3 values), contact.friction_coefficient (0.2 to 0.4)"
+    assert repr(study) == f"<Study 'Block on a plate': {words}>"
+    assert "<td>0.2 to 0.4</td>" in study._repr_html_()
 
 
 def test_what_is_no_study_is_refused(write_study):
@@ -86,13 +91,6 @@ def test_what_is_no_study_is_refused(write_study):
         fs.Study(block_values(), sweep={"contact.x": [1]}, name="mine").check()
     with pytest.raises(InputError, match="nothing: is not there"):
         fs.Study("nothing").check()
-
-
-def test_studies_show_themselves(write_study):
-    study = fs.Study(block_values(), sample={"count": 4, "ranges": {"contact.friction_coefficient": [0.2, 0.4]}})
-    words = "contact.friction_coefficient (3 values), contact.friction_coefficient (0.2 to 0.4)"
-    assert repr(study) == f"<Study 'Block on a plate': {words}>"
-    assert "<td>0.2 to 0.4</td>" in study._repr_html_()
 
 
 pytestmark = pytest.mark.usefixtures("reports", "simulated")
@@ -129,13 +127,15 @@ def test_a_run_has_all_its_values(folder):
         fs.open_study(folder).run("x")
 
 
-def test_damaged_and_missing_results_are_refused(folder):
+def test_damaged_missing_and_other_results_are_refused(folder):
     events = folder / NAMES[1] / "events.json"
     events.write_text(events.read_text(encoding="utf-8").replace("0.4", "0.5"), encoding="utf-8")
     with pytest.raises(DamagedError, match=r"events\.json"):
         fs.open_study(folder)
     with pytest.raises(ResultError):
         fs.open_study(folder / "nothing")
+    with pytest.raises(InputError, match="open_study: got 3, needs the path of a folder"):
+        fs.open_study(3)
 
 
 def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study):
@@ -170,11 +170,6 @@ def test_results_of_another_version_are_refused(folder, changed):
         ResultError, match=r"manifest\.json: is of another version, or damaged at [\w.]+; run the study again"
     ):
         fs.open_study(folder)
-
-
-def test_what_is_no_path_is_refused():
-    with pytest.raises(InputError, match="open_study: got 3, needs the path of a folder"):
-        fs.open_study(3)
 
 
 def test_every_study_ships_with_what_it_shows():
@@ -245,7 +240,7 @@ def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path):
     assert len(based) == 9
     for name in based:
         (tmp_path / name).mkdir()
-        assert read_study(copy_example(name, tmp_path / name)).title
+        assert read_with_base(copy_example(name, tmp_path / name))["title"]
 
 
 def test_what_is_there_is_kept_and_what_is_not_known_is_refused(tmp_path):
