@@ -25,11 +25,8 @@ def variables(function):
     return stored | {argument.arg for argument in (*function.args.args, *function.args.kwonlyargs)}
 
 
-def test_few_functions_call_a_thing_by_a_word_that_says_nothing():
+def test_few_things_and_functions_have_a_name_that_says_nothing():
     vague = [where for where, function in functions() if variables(function) & VAGUE]
     assert len(vague) < 100, vague
-
-
-def test_few_functions_are_named_by_a_bare_participle():
     participles = [where for where, function in functions() if PARTICIPLE.fullmatch(function.name)]
     assert len(participles) < 60, participles

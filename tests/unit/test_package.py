@@ -104,11 +104,6 @@ def test_public_names_have_docstrings_with_a_summary_all_parameters_and_what_is_
     assert {name: found for name in PUBLIC if (found := list(mistakes(name)))} == {}
 
 
-def test_module_runs_as_the_command():
-    done = subprocess.run([sys.executable, "-m", "fingerslip", "--version"], capture_output=True, text=True, check=True)
-    assert done.stdout == f"fingerslip {version('fingerslip')}\n"
-
-
 def test_usage_names_the_command_and_not_the_file(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["/somewhere/__main__.py", "run", "--help"])
     with pytest.raises(SystemExit) as end:
@@ -117,11 +112,10 @@ def test_usage_names_the_command_and_not_the_file(monkeypatch, capsys):
     assert "Usage: fingerslip run" in capsys.readouterr().out
 
 
-def test_importing_it_runs_nothing(capsys):
+def test_module_runs_as_the_command_of_the_installed_version_and_importing_it_runs_nothing(capsys):
+    done = subprocess.run([sys.executable, "-m", "fingerslip", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"fingerslip {version('fingerslip')}\n"
     assert import_module("fingerslip.__main__").app is app
     assert capsys.readouterr() == ("", "")
-
-
-def test_version_is_that_of_the_installed_package():
     assert fs.__version__ == metadata.version("fingerslip")
     assert re.match(r"\d+\.\d+", fs.__version__)

@@ -30,26 +30,23 @@ def is_there(module, name):
     return True
 
 
-def test_there_are_scripts():
-    assert sum(bool(imported(path)) for path in SCRIPTS) > 10
-
-
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
 def test_what_a_script_imports_is_there(path):
     assert not {f"{module}.{name}" for module, name in imported(path) if not is_there(module, name)}
 
 
-def test_figures_of_the_documentation_are_small():
+def test_pages_and_figures_are_of_bearable_size_and_modules_documented_once():
     large = {path.name: path.stat().st_size for path in (DOCS / "figures").glob("*") if path.stat().st_size > 150_000}
     assert large == {}, "run docs/figures/shrink.py"
-
-
-def test_pages_are_short_enough_to_be_read():
+    assert sum(bool(imported(path)) for path in SCRIPTS) > 10, "there are scripts"
     words = {
         path.name: len(path.read_text(encoding="utf-8").split()) for path in [ROOT / "README.md", *DOCS.rglob("*.md")]
     }
     assert words.pop("README.md") <= 1200
     assert max(words.values()) <= 2500
+    pages = (path.read_text(encoding="utf-8") for path in sorted((DOCS / "api").glob("*.md")))
+    modules = re.findall(r"automodule:: (\S+)", "".join(pages))
+    assert sorted(modules) == sorted(set(modules))
 
 
 REFERENCES = DOCS / "references.md"
@@ -95,9 +92,3 @@ def test_every_key_of_the_bibliography_is_listed():
     assert len(keys) == bibliography.count("@")
     for name, year in keys:
         assert any(name in entry.split(year)[0] for entry in entries if year in entry), f"{name}{year}"
-
-
-def test_every_module_is_documented_once():
-    pages = (path.read_text(encoding="utf-8") for path in sorted((DOCS / "api").glob("*.md")))
-    modules = re.findall(r"automodule:: (\S+)", "".join(pages))
-    assert sorted(modules) == sorted(set(modules))

@@ -19,17 +19,19 @@ def folder(tmp_path_factory):
     return path
 
 
-def test_from_trials_to_events(invoke, folder):
+def test_from_trials_to_events_and_scores(invoke, folder):
     trained = invoke("detect", "train", folder, "--classifier", "logistic", *SETTINGS)
     assert "detector: logistic" in trained.output
     assert "frames a second" in invoke("detect", "run", folder / "slide-0000" / "tracks.nc").output
-
-
-def test_recordings_are_collected(invoke, folder):
     Path("table.csv").write_text("file,indentation [mm]\ntracks.nc,3\n")
     found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest-frames", "20", "--output", "mine")
     assert "mine: 1 trials" in found.output
     assert Path("mine/tracks/labels.csv").is_file()
+    trials = open_trials(folder)
+    tests = benchmark_test_trials(trials.names)
+    write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
+    found = invoke("detect", "score", folder, "mine.csv", "--rest-frames", "20", "--markdown")
+    assert "| onset error [s] | 0.000" in found.output
 
 
 def test_evaluation_prints_and_writes_tables(invoke, folder):
@@ -38,14 +40,6 @@ def test_evaluation_prints_and_writes_tables(invoke, folder):
     assert len(list(Path("tables").glob("*.csv"))) == 5
     assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
     assert "| classifier |" in invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown").output
-
-
-def test_a_submission_is_scored(invoke, folder):
-    trials = open_trials(folder)
-    tests = benchmark_test_trials(trials.names)
-    write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
-    found = invoke("detect", "score", folder, "mine.csv", "--rest-frames", "20", "--markdown")
-    assert "| onset error [s] | 0.000" in found.output
 
 
 @pytest.mark.slow

@@ -186,13 +186,10 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
     assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
 
 
-def test_files_of_tracks_are_read_as_they_are(tmp_path):
+def test_tracks_are_read_as_they_are_and_another_number_of_markers_is_an_error(tmp_path, collect):
     tracks = make_tracks(np.zeros((3, 2, 2)), np.arange(3) / RATE, units="px")
     write_tracks(tracks, tmp_path / "tracks.nc")
     assert read_recording(tmp_path / "tracks.nc", n_markers=81).equals(tracks)
-
-
-def test_another_number_of_markers_is_an_error(collect, tmp_path):
     with pytest.raises(InputError, match=r"one\.mkv: .*needs 40"):
         collect(markers=(40, 5))
     assert not (tmp_path / "trials").exists()

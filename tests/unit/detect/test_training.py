@@ -36,15 +36,12 @@ def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials):
         assert abs(found.incipient - onsets[name].incipient) < 1.0
 
 
-def test_a_threshold_is_set_by_trials_that_were_kept(trials):
+def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were_kept(trials):
     made = train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING, share=0.2)
     assert made.calibration.trials == 5
     assert [calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
     assert made.provenance["trials"] == 19
     assert made.data == trials.digest
-
-
-def test_the_largest_score_before_slip():
     time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
     largest = [largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
     assert largest == [3.0, 8.0, -np.inf]

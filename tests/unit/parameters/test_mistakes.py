@@ -87,13 +87,10 @@ def test_order_is_that_of_the_file_and_missing_values_follow_their_group():
     assert [mistake.where for mistake in in_order(placed, paths, "f: ")][:2] == ["f: b", "f: b.y"]
 
 
-def test_mistakes_of_plain_pydantic_are_told_too():
+def test_mistakes_of_plain_pydantic_and_of_calls_are_told_too():
     with pytest.raises(pydantic.ValidationError) as caught:
         pydantic.TypeAdapter(ContactSettings).validate_python({"boundary": 1, "friction_coefficient": 0.5})
     assert [str(mistake) for mistake in mistakes_in(caught.value, ContactSettings)] == ["boundary: got 1, needs text"]
-
-
-def test_arguments_that_are_too_many_or_given_twice_are_named():
     with pytest.raises(InputError, match=r"Press\.depth: got 2 mm, needs its value once, by place or by name"):
         Press(1e-3, 1e-3, depth=2e-3)
     with pytest.raises(InputError, match=r"Press\.2: got 7, needs fewer values, or their names"):

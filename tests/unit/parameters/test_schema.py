@@ -182,18 +182,12 @@ def test_presets_are_named_read_and_listed_with_the_assumed_values_first(presets
     assert header == {"citation": "Someone: A block. Journal, 2020.", "claims_not": "anything"}
 
 
-def test_changes_merge_deeply(presets):
+def test_changes_merge_deeply_ranges_stand_with_the_notes_and_what_is_left_may_be_chosen(presets, tmp_path):
     changed = presets.changed({"preset": "someone2020", "size": {"height": "6 mm"}}, "x.yaml: block")
     assert changed.size == Size(10e-3, 6e-3)
-
-
-def test_ranges_stand_with_the_notes(presets, tmp_path):
     text = "citation: a\nvalues:\n  density: {value: 1 kg/m^3, source: assumed, note: of air, range: 1 to 2 kg/m^3}\n"
     (tmp_path / "presets" / "air.yaml").write_text(text)
     assert presets.table("air")[0].note == "of air; range 1 to 2 kg/m^3"
-
-
-def test_what_changes_leave_of_a_group_may_be_chosen(presets):
     choosy = Presets(Block, presets.package, lambda group, _: {"width": group["width"]} if "width" in group else group)
     with pytest.raises(InputError, match=r"size\.height: is missing"):
         choosy.changed({"preset": "someone2020", "size": {"width": "1 mm"}})

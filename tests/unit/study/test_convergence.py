@@ -39,13 +39,10 @@ def block(write_study):
     return plan_study(write_study()).runs[0]
 
 
-def test_a_fingertip_is_refined_in_all_settings_that_differ_from_its_own():
+def test_all_settings_that_a_study_has_and_that_differ_from_its_own_are_refined(block, write_study):
     study = parse_study({**FINGER, "converge": {"alpha": [-0.05, -0.3]}}, Path("finger.yaml"))
     labels = [level.label for level in levels_of(study)]
     assert labels == ["mesh-0.6667", "mesh-0.5", "step-0.5", "step-0.25", "penalty-4", "penalty-16", "alpha--0.3"]
-
-
-def test_what_a_study_does_not_have_is_not_refined(block, write_study):
     assert {level.setting for level in levels_of(block.study)} == {"step", "penalty"}  # alpha is -0.05 already
     values = changed("contact", None)
     del values["sweep"], values["programme"]
@@ -54,22 +51,16 @@ def test_what_a_study_does_not_have_is_not_refined(block, write_study):
     assert {level.setting for level in levels_of(study)} == {"step"}
 
 
-def test_element_sizes_are_multiplied():
+def test_sizes_steps_and_stiffness_are_multiplied(block):
     (run,) = expand_mapping(FINGER, Path("finger.yaml")).runs
     sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # the model is not asked
     assert isinstance(sizes, MeshSizes)
     assert (sizes.contact_size, sizes.bulk_size) == pytest.approx((0.06e-3, 0.14e-3))
     assert sizes.contact_reach == MeshSizes().contact_reach
-
-
-def test_steps_that_control_their_error_are_refined_by_their_tolerance(block):
     time = dataclasses.replace(block.study.time, step="auto", output=8e-3, tolerance=0.01, smallest=1e-3)
     run = dataclasses.replace(block, study=dataclasses.replace(block.study, time=time))
     finer = run_at(run, Level("step", 0.5), build_model(run)).study.time
     assert (finer.step, finer.output, finer.tolerance, finer.smallest) == ("auto", 4e-3, 0.01 / 8, 0.5e-3)
-
-
-def test_automatic_stiffness_is_multiplied_too(block):
     model = build_model(block)
     assert model.contacts[0].normal_penalty is None
     stiffer = build_model(run_at(block, Level("penalty", 4.0), model))

@@ -50,7 +50,7 @@ def test_a_study_is_checked_run_and_read_as_numbers(write_study, tmp_path, simul
     assert len(simulated) == 4
 
 
-def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(write_study):
+def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_one(write_study):
     path = write_study()
     runs = [fs.Study(base).check()["run"].tolist() for base in (path, str(path), read_study(path), fs.Study(path))]
     assert runs == [[f"friction_coefficient-{friction}" for friction in FRICTIONS]] * 4
@@ -59,9 +59,6 @@ def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(writ
     assert changed.check()["run"].tolist() == ["run"]
     assert changed.mapping["programme"][0]["press"]["depth"] == "0.2 mm"
     assert values["programme"][0]["press"]["depth"] == "0.1 mm"
-
-
-def test_a_saved_study_is_a_study_file(write_study):
     path = write_study()
     saved = fs.Study(path, sweep={"contact.friction_coefficient": (0.1, 0.2)}).save(path.with_name("saved.yaml"))
     assert read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
@@ -111,7 +108,10 @@ def test_results_are_a_data_frame_with_a_row_for_each_run(folder):
     assert NAMES[1] in study._repr_html_()
 
 
-def test_histories_are_read_when_they_are_asked_for(folder):
+def test_histories_and_values_are_read_when_they_are_asked_for(folder):
+    assert fs.open_study(folder).run(NAMES[2]).values["contact.friction_coefficient"] == 0.6
+    with pytest.raises(InputError, match=r"run: 'x' is not a finished run, needs one of friction_coefficient-0\.2"):
+        fs.open_study(folder).run("x")
     (folder / NAMES[0] / "history.nc").write_bytes(b"damaged")
     study = fs.open_study(folder)
     assert study.history(NAMES[1]).sizes["time"] > 1
@@ -119,12 +119,6 @@ def test_histories_are_read_when_they_are_asked_for(folder):
         study.history(NAMES[0])
     shutil.copy(folder / NAMES[1] / "history.nc", folder / NAMES[0] / "history.nc")
     assert [name for name, _ in study.histories()] == list(NAMES)
-
-
-def test_a_run_has_all_its_values(folder):
-    assert fs.open_study(folder).run(NAMES[2]).values["contact.friction_coefficient"] == 0.6
-    with pytest.raises(InputError, match=r"run: 'x' is not a finished run, needs one of friction_coefficient-0\.2"):
-        fs.open_study(folder).run("x")
 
 
 def test_damaged_missing_and_other_results_are_refused(folder):
@@ -172,12 +166,14 @@ def test_results_of_another_version_are_refused(folder, changed):
         fs.open_study(folder)
 
 
-def test_every_study_ships_with_what_it_shows():
+def test_every_study_ships_in_the_wheel_with_what_it_shows():
     names = sorted(path.stem for path in (ROOT / "studies").glob("*.yaml"))
     assert list(examples()) == names
     table = examples_table()
     assert [row[0] for row in table.rows] == names
     assert all(row[1] for row in table.rows)
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert '"studies" = "fingerslip/data/studies"' in project
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
@@ -196,11 +192,6 @@ def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies():
     path = ROOT / "studies" / "tactip_directions_3d.yaml"
     (run,) = read_runs(path).runs
     assert build_mesh(run).nelements > 100_000
-
-
-def test_the_wheel_holds_the_studies():
-    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    assert '"studies" = "fingerslip/data/studies"' in project
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -223,16 +214,13 @@ def test_templates_can_be_run_as_they_are(tmp_path, template):
     assert {row[2] for row in rows} == {"to do"}
 
 
-def test_studies_are_those_beside_or_those_that_ship(tmp_path, monkeypatch):
+def test_studies_are_those_beside_or_those_that_ship_and_are_copied_as_they_are(tmp_path, monkeypatch):
+    written = copy_example("wang2014_table2.yaml", tmp_path)
+    assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
     monkeypatch.chdir(tmp_path)
     assert (studies_folder() / "wang2014_table2.yaml").is_file()
     (tmp_path / "studies").mkdir()
     assert studies_folder() == Path("studies")
-
-
-def test_an_example_is_copied_as_it_is(tmp_path):
-    written = copy_example("wang2014_table2.yaml", tmp_path)
-    assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
 
 
 def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path):

@@ -108,7 +108,7 @@ def test_what_is_no_number_and_what_has_no_rule_is_a_fault_of_the_data():
         statement_row(dataclasses.replace(STATEMENT, check="B less A"), 1.0, None)
 
 
-def test_table_and_json_have_the_same_rows():
+def test_table_json_and_markdown_have_the_same_rows_and_keep_misses():
     rows = (number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01), statement_row(STATEMENT, None, None))
     table = rows_table(rows)
     assert table.rows[0][:5] == ("overall slip", "paper, Table 1", "1.72", 1.84, pytest.approx(0.12))
@@ -119,9 +119,6 @@ def test_table_and_json_have_the_same_rows():
     assert set(plain[0]) == set(Row.__dataclass_fields__)
     (plain,) = rows_mapping([number_row("overall slip", TIME, float("nan"), None, resolution=0.01)])
     assert (plain["ours"], plain["uncertainty"]) == (None, None), "JSON has no other word for what is no number"
-
-
-def test_markdown_says_how_it_was_made_and_keeps_misses():
     text = rows_markdown([number_row("overall slip", RANGE, 1.84, None, resolution=0.01)])
     assert "fingerslip validate --markdown" in text
     assert "| overall slip | paper, text | 1.63 to 1.65 | 1.840 | 0.190 | n/s | s | misses | predicted |" in text

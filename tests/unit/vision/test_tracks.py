@@ -168,15 +168,12 @@ def test_pixels_become_metres_by_the_scale_of_each_axis():
         tracks_in_metres(moving_tracks())
 
 
-def test_a_table_has_a_row_for_each_marker_at_each_time():
+def test_a_table_has_a_row_for_each_marker_at_each_time_and_is_read_in_any_order():
     table = tracks_table(moving_tracks())
     assert list(table.columns) == ["time_s", "marker", "x_px", "y_px", "quality", "kind", "ring", "angle_rad"]
     assert len(table) == 5 * 25
     assert table["x_px"].isna().sum() == 1
     assert table.loc[26, ["time_s", "marker"]].tolist() == [pytest.approx(1 / 30), 1]
-
-
-def test_rows_in_any_order_missing_ones_and_missing_columns_are_read():
     tracks = moving_tracks()
     table = tracks_table(tracks).dropna().sample(frac=1.0, random_state=0)
     xr.testing.assert_equal(tracks_from_table(table), tracks)

@@ -541,10 +541,14 @@ def test_without_times_frames_end_after_overall_slip_and_show_the_record_after_e
     assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
 
 
-def test_strains_and_rates_have_a_row_each_and_a_scale_about_zero():
+def test_strains_rates_and_stick_ratios_have_their_rows_scales_and_legends():
     scales = [axes for axes in panels(bodies.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
+    (axes,) = panels(bodies.stick_ratio_figure({"one": block_history(), "other": block_history()}))
+    assert axes.lines[0].get_xdata().size == 6  # records of the slide, its start included
+    assert np.nanmax(axes.lines[0].get_xdata()) <= 0.5 * (1.0 + 1e-9)
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
 
 
 def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does():
@@ -602,13 +606,6 @@ def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart
     assert np.linalg.norm(forth) > 1.0, "millimetres of the plate"
     np.testing.assert_allclose(forth, -np.subtract(back.xy, back.xyann), atol=1e-12)
     assert first.get_xlim() == second.get_xlim()
-
-
-def test_stick_ratio_is_drawn_over_the_slide_with_a_legend_for_several_runs():
-    (axes,) = panels(bodies.stick_ratio_figure({"one": block_history(), "other": block_history()}))
-    assert axes.lines[0].get_xdata().size == 6  # records of the slide, its start included
-    assert np.nanmax(axes.lines[0].get_xdata()) <= 0.5 * (1.0 + 1e-9)
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
 
 
 def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_start_of_the_slide():

@@ -29,6 +29,12 @@ def test_a_single_run_says_when_it_slips_and_how_long_there_is_to_react():
     assert first.startswith("The whole contact slips 0.710 s after the slide begins, 1.710 s after the start of the ")
     assert first.endswith("run (± 4 ms, numerical).")
     assert second == "From incipient slip on, 610 ms are left to react."
+    numbers = {"overall_travel_m": 2.13e-3, "latency_travel_m": 1.1e-3}
+    values = {"time.scheme": "quasi_static"}
+    said = answer(study(run("a", 1.71, numbers=numbers, values=values)), {"a": 1.0})
+    assert said[0].startswith("The whole contact slips after 2.13 mm of travel, 0.710 s after the slide begins")
+    assert said[1] == "From incipient slip on, the plate travels 1.10 mm, 610 ms at the speed of this slide."
+    assert not any("react" in sentence for sentence in said)
 
 
 def test_a_sweep_says_where_it_slips_first_and_last_and_the_trend():
@@ -59,15 +65,6 @@ def test_what_is_too_coarse_is_said():
     assert steps == "Too coarse for the times of slip: a (4 steps in the slide): take a smaller step."
     assert "a (53 % of the contact slips in one step)" in share
     assert "a (6 nodes across the contact): take smaller elements" in nodes
-
-
-def test_without_inertia_millimetres_come_first_and_nobody_reacts():
-    numbers = {"overall_travel_m": 2.13e-3, "latency_travel_m": 1.1e-3}
-    values = {"time.scheme": "quasi_static"}
-    said = answer(study(run("a", 1.71, numbers=numbers, values=values)), {"a": 1.0})
-    assert said[0].startswith("The whole contact slips after 2.13 mm of travel, 0.710 s after the slide begins")
-    assert said[1] == "From incipient slip on, the plate travels 1.10 mm, 610 ms at the speed of this slide."
-    assert not any("react" in sentence for sentence in said)
 
 
 def test_where_there_is_no_trend_none_is_claimed_and_samples_have_no_names():

@@ -134,7 +134,7 @@ def test_measures_are_shown_in_readable_units_with_four_digits():
     assert rows["records"] == ["", "601"]
 
 
-def test_a_missing_number_says_why():
+def test_a_missing_number_says_why_and_an_added_measure_has_a_row_and_a_column(monkeypatch):
     numbers = {**NUMBERS, "overall_peak_height_m_per_s2": None}
     recorded, lacking = (
         dataclasses.replace(RUNS[0], numbers=numbers, events=one) for one in (RUNS[0].events, UNRECORDED)
@@ -143,9 +143,6 @@ def test_a_missing_number_says_why():
     assert (shown(recorded)[name][1], shown(lacking)[name][1]) == ("none", "n/r")
     assert shown(recorded)["smallest distance from the contact to a free edge"][1] == "n/a"
     assert shown(recorded)["largest penetration"][1] == "n/r", "of a run that is older than the measure"
-
-
-def test_an_added_measure_has_a_row_and_a_column(monkeypatch):
     added = Measure("rebound", "largest rebound", lambda _: 2e-3, Unit("m", "mm"))
     monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
     run = dataclasses.replace(RUNS[0], numbers={"rebound_m": 2e-3})

@@ -21,13 +21,10 @@ from fingerslip.tables.table import (
 )
 
 
-def test_cells_with_bars_and_commas_stay_one_cell():
+def test_cells_with_bars_and_commas_stay_one_cell_and_measured_ones_numbers():
     table = Table("t", (Column("a"), Column("b", "mm", 1)), (("x|y, z", 1.25), (None, None), (True, 2)))
     assert to_markdown(table).splitlines()[2] == "| x\\|y, z | 1.2 |"
     assert list(csv.reader(io.StringIO(to_csv(table)))) == [["a", "b"], ["x|y, z", "1.25"], ["", ""], ["true", "2"]]
-
-
-def test_a_measured_number_shows_its_uncertainty_and_stays_a_number():
     table = Table("t", (Column("time", "s", 3),), ((Measured(1.7046, 0.0056),), (None,)))
     assert to_markdown(table).splitlines()[2:] == ["| 1.705 ± 0.006 |", "|  |"]
     assert is_numeric(table, 0)
@@ -135,11 +132,26 @@ def test_a_terminal_shows_every_cell_whole_whatever_its_width(width):
         assert "variant-flattened_friction-0.4" in letters
 
 
-def test_where_no_table_fits_rows_become_lists():
+def test_long_names_break_where_their_parts_meet_and_where_no_table_fits_rows_become_lists():
     lines = [line.rstrip() for line in printed(WIDE, 40)]
     assert lines[0] == "Checked"
     assert "number 0 [s] 12345.5" in lines
     assert lines[-2] == "What a reader has to know."
+    columns = tuple(map(Column, ("value", "slope_standard_error", *(f"a rather long heading {n}" for n in range(4)))))
+    table = Table("t", columns, (("fingertip.phalanx.sagittal.concavity_depth", *("0.0123456789",) * 5),))
+    lines = [line.strip() for line in printed(table, 50)]
+    assert "value                   fingertip.phalanx." in lines
+    assert "sagittal.concavity_depth" in lines
+    names = ("displacement_threshold", "residual_threshold")
+    columns = (Column("event"), *map(Column, names))
+    table = Table("t", columns, (("onset", "-0.907 [-1.189, -0.635]", "-0.537 [-0.681, -0.387]"),) * 4)
+    lines = printed(table, 34)
+    assert ["displacement_", "residual_"] in [line.split() for line in lines]
+    assert any(line.split()[1:] == ["threshold", "threshold"] for line in lines)
+    interval = "0.893 [0.855, 0.930]"
+    columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
+    lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
+    assert [line.split() for line in lines][-4:-2] == [["no_slip", *["0.893", "[0.855,"] * 3], ["0.930]"] * 3]
 
 
 def test_long_texts_in_narrow_columns_become_lists():
@@ -164,27 +176,3 @@ PREDICTED = Table(
 def test_usual_words_are_whole_whatever_the_width(width):
     words = [word for line in printed(PREDICTED, width) for word in line.split()]
     assert {"incipient", "slip", "predicted", "largest", "error"} <= set(words)
-
-
-def test_long_names_break_where_their_parts_meet():
-    names = ("displacement_threshold", "residual_threshold")
-    columns = (Column("event"), *map(Column, names))
-    table = Table("t", columns, (("onset", "-0.907 [-1.189, -0.635]", "-0.537 [-0.681, -0.387]"),) * 4)
-    lines = printed(table, 34)
-    assert ["displacement_", "residual_"] in [line.split() for line in lines]
-    assert any(line.split()[1:] == ["threshold", "threshold"] for line in lines)
-
-
-def test_columns_that_lack_as_much_become_as_wide():
-    interval = "0.893 [0.855, 0.930]"
-    columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
-    lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
-    assert [line.split() for line in lines][-4:-2] == [["no_slip", *["0.893", "[0.855,"] * 3], ["0.930]"] * 3]
-
-
-def test_long_names_in_lists_break_where_their_parts_meet():
-    columns = tuple(map(Column, ("value", "slope_standard_error", *(f"a rather long heading {n}" for n in range(4)))))
-    table = Table("t", columns, (("fingertip.phalanx.sagittal.concavity_depth", *("0.0123456789",) * 5),))
-    lines = [line.strip() for line in printed(table, 50)]
-    assert "value                   fingertip.phalanx." in lines
-    assert "sagittal.concavity_depth" in lines

@@ -83,7 +83,7 @@ def test_keys_are_text_in_their_order_and_anchors_are_followed(tmp_path):
     assert read_mapping(tmp_path / "x.yaml") == {"a": {"x": 1}, "b": {"x": 1}, "c": {"<<": {"x": 1}}}
 
 
-def test_mistakes_get_the_line_of_their_value_or_of_its_group(tmp_path):
+def test_mistakes_get_the_line_of_their_value_and_those_of_something_else_stay_as_they_are(tmp_path):
     path = tmp_path / "x.yaml"
     path.write_text("# a study\ntime:\n  step: 1\ndepth: x\n")
     places = ("depth", "time.step", "time.end", "mesh")
@@ -96,9 +96,6 @@ def test_mistakes_get_the_line_of_their_value_or_of_its_group(tmp_path):
         ("depth", 4),
         ("mesh", None),
     ]
-
-
-def test_mistakes_of_something_else_stay_as_they_are(tmp_path):
     error = InputError("preset x", "is wrong", "needs another")
     for path in (tmp_path / "gone.yaml", tmp_path / "x.yaml"):
         (tmp_path / "x.yaml").write_text("a: 1\n")
@@ -113,7 +110,7 @@ def write(folder, name, values):
     return path
 
 
-def test_what_is_not_written_comes_from_the_base(tmp_path):
+def test_what_is_not_written_comes_from_the_base_but_sweeps_and_lists_are_replaced(tmp_path):
     write(tmp_path, "block.yaml", block_values())
     changes = {
         "base": "block.yaml",
@@ -127,9 +124,6 @@ def test_what_is_not_written_comes_from_the_base(tmp_path):
     assert (study.all_contacts[0].boundary, study.all_contacts[0].friction_coefficient) == ("bottom", 0.3)
     assert study.programme == read_study(tmp_path / "block.yaml").programme
     assert "formulation" in read_runs(path).given
-
-
-def test_sweeps_and_lists_replace_those_of_the_base(tmp_path):
     write(tmp_path, "block.yaml", block_values())
     press = [{"press": {"depth": "0.2 mm", "speed": "5 mm/s"}}]
     path = write(tmp_path, "own.yaml", {"base": "block.yaml", "sweep": {"time.step": ["1 ms"]}, "programme": press})

@@ -50,9 +50,13 @@ def test_first_path_varies_slowest():
     assert [run.specimen.phalanx.variant for run in runs if run.specimen] == ["original"] * 2 + ["scaled"] * 2
 
 
-def test_study_without_sweep_is_one_run():
+def test_study_without_sweep_is_one_run_and_equal_values_change_together():
     (run,) = runs_of({})
     assert (run.name, dict(run.swept), run.where) == ("run", {}, "studies/x.yaml")
+    equal = {"fingertip.transverse.half_height": "fingertip.sagittal.half_height"}
+    for run in expand_mapping(sampled(equal=equal), SOURCE).runs:
+        assert run.specimen is not None
+        assert run.specimen.transverse.half_height == run.specimen.sagittal.half_height
 
 
 HERE = SOURCE.parent.resolve()
@@ -110,13 +114,6 @@ def test_every_combination_is_run_with_every_sample():
     height = float(str(runs[0].sampled["fingertip.sagittal.half_height"]).split()[0])
     assert runs[0].specimen.sagittal.half_height == pytest.approx(1e-3 * height)
     assert runs[0].where == "studies/x.yaml (fingertip.phalanx.variant = original, sample = 1)"
-
-
-def test_equal_values_change_together():
-    equal = {"fingertip.transverse.half_height": "fingertip.sagittal.half_height"}
-    for run in expand_mapping(sampled(equal=equal), SOURCE).runs:
-        assert run.specimen is not None
-        assert run.specimen.transverse.half_height == run.specimen.sagittal.half_height
 
 
 def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay():
@@ -177,15 +174,6 @@ def finger_with_mesh(**swept):
     return values
 
 
-def test_a_mistake_between_values_names_the_run():
-    with pytest.raises(InputError) as caught:
-        parse_study(finger_with_mesh(contact_size=["0.1 mm", "2 mm"]), SOURCE)
-    assert str(caught.value) == (
-        "studies/x.yaml: mesh.bulk_size: got 1 mm in the run with mesh.contact_size = 2 mm, "
-        "needs >= 2 mm (contact_size)"
-    )
-
-
 def test_values_are_put_into_a_copy():
     values = block_values()
     changed = with_values(values, {"contact.friction_coefficient": 0.1, "damping.stiffness": "1 s"})
@@ -198,11 +186,17 @@ def test_values_are_put_into_a_copy():
     assert combinations({}) == [{}]
 
 
-def test_values_that_change_together_are_runs_side_by_side():
+def test_values_that_change_together_are_runs_side_by_side_and_mistakes_between_values_name_the_run():
     swept = {TOGETHER: [[0.2, "0.1 mm"], [0.4, "0.2 mm"]], "time.step": ["2 ms", "1 ms"]}
     found = combinations(parse_study(block_values() | {"sweep": swept}, SOURCE).sweep)
     pairs = [(0.2, "0.1 mm"), (0.4, "0.2 mm")]
     assert [tuple(one.values()) for one in found] == [(*pair, step) for pair in pairs for step in ("2 ms", "1 ms")]
+    with pytest.raises(InputError) as caught:
+        parse_study(finger_with_mesh(contact_size=["0.1 mm", "2 mm"]), SOURCE)
+    assert str(caught.value) == (
+        "studies/x.yaml: mesh.bulk_size: got 1 mm in the run with mesh.contact_size = 2 mm, "
+        "needs >= 2 mm (contact_size)"
+    )
 
 
 PATHS = ["contact.friction_coefficient", "time.step", "fingertip.fingerprint.enabled"]
@@ -300,28 +294,28 @@ def finger(**sample):
     return finger_values(sample={"count": 4, "ranges": {HEIGHT: ["6 mm", "7 mm"]}} | sample)
 
 
-def test_every_part_of_a_range_holds_one_sample():
+def test_samples_fill_their_ranges_and_come_together_at_random():
     samples = drawn(SampleSettings({"a": ("10 mm", "20 mm"), "b": (-1, 1)}, count=10))
     parts = [sorted(int(float(sample["a"].removesuffix(" mm")) - 10.0) for sample in samples)]
     parts.append(sorted(int(5 * (sample["b"] + 1.0)) for sample in samples))
     assert parts == [list(range(10))] * 2
     assert {sample["a"].split()[1] for sample in samples} == {"mm"}
-
-
-def test_a_sobol_sequence_fills_every_part_and_every_quarter_of_pairs():
     samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=16, method="sobol"))
     values = np.array([[sample["a"], sample["b"]] for sample in samples])
     assert sorted((16 * values[:, 0]).astype(int)) == list(range(16))
     quarters, counts = np.unique((4 * values).astype(int), axis=0, return_counts=True)
     assert (len(quarters), set(counts)) == (16, {1})
-
-
-def test_independent_values_are_uniform():
     values = np.array([one["a"] for one in drawn(SampleSettings({"a": (2, 4)}, count=2000, method="random"))])
     assert values.mean() == pytest.approx(3.0, abs=0.05)
     assert values.std() == pytest.approx(2.0 / np.sqrt(12.0), rel=0.05)
     assert values.min() >= 2.0
     assert values.max() <= 4.0
+    samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=200))
+    values = np.array([[sample["a"], sample["b"]] for sample in samples])
+    assert abs(np.corrcoef(values.T)[0, 1]) < 0.15
+    for method, count in (("latin_hypercube", 30), ("saltelli", 16), ("morris", 30)):
+        samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
+        assert {sample["word"] for sample in samples} == set("abcd"), method
 
 
 @pytest.mark.parametrize("method", ["latin_hypercube", "sobol", "random"])
@@ -330,12 +324,6 @@ def test_the_seed_decides_the_samples(method):
     first, again, other = (drawn(SampleSettings(ranges, count=8, seed=seed, method=method)) for seed in (1, 1, 2))
     assert first == again
     assert first != other
-
-
-def test_ranges_come_together_at_random():
-    samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=200))
-    values = np.array([[sample["a"], sample["b"]] for sample in samples])
-    assert abs(np.corrcoef(values.T)[0, 1]) < 0.15
 
 
 def test_samples_that_are_equal_follow_and_wrong_ones_are_told_once():
@@ -365,16 +353,10 @@ def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path)
     assert read_runs(path).given[-2:] == (HEIGHT, "fingertip.transverse.half_height")
 
 
-def test_every_choice_is_drawn():
-    for method, count in (("latin_hypercube", 30), ("saltelli", 16), ("morris", 30)):
-        samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
-        assert {sample["word"] for sample in samples} == set("abcd"), method
-
-
 REPEATS = {"count": 3, "scatter": {"contact.friction_coefficient": 0.02, "programme.0.press.depth": "0.01 mm"}}
 
 
-def test_every_run_is_repeated_with_the_same_draws():
+def test_every_run_is_repeated_with_the_same_draws_and_impossible_ones_are_refused_alone():
     runs = expand_mapping(block_values() | {"repeats": REPEATS}, Path("x.yaml")).runs
     assert [run.name for run in runs[:2]] == [f"friction_coefficient-0.2_repeat-{number}" for number in (1, 2)]
     assert len(runs) == 9
@@ -382,6 +364,12 @@ def test_every_run_is_repeated_with_the_same_draws():
     assert off.reshape(3, 3) == pytest.approx(np.tile(off[:3], (3, 1)), abs=1e-6)
     assert len(set(off[:3])) == 3
     assert runs[0].study.contact.friction_coefficient == runs[0].sampled["contact.friction_coefficient"]
+    values = block_values() | {"repeats": {"count": 20, "scatter": {"contact.friction_coefficient": 0.2}}, "sweep": {}}
+    values["contact"]["friction_coefficient"] = 0.1
+    expansion = expand_mapping(values, Path("x.yaml"))
+    assert expansion.refused
+    assert expansion.runs
+    assert all(one.sampled["contact.friction_coefficient"] < 0.0 for one in expansion.refused)
 
 
 def test_draws_have_the_standard_deviation_and_follow_from_the_seed():
@@ -393,12 +381,3 @@ def test_draws_have_the_standard_deviation_and_follow_from_the_seed():
     other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
     assert scatter_values(settings, 1, {"a": "1 mm"}) == scatter_values(settings, 1, {"a": "1 mm"})
     assert scatter_values(settings, 1, {"a": "1 mm"}) != scatter_values(other, 1, {"a": "1 mm"})
-
-
-def test_impossible_draws_are_refused_alone():
-    values = block_values() | {"repeats": {"count": 20, "scatter": {"contact.friction_coefficient": 0.2}}, "sweep": {}}
-    values["contact"]["friction_coefficient"] = 0.1
-    expansion = expand_mapping(values, Path("x.yaml"))
-    assert expansion.refused
-    assert expansion.runs
-    assert all(one.sampled["contact.friction_coefficient"] < 0.0 for one in expansion.refused)

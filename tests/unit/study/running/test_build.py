@@ -59,11 +59,13 @@ def test_own_values_go_before_those_of_the_fingertip():
     assert (model.formulation, model.depth) == ("plane_strain", 2e-3)
 
 
-def test_only_the_wanted_receptors_are_recorded():
+def test_only_the_wanted_receptors_are_recorded_and_constant_tractions_stay_lists():
     extra = {"name": "middle", "kind": "own", "position": ["0 mm", "-5 mm"], "region": "tissue"}
     model = build_model(run_of(finger_values(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
     assert {site.kind for site in model.record.sites} == {"FA-II", "own"}
     assert model.record.sites[-1].position == (0.0, -5e-3)
+    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
+    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
 
 
 def test_mesh_is_shared_exactly_where_its_inputs_are_the_same():
@@ -224,11 +226,6 @@ def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it()
         build_model(run_of(values), block_mesh())
 
 
-def test_constant_tractions_stay_lists():
-    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
-    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
-
-
 SOLID = finger_values(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
 WITHOUT_DEPTH = {key: value for key, value in block_values().items() if key != "depth"} | {"formulation": "solid"}
 
@@ -317,18 +314,15 @@ def scanned(tmp_path):
     return run_of(scan_values(), tmp_path)
 
 
-def test_mesh_of_a_run_is_that_of_its_scan(scanned, monkeypatch):
+def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned, monkeypatch):
+    with pytest.raises(InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
+        build_mesh(scanned)
     made = mesh_of_a_scan()
     monkeypatch.setattr(
         "fingerslip.mesh.scan.build.mesh_scan", lambda settings: made if settings.layers.cut == 16e-3 else None
     )
     monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
     assert build_mesh(scanned) is inspect_mesh(scanned).mesh is made.mesh
-
-
-def test_error_of_a_scan_names_the_study(scanned):
-    with pytest.raises(InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
-        build_mesh(scanned)
 
 
 def test_missing_surface_is_named(tmp_path):

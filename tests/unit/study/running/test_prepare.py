@@ -32,10 +32,16 @@ def test_studies_of_one_name_are_refused(write_study):
         plan_studies([path, path], results_dir=path.parent / "results")
 
 
-def test_unknown_published_table_is_refused(write_study):
-    path = write_study(block_values() | {"compare": ["wang2014-table3"]})
-    with pytest.raises(InputError, match=r"block\.yaml: compare\.0: .*did you mean 'wang2014-table2'\?"):
-        plan_study(path)
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"compare": ["wang2014-table3"]}, r"block\.yaml: compare\.0: .*did you mean 'wang2014-table2'\?"),
+        ({"derived": {"x": "depth ** friction_coefficient"}}, r"derived\.x.*needs one unit in all runs"),
+    ],
+)
+def test_unknown_tables_and_units_that_differ_between_runs_are_refused(write_study, changes, message):
+    with pytest.raises(InputError, match=message):
+        plan_study(write_study(block_values() | changes))
 
 
 def test_mistakes_of_several_files_come_together(write_study, tmp_path):
@@ -68,12 +74,6 @@ def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(write_s
     with pytest.raises(InputError, match=r"block\.yaml: derived\.x") as caught:
         plan_study(write_study(values))
     assert said in str(caught.value)
-
-
-def test_a_derived_quantity_has_one_unit_in_all_runs(write_study):
-    values = block_values() | {"derived": {"x": "depth ** friction_coefficient"}}
-    with pytest.raises(InputError, match=r"derived\.x.*needs one unit in all runs"):
-        plan_study(write_study(values))
 
 
 def test_a_sample_that_makes_no_model_is_refused_alone(write_study):

@@ -96,7 +96,7 @@ def stored(name, seconds):
     )
 
 
-def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_study, tmp_path):
+def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart_or_says_why_not(write_study, tmp_path):
     plan = plan_study(write_study())
     runs = (stored("a", 1.25), stored("b", 2.5))
     write_results(plan.source, StudyResult(tmp_path, (), runs), "key")
@@ -107,9 +107,6 @@ def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_stud
     assert manifest["runs"]["b"] == {
         "identity": "id 2.5", "mesh_hash": "m", "wall_time_s": 2.5, "versions": {"numpy": "1"},
     }  # fmt: skip
-
-
-def test_a_summary_that_cannot_be_written_says_so(tmp_path):
     with pytest.raises(ResultError, match=r"summary\.csv: cannot be written"):
         write_results(Path("x.yaml"), StudyResult(tmp_path / "missing", (), ()), "")
 

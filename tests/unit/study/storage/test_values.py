@@ -221,7 +221,7 @@ def test_values_of_a_preset_keep_its_sources_and_changes_stand_beside_them(tmp_p
     assert rows["fingertip.depth"].source == ASSUMED
 
 
-def test_defaults_are_told_from_values_of_the_study(tmp_path):
+def test_defaults_are_told_from_values_of_the_study_where_these_are_known(tmp_path):
     rows = shown(resolved(PLANE), tmp_path)
     assert (rows["time.step"].source, rows["time.alpha"].source, rows["time.scheme"].source) == (
         STUDY_FILE,
@@ -232,9 +232,6 @@ def test_defaults_are_told_from_values_of_the_study(tmp_path):
     assert rows["programme.0.press.depth"] == ShownValue("programme.0.press.depth", "1.5 mm", STUDY_FILE)
     assert rows["tractions.skin"].value == "1 kPa, 2 kPa"
     assert rows["tractions.base.ramp.times"].value == "0 s, 1 s"
-
-
-def test_given_paths_count_where_they_are_known():
     (run,) = expand_mapping(PLANE, Path("study.yaml")).runs
     rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}
     assert (rows["time.scheme"].source, rows["time.alpha"].source) == (STUDY_FILE, DEFAULT)
@@ -352,7 +349,7 @@ def model_of(mapping, folder):
     return (mesh, model.materials, model.formulation, model.depth, model.record)
 
 
-def test_what_another_law_brings_is_shown_as_its_default(tmp_path):
+def test_what_another_law_brings_and_a_clearance_are_shown(tmp_path):
     law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
     fingertip = {"preset": "wang2014-2d", "materials": {"tissue": law}}
     (run,) = expand_mapping({**PLANE, "fingertip": fingertip}, Path("x.yaml")).runs
@@ -361,9 +358,6 @@ def test_what_another_law_brings_is_shown_as_its_default(tmp_path):
     assert {rows[name].source for name in law} == {STUDY_FILE}
     assert (rows["stable_between"].source, rows["c01"].source) == (DEFAULT, DEFAULT)
     assert "youngs_modulus" not in rows
-
-
-def test_a_clearance_is_shown(tmp_path):
     contact = {name: value for name, value in COMMON["contact"].items() if name != "offset"}
     mapping = resolved(PLANE | {"contact": contact | {"clearance": "0.35 mm"}})
     assert shown(mapping, tmp_path)["contact.clearance"].value == "0.35 mm"

@@ -118,12 +118,9 @@ def test_a_camera_that_is_turned_and_moved_sees_markers_elsewhere():
     assert not np.allclose(straight[0], turned[0], atol=1.0)
 
 
-def test_noise_is_that_of_the_trial():
+def test_trials_draw_their_own_cameras_and_noise():
     found = filmed(TrialSettings(frame_rate=500.0, width=640), Eyes(0.05, (0.0, 0.0), 0.0, 3), markers())
     assert found["position"].values[:500, 2].std(axis=0).mean() == pytest.approx(0.05, rel=0.1)
-
-
-def test_trials_draw_their_own_cameras():
     first, again, other = drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 5)
     assert first == again != other
     assert SETTINGS.noise[0] <= first.noise <= SETTINGS.noise[1]
