@@ -205,7 +205,7 @@ def _execute(
         raise
     computed = tuple(name for name in to_compute if name not in failures)
     if plan.study.cameras:
-        from fingerslip.study.running.pictures import film_runs
+        from fingerslip.study.running.films import film_runs
 
         failures |= film_runs(plan, progress)
     result = write_up(plan, refused, pictures, whole=(*computed, *unchanged))
