@@ -51,3 +51,8 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     from fingerslip.study.running import runner
 
     monkeypatch.setattr(runner, "write_report", lambda *_: None)
+
+
+def contents(folder: Path) -> list[str]:
+    """Return the relative paths of all files and folders below a folder, sorted."""
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))

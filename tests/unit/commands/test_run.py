@@ -12,7 +12,7 @@ import time
 import pytest
 
 from fingerslip.study.storage import store
-from unit.commands.folders import contents
+from unit.commands.conftest import contents
 
 
 @pytest.mark.usefixtures("no_report")

@@ -24,7 +24,7 @@ from fingerslip.verification.problem import Problem, relative
 from fingerslip.vision.tracks import read_tracks
 from fingerslip.vision.video import video_info, write_video
 from problems import clips
-from unit.commands.folders import contents
+from unit.commands.conftest import contents
 from unit.report.scenes import block_history
 
 

@@ -181,8 +181,9 @@ def test_later_slip_with_more_friction_and_depth():
     assert gross(indentation=2e-3) < gross(indentation=4e-3)
 
 
-def test_the_protocol_has_320_trials():
-    assert sum(1 for _ in synthetic_slides(travel=0.2e-3, sensor=SENSOR)) == 320
+def test_the_protocol_has_320_trials(monkeypatch):
+    monkeypatch.setattr("fingerslip.detect.synthetic.synthetic_trial", lambda name, *_: name)
+    assert len(set(synthetic_slides())) == 320
 
 
 SENSOR = SyntheticSensor(
