@@ -149,6 +149,7 @@ def test_thresholds_delay_events_or_prevent_them_and_gross_slip_is_never_found_b
     assert early.incipient < late.incipient
     assert late.gross is None
     assert onsets_from(TIME[:10], scores[:10]) == Onsets(None, None)
+    # Else an alarm of gross slip would go round the threshold that bounds false alarms.
     scores = np.array([[1.0, 0.5], [2.0, -1.0], [5.0, -1.0], [4.0, 2.0]])
     assert onsets_from(np.arange(4.0), scores, Thresholds(slip=3.0)) == Onsets(2.0, 3.0)
 

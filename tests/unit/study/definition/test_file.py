@@ -79,6 +79,7 @@ def test_keys_are_text_in_their_order_and_anchors_are_followed(tmp_path):
     assert (tmp_path / "x.yaml").read_text(encoding="utf-8") == "# how it was made\nz: 1\na:\n  é: 1 µm\n"
     (tmp_path / "x.yaml").write_text("1: a\ntrue: b\n")
     assert read_mapping(tmp_path / "x.yaml") == {"1": "a", "true": "b"}
+    # YAML 1.2 knows no merge keys: '<<' is a key like any other, which a study then does not know.
     (tmp_path / "x.yaml").write_text("a: &a {x: 1}\nb: *a\nc: {<<: *a}\n")
     assert read_mapping(tmp_path / "x.yaml") == {"a": {"x": 1}, "b": {"x": 1}, "c": {"<<": {"x": 1}}}
 

@@ -153,6 +153,7 @@ TOGETHER = "contact.friction_coefficient, programme.0.press.depth"
 
 def test_what_is_no_number_may_differ_in_spaces_and_what_the_sweep_replaces_does_not_matter():
     assert check_sweep({"a": ("a b", "ab"), "ab": (1,)})
+    # A bulk size of 0.3 mm is too small for the contact size of the file, which no run has.
     study = parse_study(finger_with_mesh(contact_size=["0.1 mm", "0.2 mm"], bulk_size=["0.3 mm", "0.4 mm"]), SOURCE)
     assert len(study.sweep) == 2
 
