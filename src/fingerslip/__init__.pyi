@@ -94,7 +94,7 @@ from .react.reflex import (
     reaction as reaction,
     reaction_names as reaction_names,
 )
-from .react.scenario import HeldObject as HeldObject, Holder as Holder, holder_of as holder_of
+from .react.scenario import HeldObject as HeldObject, holder_of as holder_of
 from .react.spikes import SpikeCount as SpikeCount
 from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult

@@ -27,6 +27,7 @@ from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
+from fingerslip.model.model import Contact, Model
 from fingerslip.parameters import Duration, NonNegativeNumber, PositiveDuration, parameters
 from fingerslip.react.film import pixels
 from fingerslip.react.loads import RampLoad
@@ -34,7 +35,7 @@ from fingerslip.react.loop import MemoryBases
 from fingerslip.react.mapping import ReactionMap, map_holder, read_reaction_map
 from fingerslip.react.moment import Moment
 from fingerslip.react.reflex import ForceRate
-from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model, holder_of
+from fingerslip.react.scenario import OBJECT, HeldObject, held_model, holder_of
 from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
 from fingerslip.report.figures.style import with_style
@@ -49,7 +50,8 @@ Sensed = dict[str, NDArray[Any]]
 
 _KINDS: tuple[ReceptorKind, ...] = ("FA-I", "SA-I")
 _SENSOR, _SENSOR_SIZES = "tactip-ridged-2d", SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.5e-3)
-_LARGEST_GRIP, _REACH, _SENSOR_REACH = 10.0, 8e-3, 12e-3  # [N]; [m], what may touch at that grip
+_SENSOR_SKIN = Contact("contact", normal_penalty=5e9, tangential_penalty=5e9)
+_LARGEST_GRIP, _REACH = 10.0, {"finger": 8e-3, "tactip": 12e-3}  # [N]; [m], what may touch at that grip
 _FAR, _MOST_SPIKES = 100.0, 100_000  # [mm] and [N]; bounds of what is sensed
 _LOSS = 10.0  # what a loss costs, in mm of slip
 _BASES = MemoryBases()
@@ -135,9 +137,10 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
             raise InputError("control_period", f"got {control_period:g} s", allowed)
         self.render_mode, self._force_rate, self._latency = render_mode, control.force_rate, control.latency
         self._kinds = _KINDS if body == "finger" else ()
-        finger = map_holder(self._settings, "original", _KINDS) if body == "finger" else None
+        holder = map_holder(self._settings, "original", _KINDS) if body == "finger" else _sensor()
         # A controller may squeeze as hard as it can: more of the skin touches than in a map.
-        self._holder = _sensor() if finger is None else replace(finger, search_distance=_REACH)
+        contact = replace(holder.contacts[0], search_distance=_REACH[body])
+        self._holder = replace(holder, contacts=(contact,))
         self._simulation: Simulation | None = None
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.observation_space = self._space()  # type: ignore[assignment]
@@ -147,7 +150,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         with Simulation(held_model(self._settings.held, self._holder), threads=1, bases=_BASES) as simulation:
             seen = simulation.observation
         nodes = len(seen["contact_state"])
-        markers = nodes if self._kinds else len(self._holder.sites)
+        markers = nodes if self._kinds else len(self._holder.record.sites)
         space: dict[str, spaces.Space[Any]] = {
             "markers": spaces.Box(-_FAR, _FAR, (markers, 2), np.float32),
             "mask": spaces.MultiBinary(markers),
@@ -279,12 +282,10 @@ def _drawn(held: HeldObject, times: Floats, travels: Floats, grips: Floats) -> N
     return pixels(canvas)
 
 
-def _sensor() -> Holder:
+def _sensor() -> Model:
     """Return the section of the ridged TacTip, with its pins."""
-    sensor = holder_of(
-        SENSORS.read(_SENSOR), _SENSOR_SIZES, boundary="contact", depth=20e-3, groups=["internal_markers"]
-    )
-    return replace(sensor, normal_penalty=5e9, tangential_penalty=5e9, search_distance=_SENSOR_REACH)
+    sensor = SENSORS.read(_SENSOR)
+    return holder_of(sensor, _SENSOR_SIZES, contact=_SENSOR_SKIN, depth=20e-3, groups=["internal_markers"])
 
 
 for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):

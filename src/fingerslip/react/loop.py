@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
+from fingerslip.model.model import Model
 from fingerslip.react.moment import Alarm, Detector, Moment
 from fingerslip.react.reflex import Reaction, Response
-from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model
+from fingerslip.react.scenario import OBJECT, HeldObject, held_model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -132,8 +133,8 @@ class Grasp:
     ----------
     held : HeldObject
         The object and its load.
-    holder : Holder
-        What holds it.
+    holder : Model
+        What holds it, as :func:`holder_of` makes it.
     detectors : mapping of str to Detector
         The detectors, by name.
     bases : BasisStore, optional
@@ -150,13 +151,13 @@ class Grasp:
     def __init__(
         self,
         held: HeldObject,
-        holder: Holder,
+        holder: Model,
         detectors: Mapping[str, Detector],
         *,
         bases: MemoryBases | None = None,
     ) -> None:
         self.held, self.detectors = held, dict(detectors)
-        kinds = {site.kind for site in holder.sites}
+        kinds = {site.kind for site in holder.record.sites}
         # Groups of pins are named by their plural.
         recorded = {*kinds, *(f"{kind.replace(' ', '_')}s" for kind in kinds)}
         for name, detector in self.detectors.items():

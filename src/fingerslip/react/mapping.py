@@ -15,6 +15,7 @@ import numpy as np
 import pydantic
 
 from fingerslip.errors import InputError, unknown_name
+from fingerslip.model.model import Model
 from fingerslip.parameters import Duration, PositiveDuration, PositiveLength, from_mapping, parameters
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.react.detectors import DetectorChoice, SlippedArea
@@ -22,7 +23,7 @@ from fingerslip.react.latency import critical_start
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import Grasp, MemoryBases, Outcome, require_whole_step
 from fingerslip.react.reflex import REACTIONS, ForceRate, Reaction, reaction
-from fingerslip.react.scenario import HeldObject, Holder, holder_of
+from fingerslip.react.scenario import HeldObject, holder_of
 from fingerslip.specimens.fingertip.fingertip import preset, preset_names
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 
@@ -332,7 +333,7 @@ def _run_all(jobs: Iterable[Callable[[], Any]], workers: int) -> Iterator[Any]:
 
 
 @functools.cache
-def _holder(fingertip: str, phalanx: PhalanxVariant, sizes: MeshSizes, depth: float, groups: tuple[str, ...]) -> Holder:
+def _holder(fingertip: str, phalanx: PhalanxVariant, sizes: MeshSizes, depth: float, groups: tuple[str, ...]) -> Model:
     """Return a fingertip with one shape of the phalanx; meshes are kept as long as the process lives."""
     finger = preset(fingertip)
     shaped = replace(finger, phalanx=replace(finger.phalanx, variant=phalanx))
@@ -342,7 +343,7 @@ def _holder(fingertip: str, phalanx: PhalanxVariant, sizes: MeshSizes, depth: fl
 _BASES = MemoryBases()
 
 
-def map_holder(settings: ReactionMap, phalanx: PhalanxVariant, groups: Iterable[str] = ()) -> Holder:
+def map_holder(settings: ReactionMap, phalanx: PhalanxVariant, groups: Iterable[str] = ()) -> Model:
     """Return the fingertip of a map with one shape of the phalanx, and with groups of sites that are recorded."""
     sizes = MeshSizes(contact_size=settings.contact_size, bulk_size=settings.bulk_size)
     return _holder(settings.fingertip, phalanx, sizes, settings.depth, tuple(sorted(set(groups))))

@@ -13,14 +13,15 @@ from dataclasses import replace
 import numpy as np
 
 from fingerslip.dynamics.simulation import simulate
-from fingerslip.materials.elastic import Elastic
-from fingerslip.model.timing import QuasiStatic
+from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.model.model import Contact, Model, ReducedBasis
+from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.react.closed_form import travel_after_ramp, travel_after_step
 from fingerslip.react.detectors import AtOnce
 from fingerslip.react.loads import BuiltInLoad, RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Actuator, Reaction, Reflex
-from fingerslip.react.scenario import HeldObject, Holder, held_model
+from fingerslip.react.scenario import HeldObject, held_model
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative
 
@@ -29,14 +30,18 @@ _LATENCIES = (74e-3, 20e-3)
 _STEP, _EXCESS, _LOAD_RATE = 0.5e-3, 0.5, 4.0
 
 
-def _pads(modulus: float) -> Holder:
+def _pads(modulus: float) -> Model:
     """Return a square pad of 10 mm of a modulus [Pa]."""
-    return Holder(
+    return Model(
         mesh=box("Q4", np.linspace(-5e-3, 5e-3, 7), np.linspace(0.0, 4e-3, 4)),
         materials={"bulk": Elastic(modulus, 0.45, 1000.0)},
         supports={"top": ("x", "y")},
-        boundary="bottom",
+        formulation="plane_strain",
+        contacts=(Contact("bottom", search_distance=4e-3),),
         depth=10e-3,
+        damping=RayleighDamping(stiffness=2e-3),
+        basis=ReducedBasis(acceleration_tolerance=0.1),
+        time=TimeStepping(step=1e-3, end=1.0),
     )
 
 

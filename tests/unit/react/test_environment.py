@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.react.scenario import Holder
+from fingerslip.model.model import Model, Recording
 from fingerslip.sites import Site
 from unit.pads import pad
 
@@ -28,9 +28,9 @@ centre: {friction: 0.6}
 """
 
 
-def held_by() -> Holder:
+def held_by() -> Model:
     sites = (Site("FA-I-1", "FA-I", (-1e-3, 1e-3)), Site("SA-I-1", "SA-I", (1e-3, 1e-3)))
-    return replace(pad(), sites=sites)
+    return replace(pad(), record=Recording(sites=sites))
 
 
 @pytest.fixture(scope="module")
