@@ -6,7 +6,7 @@ Importing this module registers `fingerslip/HoldFinger2D-v0` and `fingerslip/Hol
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -32,7 +32,6 @@ from fingerslip.parameters import Duration, NonNegativeNumber, PositiveDuration,
 from fingerslip.react.film import pixels
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import MemoryBases
-from fingerslip.react.mapping import ReactionMap, map_holder, read_reaction_map
 from fingerslip.react.moment import Moment
 from fingerslip.react.reflex import ForceRate
 from fingerslip.react.scenario import OBJECT, HeldObject, held_model, holder_of
@@ -40,8 +39,12 @@ from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
 from fingerslip.report.figures.style import with_style
 from fingerslip.sites import ReceptorKind
+from fingerslip.specimens.fingertip.fingertip import preset
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.tactip import PRESETS as SENSORS
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
+from fingerslip.study.definition.runs import Run, read_runs
+from fingerslip.study.running.build import build_model
 
 __all__ = ["HoldEnv"]
 
@@ -55,6 +58,10 @@ _LARGEST_GRIP, _REACH = 10.0, {"finger": 8e-3, "tactip": 12e-3}  # [N]; [m], wha
 _FAR, _MOST_SPIKES = 100.0, 100_000  # [mm] and [N]; bounds of what is sensed
 _LOSS = 10.0  # what a loss costs, in mm of slip
 _BASES = MemoryBases()
+_FINGER_SIZES = MeshSizes(contact_size=0.15e-3, bulk_size=0.5e-3)
+_HELD = HeldObject(mass=0.1, load=RampLoad(rate=4.0, force=1.0), step=2e-3)
+_FRICTIONS, _LOAD_RATES = (0.3, 0.9), (1.0, 32.0)  # [-] and [N/s], between which tasks are drawn
+_SPECIMENS = {"finger": "fingertip", "tactip": "tactip"}
 
 
 @parameters
@@ -74,6 +81,31 @@ class Task:
     friction: NonNegativeNumber
     load_rate: ForceRate
     latency: Duration
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Objects that are held, and the body that holds them."""
+
+    held: HeldObject
+    holder: Model
+    frictions: tuple[float, float]  # smallest and largest [-]
+    load_rates: tuple[float, float]  # smallest and largest [N/s]
+
+    @classmethod
+    def of(cls, body: str, study: str | Path | None) -> Domain:
+        """Return what a study has, or what is held without one."""
+        if study is None:
+            return cls(_HELD, _finger() if body == "finger" else _sensor(), _FRICTIONS, _LOAD_RATES)
+        runs = read_runs(study).runs
+        objects = [run.study.held for run in runs]
+        ramps = [held.load for held in objects if held is not None and isinstance(held.load, RampLoad)]
+        if objects[0] is None or len(ramps) < len(runs) or runs[0].study.specimen_kind != _SPECIMENS[body]:
+            allowed = f"needs a {_SPECIMENS[body]}, and the block reaction with a ramp_load in all runs"
+            raise InputError(str(study), "is of another kind", allowed, "take studies/reaction_map.yaml")
+        frictions = sorted(held.friction for held in objects if held is not None)
+        rates = sorted(ramp.rate for ramp in ramps)
+        return cls(objects[0], _body_of(runs[0]), (frictions[0], frictions[-1]), (rates[0], rates[-1]))
 
 
 class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
@@ -96,8 +128,8 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
     body : {'finger', 'tactip'}
         What holds the object, against its mirror image.
     study : path, optional
-        Settings of a map: object and fingertip; friction and rate of the load are drawn between its smallest and
-        largest, the rate on a logarithmic scale.
+        A study with the block `reaction`: object and body are those of its first run; friction and rate of the load are
+        drawn between the smallest and largest of its runs, the rate on a logarithmic scale.
     control_period : float
         Time from action to action, whole time steps [s].
     latency : float
@@ -129,15 +161,15 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         render_mode: str | None = None,
     ) -> None:
         control = Control(body=body, control_period=control_period, latency=latency, force_rate=force_rate)
-        default = ReactionMap(held=HeldObject(mass=0.1, load=RampLoad(rate=4.0, force=1.0), step=2e-3))
-        self._settings = default if study is None else read_reaction_map(study)
-        self._steps = round(control_period / self._settings.held.step)
-        if self._steps < 1 or abs(self._steps * self._settings.held.step - control_period) > 1e-9:
-            allowed = f"needs whole steps of {self._settings.held.step:g} s"
+        self._domain = Domain.of(body, study)
+        step = self._domain.held.step
+        self._steps = round(control_period / step)
+        if self._steps < 1 or abs(self._steps * step - control_period) > 1e-9:
+            allowed = f"needs whole steps of {step:g} s"
             raise InputError("control_period", f"got {control_period:g} s", allowed)
         self.render_mode, self._force_rate, self._latency = render_mode, control.force_rate, control.latency
         self._kinds = _KINDS if body == "finger" else ()
-        holder = map_holder(self._settings, "original", _KINDS) if body == "finger" else _sensor()
+        holder = self._domain.holder
         # A controller may squeeze as hard as it can: more of the skin touches than in a map.
         contact = replace(holder.contacts[0], search_distance=_REACH[body])
         self._holder = replace(holder, contacts=(contact,))
@@ -147,7 +179,7 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
 
     def _space(self) -> spaces.Dict:
         """Return the space of what is sensed; the number of nodes is that of a model."""
-        with Simulation(held_model(self._settings.held, self._holder), threads=1, bases=_BASES) as simulation:
+        with Simulation(held_model(self._domain.held, self._holder), threads=1, bases=_BASES) as simulation:
             seen = simulation.observation
         nodes = len(seen["contact_state"])
         markers = nodes if self._kinds else len(self._holder.record.sites)
@@ -167,16 +199,16 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         """Hold another object: `friction`, `load_rate` [N/s] and `latency` [s] may be given, or are drawn."""
         super().reset(seed=seed)
         self.close()
-        frictions, rates = self._settings.friction, self._settings.load_rates
+        rates = np.log(self._domain.load_rates)
         drawn = {
-            "friction": self.np_random.uniform(min(frictions), max(frictions)),
-            "load_rate": float(np.exp(self.np_random.uniform(np.log(min(rates)), np.log(max(rates))))),
+            "friction": self.np_random.uniform(*self._domain.frictions),
+            "load_rate": float(np.exp(self.np_random.uniform(*rates))),
             "latency": self._latency,
         }
         task = self._task = Task(**{**drawn, **(options or {})})
-        load = self._settings.held.load
-        assert isinstance(load, RampLoad)
-        self._held = replace(self._settings.held, friction=task.friction, load=RampLoad(task.load_rate, load.force))
+        held = self._domain.held
+        load = RampLoad(task.load_rate, held.load.series()[1][-1])
+        self._held = replace(held, friction=task.friction, load=load)
         simulation = self._simulation = Simulation(held_model(self._held, self._holder), threads=1, bases=_BASES)
         for _ in range(round(self._held.begins / self._held.step)):
             seen = simulation.step()
@@ -280,6 +312,18 @@ def _drawn(held: HeldObject, times: Floats, travels: Floats, grips: Floats) -> N
     ways.axhline(1e3 * held.travel_limit, color=VERMILLION)
     ways.set(ylabel="travel [mm]", xlabel="time since the load began [ms]")
     return pixels(canvas)
+
+
+def _body_of(run: Run) -> Model:
+    """Return the body of a run, with receptors or pins."""
+    receptors, groups = (_KINDS, ()) if run.study.specimen_kind == "fingertip" else ((), ("internal_markers",))
+    record = replace(run.study.record, receptors=receptors, groups=groups)
+    return build_model(replace(run, study=replace(run.study, record=record)))
+
+
+def _finger() -> Model:
+    """Return the section of the paper's fingertip, with its receptors."""
+    return holder_of(preset("wang2014-2d"), _FINGER_SIZES, groups=_KINDS)
 
 
 def _sensor() -> Model:

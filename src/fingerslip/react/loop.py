@@ -19,12 +19,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.dynamics.reduced.basis import BasisStore
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
 from fingerslip.react.moment import Alarm, Detector, Moment
-from fingerslip.react.reflex import Reaction, Response
+from fingerslip.react.reflex import Reaction, Response, require_whole_step
 from fingerslip.react.scenario import OBJECT, HeldObject, held_model
 
 if TYPE_CHECKING:
@@ -36,21 +37,28 @@ Array = NDArray[np.float64]
 
 
 class MemoryBases:
-    """Reduced bases that are kept as long as the process lives, for all runs on one mesh."""
+    """Reduced bases that are kept in memory, for all runs on one mesh, and in a store on disk, if there is one."""
 
-    def __init__(self) -> None:
-        self._arrays: dict[str, dict[str, Array]] = {}
+    def __init__(self, store: BasisStore | None = None) -> None:
+        self._store, self._arrays = store, dict[str, Mapping[str, Array]]()
 
     def load(self, key: str) -> Mapping[str, Array] | None:
         """Return the arrays of a key, or None."""
+        if key not in self._arrays and self._store is not None:
+            arrays = self._store.load(key)
+            self._arrays |= {} if arrays is None else {key: arrays}
         return self._arrays.get(key)
 
     def save(self, key: str, arrays: Mapping[str, Array]) -> None:
         """Keep arrays under a key."""
-        self._arrays[key] = dict(arrays)
+        self._arrays[key] = arrays
+        if self._store is not None:
+            self._store.save(key, arrays)
 
-    def alone(self, key: str) -> AbstractContextManager[None]:  # noqa: ARG002  as for all stores
-        """Do nothing: no other process sees them."""
+    def alone(self, key: str) -> AbstractContextManager[None]:
+        """Keep other processes from making the arrays of a key in a block, where they share the store."""
+        if self._store is not None and key not in self._arrays:
+            return self._store.alone(key)
         return contextlib.nullcontext()
 
 
@@ -72,6 +80,8 @@ class OpenLoop:
         From when on nothing sticks, up to the loss [s].
     lost : float or None
         When the travel exceeds its limit [s].
+    history : Dataset
+        All that was recorded.
     """
 
     times: Array
@@ -81,6 +91,7 @@ class OpenLoop:
     alarms: Mapping[str, Alarm | None]
     gross: float | None
     lost: float | None
+    history: xr.Dataset
 
     def lead(self, name: str) -> float | None:
         """Return the time from a detector's alarm to gross slip [s]; None where one of them is."""
@@ -333,7 +344,8 @@ class Grasp:
         first = int(sticking[-1]) + 1 if sticking.size else 0
         gross = float(times[first]) if is_lost and first < times.size else None
         lost = float(times[-1]) if is_lost else None
-        return OpenLoop(times, columns[:, 1], columns[:, 2], columns[:, 3], alarms, gross, lost)
+        history = simulation.history()
+        return OpenLoop(times, columns[:, 1], columns[:, 2], columns[:, 3], alarms, gross, lost, history)
 
     def _save(self, simulation: Simulation, time: float) -> None:
         if self._saved and self._saved[-1][0] >= time:
@@ -378,14 +390,6 @@ class Grasp:
         later = _later_times(time, self.held.duration, knots)
         bears = (2.0 * self.held.friction * response.force(moment) for moment in later)
         return all(limit > self.held.total_load(moment) for limit, moment in zip(bears, later, strict=True))
-
-
-def require_whole_step(where: str, latency: float, step: float) -> None:
-    """Refuse a latency [s] that is shorter than a step [s], and not zero."""
-    if 0.0 < latency < step:
-        raise InputError(
-            where, f"got {latency:g} s", f"needs 0 s or at least a step, {step:g} s", "take a shorter step"
-        )
 
 
 _LOOKS_AHEAD = 64

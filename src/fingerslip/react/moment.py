@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, STICK
-from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.slip.settings import EventSettings
+
+if TYPE_CHECKING:
+    from fingerslip.dynamics.steering.steering import Observation
 
 __all__ = ["SLIPPED", "Alarm", "Detector", "Moment", "Watch"]
 

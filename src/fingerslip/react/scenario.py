@@ -27,7 +27,7 @@ from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, Posi
 from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad, load_ramp
 from fingerslip.specimens.protocol import Specimen
 
-__all__ = ["OBJECT", "HeldObject", "held_model", "holder_of"]
+__all__ = ["OBJECT", "HeldObject", "ObjectSettings", "held_model", "holder_of"]
 
 #: Name of the rigid body.
 OBJECT = "object"
@@ -43,8 +43,8 @@ _TIME = TimeStepping(step=1e-3, end=1.0)
 
 
 @parameters
-class HeldObject:
-    """An object that is held by friction, and what happens to it.
+class ObjectSettings:
+    """An object that is held, and what happens to it, apart from its friction and from steps.
 
     Grip and weight rise together, then rest, then the load begins: that is time zero of a reaction.
 
@@ -52,9 +52,7 @@ class HeldObject:
     ----------
     mass : float
         Mass of the object [kg].
-    friction : float
-        Friction coefficient of each of its two faces [-].
-    load : StepLoad, RampLoad, DroppedBall or LoadSeries
+    load : StepLoad, RampLoad, FilledVessel, DroppedBall or LoadSeries
         What comes on top of the weight.
     margin : float
         Grip force over the least that holds the weight, less one [-].
@@ -72,6 +70,50 @@ class HeldObject:
         How long they rest before the load begins [s].
     after : float
         How long is looked at once the load no longer changes [s].
+    """
+
+    load: LoadChoice = _LOAD
+    mass: Mass = 0.2
+    margin: NonNegativeNumber = 0.45
+    grip: Annotated[Force, pydantic.Field(gt=0)] | None = None
+    weight: Annotated[Force, pydantic.Field(ge=0)] | None = None
+    direction: Literal[1, -1] = 1
+    travel_limit: PositiveLength = 10e-3
+    settle: PositiveDuration = 0.3
+    rest: Duration = 0.05
+    after: PositiveDuration = 0.5
+
+
+@parameters
+class HeldObject(ObjectSettings):
+    """An object that is held by friction, and what happens to it.
+
+    Grip and weight rise together, then rest, then the load begins: that is time zero of a reaction.
+
+    Parameters
+    ----------
+    mass : float
+        Mass of the object [kg].
+    load : StepLoad, RampLoad, FilledVessel, DroppedBall or LoadSeries
+        What comes on top of the weight.
+    margin : float
+        Grip force over the least that holds the weight, less one [-].
+    grip : float, optional
+        Grip force at first [N], in place of the margin.
+    weight : float, optional
+        Force along the faces at first [N]; without it the weight of the mass.
+    direction : {1, -1}
+        Whether weight and load act along +x or -x.
+    travel_limit : float
+        Travel from which the object is lost [m].
+    settle : float
+        How long grip and weight take to rise [s].
+    rest : float
+        How long they rest before the load begins [s].
+    after : float
+        How long is looked at once the load no longer changes [s].
+    friction : float
+        Friction coefficient of each of its two faces [-].
     step : float
         Time step [s].
 
@@ -82,17 +124,7 @@ class HeldObject:
     '2.37 N, slips 0.22 s after the load begins'
     """
 
-    load: LoadChoice = _LOAD
-    mass: Mass = 0.2
     friction: Annotated[float, pydantic.Field(gt=0)] = 0.6
-    margin: NonNegativeNumber = 0.45
-    grip: Annotated[Force, pydantic.Field(gt=0)] | None = None
-    weight: Annotated[Force, pydantic.Field(ge=0)] | None = None
-    direction: Literal[1, -1] = 1
-    travel_limit: PositiveLength = 10e-3
-    settle: PositiveDuration = 0.3
-    rest: Duration = 0.05
-    after: PositiveDuration = 0.5
     step: PositiveDuration = 1e-3
 
     def __post_init__(self) -> None:
@@ -125,6 +157,11 @@ class HeldObject:
     def duration(self) -> float:
         """From the start of the load to the end of the run, whole steps [s]."""
         return float(np.ceil((self.load.series()[0][-1] + self.after) / self.step - 1e-6)) * self.step
+
+    @property
+    def end(self) -> float:
+        """End of the run [s]."""
+        return self.begins + self.duration
 
     def total_load(self, time: float) -> float:
         """Return weight and load [N] at a time since the load began [s]."""
@@ -214,7 +251,7 @@ def held_model(held: HeldObject, holder: Model) -> Model:
         holder,
         contacts=(contact,),
         bodies={OBJECT: RigidBody(mass=0.5 * held.mass, free=("x", "y"), loads=loads)},
-        time=TimeStepping(step=held.step, end=held.begins + held.duration),
+        time=replace(holder.time, step=held.step, end=held.end),  # type: ignore[type-var]
     )
 
 

@@ -11,10 +11,11 @@ from fingerslip.afferents.model import AFFERENTS, spikes_of
 from fingerslip.afferents.signals import BandwidthWarning
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model, Recording
+from fingerslip.react.detectors import SpikeCount
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import Grasp
 from fingerslip.react.scenario import HeldObject
-from fingerslip.react.spikes import SpikeCount, SpikeStream
+from fingerslip.react.spikes import SpikeStream
 from fingerslip.sites import Site
 from unit.pads import pad
 

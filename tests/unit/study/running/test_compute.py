@@ -146,7 +146,7 @@ def test_progress_may_end_a_run(job: Job, simulated: list[float]) -> None:
 
 
 def job_of(name: str, model: Any = None, folder: Path = Path("none")) -> Any:
-    run = SimpleNamespace(name=name, where=f"x.yaml ({name})")
+    run = SimpleNamespace(name=name, where=f"x.yaml ({name})", study=SimpleNamespace(reaction=None))
     return SimpleNamespace(run=run, model=model or push_and_slide(), folder=folder / name)
 
 
