@@ -80,8 +80,8 @@ class Reactions:
 
 
 def centre_of(results: Sequence[ReactionResult]) -> int:
-    """Return which of some runs the answer is about: the first at which reactions were tried, or the first."""
-    return next((number for number, result in enumerate(results) if result.trials or result.travels), 0)
+    """Return which of some runs the answer is about: the first one at which most was tried."""
+    return max(range(len(results)), key=lambda number: len(results[number].trials) + len(results[number].travels))
 
 
 def answer(reactions: Reactions) -> tuple[str, ...]:

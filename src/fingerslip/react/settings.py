@@ -31,15 +31,15 @@ class ReactionSettings(ObjectSettings):
     """An object between the body of a study and its mirror image, and what may save it.
 
     Its friction is that of the study's contact, its step that of the study's time. Where a sweep has a run with the
-    study's own values, reactions and latencies are tried there alone, and in all runs elsewhere.
+    study's own values, `reactions` and `latencies` are tried there alone, and in all runs elsewhere.
 
     Parameters
     ----------
     detectors : mapping of str to detector
         What notices slip; the first one is that of the answer.
     reflex : Reflex
-        How the grip rises in the search for the critical latency. Its own latency, if it has one, is tried as a
-        reaction.
+        How the grip rises in the search for the critical latency. If it has a latency itself, it is tried as a reaction
+        in all runs.
     actuator : Actuator
         What moves the fingers in this search.
     reactions : tuple of str
@@ -95,8 +95,8 @@ class ReactionSettings(ObjectSettings):
         return shipped | ({"this reflex": self.rise} if self.reflex.latency else {})
 
     def without_trials(self) -> ReactionSettings:
-        """Return the search for the critical latency alone."""
-        return replace(self, reactions=(), latencies=(), reflex=replace(self.reflex, latency=0.0))
+        """Return the search for the critical latency, with no reaction but its own."""
+        return replace(self, reactions=(), latencies=())
 
     def beside(self, folder: Path) -> ReactionSettings:
         """Return settings whose load has what its file has, which is named from a folder."""

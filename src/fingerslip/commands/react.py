@@ -1,0 +1,39 @@
+"""``fingerslip react``: does a detector's alarm save the object?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import AsJson, print_tables
+
+
+def react(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results of a study with the block reaction.")],
+    onsets: Annotated[
+        Path | None, typer.Argument(metavar="[CSV]", help="Onset times of all runs: trial, incipient_s, gross_s.")
+    ] = None,
+    *,
+    trials: Annotated[
+        Path | None, typer.Option("--trials", metavar="DIR", help="Write the runs as a data set for detectors instead.")
+    ] = None,
+    frame_rate: Annotated[
+        float, typer.Option("--frame-rate", min=1.0, help="Frames a second of the data set.")
+    ] = 250.0,
+    as_json: AsJson = False,
+) -> None:
+    """Score the alarms of a detector on held objects: how many are saved, with what force, how many grips are false.
+
+    Any detector takes part: it sees the data set that --trials writes, and its onset times are scored.
+    """
+    from fingerslip.errors import InputError
+    from fingerslip.study.trials.holding import held_trials, score_alarms
+
+    if (onsets is None) == (trials is None):
+        raise InputError("react", "has onset times and --trials, or none of the two", "needs one of them")
+    if trials is not None:
+        typer.echo(f"{trials}: {len(held_trials(results, trials, frame_rate).names)} trials")
+    elif onsets is not None:
+        print_tables([score_alarms(results, onsets)], as_json)
