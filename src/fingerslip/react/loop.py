@@ -303,7 +303,7 @@ class Grasp:
         if response is None or time <= response.start:
             return simulation.step()
         added = response.force(time) - self.held.first_grip
-        return simulation.step(Command(OBJECT, force=(0.0, added)))
+        return simulation.step(Command(OBJECT, force=(0.0, added, 0.0)[: self.model.mesh.dim()]))
 
     def _motion(self, observation: Observation) -> tuple[float, float]:
         """Return position [m] and speed [m/s] of the object along the load."""

@@ -77,7 +77,8 @@ class Moment:
     @property
     def force_ratio(self) -> float:
         """Tangential over normal force."""
-        tangential, normal = np.abs(self.observation["counterface_force"][0])
+        force = self.observation["counterface_force"][0]
+        normal, tangential = abs(force[1]), np.linalg.norm(np.delete(force, 1))
         return float(tangential / normal) if normal > 0.0 else 0.0
 
     def _share(self, nodes: NDArray[np.bool_]) -> float:

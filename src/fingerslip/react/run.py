@@ -109,7 +109,7 @@ def compute_reactions(
         write_text(folder / REACTIONS, _STORED.dump_json(result, indent=1).decode())
         filmed = filmed_reactions(result, settings)
         # Films are written by OpenCV, of the extra `vision`.
-        if filmed and find_spec("cv2"):
+        if filmed and model.mesh.dim() == 2 and find_spec("cv2"):
             from fingerslip.react.film import SHOWN_FILM, film_frames, write_film
 
             frames = film_frames(grasp, settings.detector, filmed, SHOWN_FILM)

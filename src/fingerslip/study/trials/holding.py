@@ -123,9 +123,9 @@ def _table(outcomes: Mapping[str, list[Outcome]], early: Mapping[str, int], sett
         *(Column("alarm"), Column("saved", "%", 0), Column("false grips"), Column("before the load")),
         *(Column("force spent", "N", 2), Column("median travel", "mm", 1)),
     )
+    delay, rate = 1e3 * settings.rise.delay, settings.actuator.force_rate
     note = (
-        f"{lost.size} objects, {int(lost.sum())} of which are lost without a reaction; shares are of these. A "
-        f"false grip is one for an object that is held anyway. Reaction: {1e3 * settings.rise.delay:.0f} ms after the alarm, "
-        f"{settings.actuator.force_rate:g} N/s."
+        f"{lost.size} objects, {int(lost.sum())} of which are lost without a reaction; shares are of these. A false "
+        f"grip is one for an object that is held anyway. The grip rises {delay:.0f} ms after an alarm, at {rate:g} N/s."
     )
     return Table("Does the alarm save the object?", columns, tuple(rows), note)
