@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.react.reflex import REACTIONS
-from fingerslip.react.run import ReactionResult, Trial
+from fingerslip.react.results import ReactionResult, Trial
 from fingerslip.react.settings import ReactionSettings
 from fingerslip.report.labels import run_title
 from fingerslip.report.tables.runs import swept_cells, swept_columns

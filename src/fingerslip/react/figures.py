@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.react.answer import Reactions
 from fingerslip.react.reflex import REACTIONS
-from fingerslip.react.run import Trial
+from fingerslip.react.results import Trial
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
-from fingerslip.react.run import FILM, STILL
+from fingerslip.react.results import FILM, STILL
 from fingerslip.report.content import ReportContent
 from fingerslip.report.page.assemble import bibtex_entries, uncertainty_section
 from fingerslip.report.page.page import Picture, Report, ReportSection

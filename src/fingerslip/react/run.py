@@ -1,95 +1,30 @@
-"""A run of a study with the block `reaction`: computed, and as data in the folder of the run."""
+"""A run of a study with the block `reaction`: the search for the critical latency, reactions, and their film."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pydantic
 
-from fingerslip.errors import DamagedError
+from fingerslip.dynamics.reduced.basis import BasisStore
 from fingerslip.model.model import Model
+from fingerslip.react.latency import CriticalStart, critical_start
 from fingerslip.react.loads import RampLoad
+from fingerslip.react.loop import Grasp, MemoryBases
 from fingerslip.react.reflex import Reaction
+from fingerslip.react.results import FILM, STILL, ReactionResult, Trial, write_reactions
 from fingerslip.react.scenario import HeldObject
 from fingerslip.react.settings import ReactionSettings
-from fingerslip.storage.files import write_bytes, write_text
+from fingerslip.storage.files import write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.dynamics.reduced.basis import BasisStore
-    from fingerslip.react.loop import Grasp
-
-__all__ = ["FILM", "STILL", "ReactionResult", "Trial", "compute_reactions", "read_reactions"]
-
-#: Files in the folder of a run: what came of its reactions, and the film of two of them with its last frame.
-REACTIONS, FILM, STILL = "reactions.json", "reaction-film.mp4", "reaction-film.png"
-
-
-@dataclass(frozen=True)
-class Trial:
-    """What came of one reaction after one detector."""
-
-    reaction: str
-    detector: str
-    delay: float  # from the alarm, or the load, to the first change of the force [s]
-    since_load: bool  # whether the delay counts from the start of the load
-    force_rate: float  # of the grip at most [N/s]
-    critical: float | None  # the longest such delay that saves the object [s]
-    chance: float | None  # share of trials that save it, by the jitter of the reflex [-]
-    saved: bool
-    travel: float  # largest [m]
-    slip: float  # largest of a node [m]
-    grip_added: float  # [N]
-    false_grip: bool  # whether the object would have been held without it
-
-    @property
-    def spare(self) -> float | None:
-        """How much longer the delay may be [s]."""
-        return None if self.critical is None else self.critical - self.delay
-
-
-@dataclass(frozen=True)
-class ReactionResult:
-    """What came of the reactions of a run; times count from the start of the load [s]."""
-
-    friction: float  # friction coefficient [-]
-    load_rate: float | None  # of a ramp [N/s]
-    grip: float  # first grip force [N]
-    alarms: Mapping[str, float | None]  # of each detector
-    gross: float | None  # when all of the contact slips
-    lost: float | None  # when the object is lost without a reaction
-    critical: Mapping[str, float | None]  # critical latency after each alarm; None: even none is too much, or not lost
-    error: float  # how much longer they may be
-    trials: tuple[Trial, ...] = ()
-    travels: Mapping[float, float] = pydantic.Field(default_factory=dict)  # largest travel [m] by latency [s]
-
-    def latency(self, detector: str) -> float:
-        """Return the critical latency [s] after a detector's alarm: NaN where none saves, inf where none is needed."""
-        value = self.critical[detector]
-        return np.inf if self.lost is None else np.nan if value is None else value
-
-    @property
-    def times(self) -> dict[str, float | None]:
-        """Its times by what they are called in tables [s]."""
-        critical = {f"critical latency after {name}": value for name, value in self.critical.items()}
-        return {"gross slip": self.gross, "lost": self.lost, **self.alarms, **critical}
-
-
-_STORED: pydantic.TypeAdapter[ReactionResult] = pydantic.TypeAdapter(ReactionResult)
-
-
-def read_reactions(folder: Path) -> ReactionResult:
-    """Read what came of the reactions of a finished run."""
-    try:
-        return _STORED.validate_json((folder / REACTIONS).read_bytes())
-    except (OSError, pydantic.ValidationError) as error:
-        raise DamagedError(str(folder / REACTIONS), f"cannot be read ({error})", "run the study again") from None
+__all__ = ["compute_reactions"]
 
 
 def compute_reactions(
@@ -102,11 +37,9 @@ def compute_reactions(
     progress: Callable[[float], None],
 ) -> xr.Dataset:
     """Compute a run, write what comes of its reactions into its folder, and return the history without a reaction."""
-    from fingerslip.react.loop import Grasp, MemoryBases
-
     with Grasp(held, model, settings.detectors, bases=MemoryBases(bases)) as grasp:
         result = _result(settings, grasp, progress)
-        write_text(folder / REACTIONS, _STORED.dump_json(result, indent=1).decode())
+        write_reactions(result, folder)
         filmed = filmed_reactions(result, settings)
         # Films are written by OpenCV, of the extra `vision`.
         if filmed and model.mesh.dim() == 2 and find_spec("cv2"):
@@ -118,21 +51,16 @@ def compute_reactions(
 
 
 def _result(settings: ReactionSettings, grasp: Grasp, progress: Callable[[float], None]) -> ReactionResult:
-    from fingerslip.react.latency import critical_start
-
     held, loop = grasp.held, grasp.open_loop
-    steps = iter(np.linspace(0.0, 1.0, 2 + len(settings.tried) + len(settings.latencies))[1:].tolist())
-    progress(next(steps))
-    critical = critical_start(grasp, settings.rise, settings.tolerance)
-    progress(next(steps, 1.0))
-    trials = list[Trial]()
-    for name, reaction in settings.tried.items():
-        trials += _trials(name, reaction, settings, grasp)
-        progress(next(steps, 1.0))
-    travels = {}
-    for latency in settings.latencies:
+    searches = _Searches(grasp, settings.tolerance)
+    critical, trials, travels = searches.of(settings.rise), list[Trial](), dict[float, float]()
+    steps = 1 + len(settings.tried) + len(settings.latencies)
+    for number, (name, reaction) in enumerate(settings.tried.items(), start=1):
+        progress(number / steps)
+        trials += _trials(name, reaction, settings, searches)
+    for number, latency in enumerate(settings.latencies, start=1 + len(settings.tried)):
+        progress(number / steps)
         travels[latency] = grasp.react(_with_delay(settings.rise, latency), settings.detector).travel
-        progress(next(steps, 1.0))
     return ReactionResult(
         friction=held.friction,
         load_rate=held.load.rate if isinstance(held.load, RampLoad) else None,
@@ -147,11 +75,23 @@ def _result(settings: ReactionSettings, grasp: Grasp, progress: Callable[[float]
     )
 
 
-def _trials(name: str, reaction: Reaction, settings: ReactionSettings, grasp: Grasp) -> list[Trial]:
-    """Try a reaction after every detector."""
-    from fingerslip.react.latency import critical_start
+class _Searches:
+    """Searches for critical latencies, one for all reactions whose grip rises alike."""
 
-    critical, since_load = critical_start(grasp, reaction, settings.tolerance), reaction.reflex.since == "load"
+    def __init__(self, grasp: Grasp, tolerance: float) -> None:
+        self.grasp, self._tolerance, self._starts = grasp, tolerance, dict[Reaction, CriticalStart]()
+
+    def of(self, reaction: Reaction) -> CriticalStart:
+        """Return the latest start of the grip that saves the object."""
+        rise = _with_delay(reaction, 0.0)
+        if rise not in self._starts:
+            self._starts[rise] = critical_start(self.grasp, rise, self._tolerance)
+        return self._starts[rise]
+
+
+def _trials(name: str, reaction: Reaction, settings: ReactionSettings, searches: _Searches) -> list[Trial]:
+    """Try a reaction after every detector."""
+    grasp, critical, since_load = searches.grasp, searches.of(reaction), reaction.reflex.since == "load"
     trials = []
     for detector in settings.detectors:
         longest = _finite(critical.time if since_load else critical.latency(grasp, detector))
@@ -180,11 +120,12 @@ def _finite(time: float | None) -> float | None:
 
 
 def _with_delay(reaction: Reaction, delay: float) -> Reaction:
-    """Return a reaction that changes the force a time after the alarm [s]."""
-    return Reaction(replace(reaction.reflex, latency=delay), replace(reaction.actuator, dead_time=0.0))
+    """Return a reaction that changes the force a time after the alarm [s], the same in all trials."""
+    reflex = replace(reaction.reflex, latency=delay, jitter=0.0, since="alarm")
+    return Reaction(reflex, replace(reaction.actuator, dead_time=0.0))
 
 
-def filmed_reactions(result: ReactionResult, settings: ReactionSettings) -> dict[str, Any]:
+def filmed_reactions(result: ReactionResult, settings: ReactionSettings) -> dict[str, Reaction]:
     """Return the slowest reaction that saves the object, and the quickest that loses it, by title."""
     tried = [trial for trial in result.trials if trial.detector == settings.detector and not trial.since_load]
     ordered = sorted(tried, key=lambda trial: trial.delay)

@@ -17,7 +17,7 @@ from fingerslip.react import film
 from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
 from fingerslip.react.page import reaction_tables
-from fingerslip.react.run import read_reactions
+from fingerslip.react.results import read_reactions
 from fingerslip.report.figures.motion import Film
 from fingerslip.results import StudyResult, quantities
 from fingerslip.study.definition.runs import read_runs

@@ -254,7 +254,7 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 def _reactions(study: StudyResult) -> Reactions:
     """Return the runs of a study with reactions."""
     from fingerslip.react.answer import Reactions, centre_of
-    from fingerslip.react.run import read_reactions
+    from fingerslip.react.results import read_reactions
 
     results = tuple(read_reactions(study.folder / run.name) for run in study.runs)
     settings = read_run_values(study.folder / study.runs[centre_of(results)].name / RUN).study.reaction

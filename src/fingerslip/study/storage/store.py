@@ -24,7 +24,7 @@ from typing_extensions import TypedDict
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.history import write_history
 from fingerslip.parameters.dotted import flatten
-from fingerslip.react.run import read_reactions
+from fingerslip.react.results import read_reactions
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import sensitivity_rows
 from fingerslip.results import (

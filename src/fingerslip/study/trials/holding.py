@@ -18,7 +18,7 @@ from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.react.loop import Grasp, MemoryBases, Outcome
-from fingerslip.react.run import read_reactions
+from fingerslip.react.results import read_reactions
 from fingerslip.react.scenario import HeldObject
 from fingerslip.react.settings import ReactionSettings
 from fingerslip.results import HISTORY, RUN
