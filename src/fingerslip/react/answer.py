@@ -110,10 +110,8 @@ def answer(reactions: Reactions) -> tuple[str, ...]:
 
 def _name(trial: Trial) -> str:
     """Return a reaction with its latency and the longest that its grip allows."""
-    delay, since = f"{1e3 * trial.delay:.0f}", " since the load" if trial.since_load else ""
-    if trial.critical is None:
-        return f"{trial.reaction} ({delay} ms, none is short enough{since})"
-    return f"{trial.reaction} ({delay} of {1e3 * trial.critical:.0f} ms{since})"
+    longest = " ms, none is short enough" if trial.critical is None else f" of {1e3 * trial.critical:.0f} ms"
+    return f"{trial.reaction} ({1e3 * trial.delay:.0f}{longest}{trial.since})"
 
 
 def _of(trials: list[Trial], saved: bool) -> list[Trial]:

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import SLIP, STICK
 from fingerslip.react.answer import Reactions
 from fingerslip.react.reflex import REACTIONS
-from fingerslip.react.results import Trial
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
 
@@ -138,7 +137,10 @@ def margin_figure(reactions: Reactions) -> Figure:
 def outcome_figure(reactions: Reactions) -> Figure:
     """Draw what comes of every reaction after every detector at the centre: saved or lost, and by how much time."""
     detectors, trials = list(reactions.settings.detectors), reactions.result.trials
-    labels = {trial.reaction: _reaction_label(trial) for trial in sorted(trials, key=lambda trial: -trial.delay)}
+    labels = {
+        trial.reaction: f"{trial.reaction}, {1e3 * trial.delay:.0f} ms{trial.since}, {trial.force_rate:g} N/s"
+        for trial in sorted(trials, key=lambda trial: -trial.delay)
+    }
     title = f"At {reactions.where}: time to spare, and travel"
     size = (max(1.75 * len(detectors), 3.4), 0.42 * len(labels))
     figure, (axes,) = figure_grid(1, 1, size, title, ("detector", ""))
@@ -156,11 +158,6 @@ def outcome_figure(reactions: Reactions) -> Figure:
     _only_cells(axes)
     add_legend(figure, {name: Patch(color=STATE_COLOURS[key]) for name, key in (("saved", STICK), ("lost", SLIP))})
     return figure
-
-
-def _reaction_label(trial: Trial) -> str:
-    since = " after the load" if trial.since_load else ""
-    return f"{trial.reaction}, {1e3 * trial.delay:.0f} ms{since}, {trial.force_rate:g} N/s"
 
 
 def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pydantic
 
 from fingerslip.errors import InputError
-from fingerslip.model.programme import Ramp
 from fingerslip.parameters import Duration, Force, Mass, PositiveDuration, PositiveLength, one_of, parameters
 from fingerslip.react.reflex import ForceRate
 from fingerslip.units import Unit
@@ -196,9 +195,3 @@ LoadChoice = Annotated[
     BuiltInLoad,
     one_of(BuiltInLoad, "load", "LoadChoice", "A load, under the key that names its kind; exactly one is given."),
 ]
-
-
-def load_ramp(load: Load, begins: float) -> Ramp:
-    """Return the force [N] of a load that begins at a time [s]."""
-    times, forces = load.series()
-    return Ramp(tuple(begins + time for time in times), forces)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 __all__ = ["Grasp", "MemoryBases", "OpenLoop", "Outcome"]
 
 Array = NDArray[np.float64]
+
+_LOOKS_AHEAD = 64  # times at which a load between its knots and a grip are compared
 
 
 class MemoryBases:
@@ -238,19 +240,22 @@ class Grasp:
 
     def without_reaction(self) -> Outcome:
         """Return what comes of no reaction."""
-        loop, grip = self.open_loop, self.held.first_grip
-        largest = float(loop.travel.max())
+        loop = self.open_loop
+        return self._outcome(loop.times, loop.travel, self._open_slip, self.held.first_grip, None)
+
+    def _outcome(self, times: Array, travels: Array, slip: float, grip: float, start: float | None) -> Outcome:
+        """Return what comes of a grip that rose to a force [N] from a time on [s], by travels [m] over times [s]."""
         return Outcome(
-            saved=loop.lost is None,
-            travel=largest,
-            largest_slip=self._open_slip,
+            saved=bool(travels[-1] <= self.held.travel_limit),
+            travel=float(travels.max()),
+            largest_slip=slip,
             grip=grip,
-            grip_added=0.0,
-            false_grip=False,
-            start=None,
-            end=float(loop.times[-1]),
-            times=loop.times,
-            travels=loop.travel,
+            grip_added=grip - self.held.first_grip,
+            false_grip=start is not None and self.open_loop.lost is None,
+            start=start,
+            end=float(times[-1]),
+            times=times,
+            travels=travels,
         )
 
     def branch(self, response: Response) -> Outcome:
@@ -356,8 +361,7 @@ class Grasp:
 
     def _follow(self, simulation: Simulation, response: Response, earliest: float) -> Outcome:
         """Take steps under a response until the object is lost, or saved at a time or later [s]."""
-        held, loop = self.held, self.open_loop
-        times, travels = [], []
+        held, times, travels = self.held, list[float](), list[float]()
         observation, grip = simulation.observation, response.grip
         while not simulation.is_finished:
             observation = self._step(simulation, response)
@@ -370,32 +374,12 @@ class Grasp:
                 break
             if time >= max(earliest, response.start) and speed <= 0.0 and self._is_safe(response, time):
                 break
-        within = travels[-1] <= held.travel_limit
-        return Outcome(
-            saved=within,
-            travel=max(travels),
-            largest_slip=float((observation["slip_distance"] - self._first_slips).max()),
-            grip=grip,
-            grip_added=grip - held.first_grip,
-            false_grip=loop.lost is None,
-            start=response.start,
-            end=times[-1],
-            times=np.array(times),
-            travels=np.array(travels),
-        )
+        slip = float((observation["slip_distance"] - self._first_slips).max())
+        return self._outcome(np.array(times), np.array(travels), slip, grip, response.start)
 
     def _is_safe(self, response: Response, time: float) -> bool:
         """Tell whether friction bears the load at a time [s] and ever after."""
-        knots, _ = self.held.load.series()
-        later = _later_times(time, self.held.duration, knots)
-        bears = (2.0 * self.held.friction * response.force(moment) for moment in later)
-        return all(limit > self.held.total_load(moment) for limit, moment in zip(bears, later, strict=True))
-
-
-_LOOKS_AHEAD = 64
-
-
-def _later_times(time: float, end: float, knots: Sequence[float]) -> list[float]:
-    """Return times from one on [s] at which a load between knots and a grip are compared."""
-    even = np.linspace(time, max(end, time), _LOOKS_AHEAD)
-    return [*even.tolist(), *(knot for knot in knots if knot > time)]
+        held = self.held
+        even = np.linspace(time, max(held.duration, time), _LOOKS_AHEAD).tolist()
+        later = [*even, *(knot for knot in held.load.series()[0] if knot > time)]
+        return all(2.0 * held.friction * response.force(moment) > held.total_load(moment) for moment in later)

@@ -36,6 +36,11 @@ class Trial:
     false_grip: bool  # whether the object would have been held without it
 
     @property
+    def since(self) -> str:
+        """Since when the delay counts, in words where that is not the alarm."""
+        return " after the load" if self.since_load else ""
+
+    @property
     def spare(self) -> float | None:
         """How much longer the delay may be [s]."""
         return None if self.critical is None else self.critical - self.delay

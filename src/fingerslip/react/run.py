@@ -41,8 +41,8 @@ def compute_reactions(
         result = _result(settings, grasp, progress)
         write_reactions(result, folder)
         filmed = filmed_reactions(result, settings)
-        # Films are written by OpenCV, of the extra `vision`.
-        if filmed and model.mesh.dim() == 2 and find_spec("cv2"):
+        # A film shows sections; OpenCV, of the extra `vision`, writes it.
+        if len(filmed) == 2 and settings.reactions and model.mesh.dim() == 2 and find_spec("cv2"):
             from fingerslip.react.film import SHOWN_FILM, film_frames, write_film
 
             frames = film_frames(grasp, settings.detector, filmed, SHOWN_FILM)

@@ -24,7 +24,7 @@ from fingerslip.model.programme import Ramp
 from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, PositiveDuration, PositiveLength, parameters
-from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad, load_ramp
+from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad
 from fingerslip.specimens.protocol import Specimen
 
 __all__ = ["OBJECT", "HeldObject", "ObjectSettings", "held_model", "holder_of"]
@@ -234,12 +234,12 @@ def held_model(held: HeldObject, holder: Model) -> Model:
         raise InputError("damping.mass", fault, "needs 0: it would brake the object", "damp by stiffness")
     if len(holder.contacts) != 1:
         raise InputError("contacts", f"got {len(holder.contacts)}", "needs one, which touches the object")
-    along = 0.5 * held.direction
+    along, (times, forces) = 0.5 * held.direction, held.load.series()
     # Unit forces with newtons as factors: objects that differ in them alone share a reduced basis.
     loads = (
         BodyLoad(y=1.0, ramp=_settling(held.settle, held.first_grip)),
         BodyLoad(x=along, ramp=_settling(held.settle, held.first_load)),
-        BodyLoad(x=along, ramp=load_ramp(held.load, held.begins)),
+        BodyLoad(x=along, ramp=Ramp(tuple(held.begins + time for time in times), forces)),
     )
     contact = replace(
         holder.contacts[0],

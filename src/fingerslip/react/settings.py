@@ -122,7 +122,8 @@ class ReactionSettings(ObjectSettings):
             held = HeldObject(**values, friction=contact.friction.coefficient, step=time.step)
             self._check_reactions(held)
         except InputError as error:
-            raise error.moved(_place) from None
+            names = {**_IN_STUDY, **{f"HeldObject.{name}": path for name, path in _IN_STUDY.items()}}
+            raise error.moved(lambda where: names.get(where, f"reaction.{where.removeprefix('HeldObject.')}")) from None
         return held
 
     def _check_reactions(self, held: HeldObject) -> None:
@@ -137,9 +138,3 @@ class ReactionSettings(ObjectSettings):
                 reaction.response(0.0, held.first_grip)
             except InputError as error:
                 raise error.moved(lambda where, prefix=prefix: f"{prefix}{where}") from None  # type: ignore[misc]
-
-
-def _place(where: str) -> str:
-    """Return where a study has what a held object or its reactions have somewhere."""
-    name = where.removeprefix("HeldObject.")
-    return _IN_STUDY.get(name, f"reaction.{name}")
