@@ -15,7 +15,7 @@ ROWS = (
     "errors units storage parameters tables sites marker_layouts",
     "materials mesh specimens fe linear contact model history snapshot dynamics",
     "slip afferents vision marker_tracks uncertainty published results sampling report export detect",
-    "react environment verification study validation commands",
+    "react verification study environment validation commands",
 )
 LAYERS = [name for row in ROWS for name in row.split()]
 # The package's face names everything lazily, and the entry point calls the command line.

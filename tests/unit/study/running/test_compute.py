@@ -125,7 +125,7 @@ def test_progress_may_end_a_run(job, simulated):
 
 
 def job_of(name, model=None, folder=Path("none")):
-    run = SimpleNamespace(name=name, where=f"x.yaml ({name})")
+    run = SimpleNamespace(name=name, where=f"x.yaml ({name})", study=SimpleNamespace(reaction=None))
     return SimpleNamespace(run=run, model=model or push_and_slide(), folder=folder / name)
 
 
