@@ -190,7 +190,7 @@ def test_pictures_are_those_that_a_history_has_the_signals_for(monkeypatch):
     monkeypatch.setattr(pictures, "_DRAW_RUNS", {name: lambda _: Figure() for name in pictures._DRAW_RUNS})
     assert has_receptors(HISTORY)
     assert not has_receptors(HISTORY.assign_coords(site_kind=("site", ["marker"] * HISTORY.sizes["site"])))
-    assert names(HISTORY.drop_dims("site")) == ["r-slip-map", "r-displacement", "r-forces", "r-energy"]
+    assert names(HISTORY.drop_dims("site")) == ["r-slip-map", "r-displacement", "r-forces"]
     held = HISTORY.assign(phase_kind=("phase", ["press", "hold"]))
     assert names(held) == ["r-slip-map", "r-forces", "r-strain-energy-density", "r-energy"]
     history, mesh = block_history(), box("T4", *([0.0, 1.0],) * 3)
@@ -198,7 +198,7 @@ def test_pictures_are_those_that_a_history_has_the_signals_for(monkeypatch):
     signals = ["r-forces", "r-acceleration", "r-strain-energy-density", "r-energy"]
     assert names(history) == [*solid, "r-cut", *signals]
     plain = history.drop_dims("snapshot_time").assign_coords(site_kind=("site", ["skin surface"]))
-    assert names(plain) == [*solid, "r-reference-nodes", "r-forces", "r-energy"]
+    assert names(plain) == [*solid, "r-reference-nodes", "r-forces"]
     assert model_pictures(RunSubject(plain, Events()), mesh) == []
     filmed = filmed_history()
     assert "r-markers" in names(filmed)
