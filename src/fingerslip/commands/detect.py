@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress
+from fingerslip.commands.shared import (
+    AsJson,
+    Bright,
+    Calibration,
+    Channel,
+    FrameRate,
+    Layout,
+    Markdown,
+    MarkerCount,
+    Mask,
+    Quiet,
+    print_tables,
+    screen_progress,
+    tracking_options,
+)
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Classifier = Annotated[
@@ -25,13 +39,10 @@ Window = Annotated[int, typer.Option("--window", min=2, help="Frames in a veloci
 Samples = Annotated[
     str, typer.Option("--samples", metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")
 ]
-# The tracker itself refuses other names, so that they are listed in one place.
-Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")]
 Least = Annotated[
     float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
 ]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
-Markers = Annotated[int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")]
 Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
@@ -70,7 +81,7 @@ def collect(
     labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
-    markers: Markers = None,
+    markers: MarkerCount = None,
     external_markers: Annotated[
         int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
@@ -246,17 +257,37 @@ def run(
     source: Annotated[
         Path, typer.Argument(metavar="TRACKS|VIDEO", help="Tracks (.nc, .csv) or a video.", show_default=False)
     ],
-    detector: Annotated[Path, typer.Option("--detector", metavar="DIR", help="Folder of the detector.")] = Path(
-        "detector"
-    ),
-    markers: Markers = None,
+    *,
+    detector: Annotated[
+        str, typer.Option("--detector", metavar="DIR", help="Folder of a trained detector; else the one that ships.")
+    ] = "residual",
+    output: Annotated[
+        Path | None, typer.Option("--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
+    ] = None,
+    rest_frames: Annotated[
+        int | None, typer.Option("--rest-frames", metavar="N", min=5, help="Frames at rest at the start; else found.")
+    ] = None,
+    markers: MarkerCount = None,
     layout: Layout = "auto",
+    mask: Mask = None,
+    calibration: Calibration = None,
+    bright: Bright = None,
+    frame_rate: FrameRate = None,
+    channel: Channel = "grey",
     as_json: AsJson = False,
 ) -> None:
-    """Run a detector frame by frame on tracks or on a video, and print its events and its latency."""
+    """Say when a video or tracks show slip, and how sure that is, and write a page that shows it.
+
+    It needs no training: without --detector, slip is where markers leave the pattern in which they move while all
+    sticks. The clip has to begin at rest. Prints the time that each frame takes, too.
+    """
     from fingerslip.detect.session import run_detector
 
-    print_tables([run_detector(detector, source, markers, layout)], as_json)
+    tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
+    folder = output or source.with_name(f"{source.stem}_slip")
+    tables, lines = run_detector(source, detector, tracking, rest_frames, folder)
+    print_tables(tables, as_json)
+    typer.echo("\n".join(lines), err=as_json)
 
 
 def score(

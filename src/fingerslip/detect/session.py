@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
@@ -27,12 +28,14 @@ from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, read_recording, recorded_trials
+from fingerslip.detect.residual import RESIDUAL, ResidualSettings, detect_residual, frames_at_rest
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trials import TrialSet, open_trials, write_trials
 from fingerslip.errors import InputError, shorten
-from fingerslip.storage.files import write_text, writing
+from fingerslip.storage.files import check_replaceable, write_text, writing
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv, to_markdown
+from fingerslip.vision.video import open_frames
 
 if TYPE_CHECKING:
     from fingerslip.vision.tracking.layouts import LayoutName
@@ -340,22 +343,41 @@ def _left_out_table(
     return left_out_table(key, rows)
 
 
-def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "auto") -> Table:
-    """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency."""
-    detector_read = read_detector(detector)
-    # The tracker is slow to load, and nothing else here needs it.
-    from fingerslip.detect.live import findings_table, run_on_markers, run_on_tracks
-    from fingerslip.vision.tracking.track import open_markers
+def run_detector(
+    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path
+) -> tuple[list[Table], list[str]]:
+    """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
+    trained = None if detector == RESIDUAL else read_detector(detector)
+    # The tracker is slow to load, and so is what draws.
+    from fingerslip.detect.live import findings_table, run_on_tracks
+    from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
+    from fingerslip.vision.tracking.track import MarkerTracker, follow_video, lens_of, tracks_of
 
-    title = f"{source.name} with {detector_read.classifier}"
+    check_replaceable(output, "slip.csv")
+    frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
-            findings = list(run_on_tracks(detector_read, read_any_tracks(source)))
-            return findings_table(findings, title, "Latency without the tracker. A first run compiles, too.")
-        rest_frames = detector_read.features.motion.rest_frames
-        stream = open_markers(source, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
-        findings = list(run_on_markers(detector_read, stream))
-        return findings_table(findings, title, "Latency with the tracker.")
+            tracks = read_any_tracks(source)
+        else:
+            frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
+            search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
+            resting = trained.features.motion.rest_frames if trained else rest_frames or 30
+            tracker = MarkerTracker(**search, rest_frames=resting, name=frames.name)
+            lens = lens_of(tracking.get("calibration"), frames)
+            rows, broken = follow_video(frames, tracker)
+            tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
+            seconds = np.array([row.seconds for row in rows])
+        if trained:
+            findings = list(run_on_tracks(trained, tracks))
+        else:
+            findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
+    more = np.resize(seconds, len(findings)).tolist()
+    timed = [replace(entry, seconds=entry.seconds + tracked) for entry, tracked in zip(findings, more, strict=True)]
+    name = "the detector that ships" if trained is None else trained.classifier
+    latency = findings_table(timed, f"{source.name} with {name}", note)
+    clip = SlipClip(source.name, tracks, findings, latency, frames)
+    page = write_slip_page(clip, output)
+    return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
 
 
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:

@@ -35,6 +35,7 @@ RING_COLOURS: Sequence[Colour] = (
 _BLACK: Colour = (0, 0, 0)
 _WHITE: Colour = (255, 255, 255)
 _ABOVE, _BELOW, _ARROW = RING_COLOURS[0], RING_COLOURS[4], RING_COLOURS[1]  # above zero, below zero and arrows
+_ALONG = RING_COLOURS[3]  # what goes with the others
 _FINE = 4  # bits below the pixel to which OpenCV draws
 _RADIUS = 2.0  # px, of markers whose tracks do not say it
 _DOUBTFUL = 0.6
@@ -71,9 +72,16 @@ def _write(path: str | Path, pictures: Iterator[Frame], moving: xr.Dataset, name
 
 
 def overlay_frames(
-    frames: Iterable[Frame], tracks: xr.Dataset, *, arrows: Floats | None = None, stretch: float = 1.0
+    frames: Iterable[Frame],
+    tracks: xr.Dataset,
+    *,
+    arrows: Floats | None = None,
+    stretch: float = 1.0,
+    marked: NDArray[np.bool_] | None = None,
 ) -> Iterator[Frame]:
     """Yield frames with a circle at each marker that is seen, an arrow at it, time and count, in colours of rings.
+
+    Where `marked`, (n_times, n_markers), is given, markers are red where it is true and blue elsewhere.
 
     Circles of markers whose quality is below 0.6 are thin. What tracks say of a frame (`frame_state`) is written, and
     the size of circles is that of the markers (`radius`) where tracks have them, as those of a video do.
@@ -95,6 +103,8 @@ def overlay_frames(
     def draw(number: int, pen: _Pen) -> str:
         for marker in np.flatnonzero(seen[number]):
             colour = RING_COLOURS[int(rings[marker]) % len(RING_COLOURS)]
+            if marked is not None:
+                colour = _ABOVE if marked[number, marker] else _ALONG
             bold = 2 if quality[number, marker] >= _DOUBTFUL else 1
             pen.circle(position[number, marker], 1.6 * radii[marker] + 1.0, colour, bold)
             pen.arrow(position[number, marker], vectors[number, marker], colour)
