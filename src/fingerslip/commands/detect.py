@@ -231,7 +231,9 @@ def vary(
 
 
 def transfer(
-    detector: Annotated[Path, typer.Argument(metavar="DETECTOR", help="Its folder.", show_default=False)],
+    detector: Annotated[
+        str, typer.Argument(metavar="DETECTOR", help="Its folder, or 'residual' for the one that ships.")
+    ],
     dataset: DataSet,
     *,
     labels: Labels = "external_markers",

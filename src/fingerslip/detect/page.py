@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import base64
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -39,6 +39,7 @@ _BEFORE, _AFTER = 0.5, 1.0  # seconds of a clip around a moment
 _PICTURES, _MILLISECONDS = 45, 80  # pictures of a clip at most, and how long each is shown
 _CLIPS = 4
 _FILE = "slip.csv"
+_PRESS = "#e3e3e3"
 _LINES = {"slip begins": (ORANGE, "--"), "gross slip begins": (VERMILLION, "-")}
 
 _HOW = (
@@ -110,17 +111,22 @@ def slide_table(clip: SlipClip) -> Table:
         onsets, sure = slide.onsets, _sureness(clip, slide)
         times = [Missing.NO_EVENT if time is None else time for time in (onsets.incipient, onsets.gross)]
         what = "press, not judged" if slide.is_press else "slide"
-        rows.append((slide.start, what, *times, 100.0 * sure if onsets.first is not None else None))
-    seconds = [Column(name, "s", digits=3) for name in ("begins", "slip begins", "gross slip begins")]
-    columns = (seconds[0], Column("what"), *seconds[1:], Column("sure", "%", digits=0))
+        rows.append((slide.start, slide.end, what, *times, _percent(sure) if onsets.first is not None else None))
+    seconds = [Column(name, "s", digits=3) for name in ("begins", "ends", "slip", "gross slip")]
+    columns = (*seconds[:2], Column("what"), *seconds[2:], Column("sure", "%"))
     return Table("What happened from rest to rest" if rows else "The markers never moved", columns, tuple(rows))
 
 
 def _sureness(clip: SlipClip, slide: Slide) -> float:
-    """Return how sure the slip of a slide is: the largest probability of slip from its onset to the next slide [-]."""
-    first, starts = slide.onsets.first, [other.start for other in clip.slides if other.start > slide.start]
-    odds = [e.slip for e in clip.findings if first is not None and first <= e.time < min(starts, default=np.inf)]
+    """Return how sure the slip of a slide is: the largest probability of slip in it from its onset on [-]."""
+    first, end = slide.onsets.first, np.inf if slide.end is None else slide.end
+    odds = [entry.slip for entry in clip.findings if first is not None and first <= entry.time <= end]
     return float(1.0 / (1.0 + np.exp(-max(odds)))) if odds else 0.0
+
+
+def _percent(chance: float) -> int:
+    """Return a chance in whole per cent, never more than it is: nothing is sure."""
+    return min(int(100.0 * chance), 99)
 
 
 def answer_of(clip: SlipClip) -> tuple[str, ...]:
@@ -133,7 +139,7 @@ def answer_of(clip: SlipClip) -> tuple[str, ...]:
         if slide.onsets.gross is not None:
             times.append(f"gross slip at {slide.onsets.gross:.2f} s")
         text = ", ".join(times)
-        sentences.append(f"{text[0].upper()}{text[1:]}; {100 * _sureness(clip, slide):.0f} % sure.")
+        sentences.append(f"{text[0].upper()}{text[1:]}; {_percent(_sureness(clip, slide))} % sure.")
     if len(slips) > 3:
         sentences.append(f"Slip in {len(slips) - 3} further slides: see the table.")
     if not slips:
@@ -149,12 +155,13 @@ def slip_report(clip: SlipClip) -> Report:
     has_reasons = bool(clip.residual)
     colours = " Red markers have left the pattern, blue ones go with it." if has_reasons else ""
     timeline = Picture("timeline", "Dashed: slip begins. Full line: it is gross. Grey: presses.", timeline_figure(clip))
-    hero, sections = [], [ReportSection("When", (), (slide_table(clip),))]
+    warnings = tuple(filter(None, str(clip.tracks.attrs.get("warnings", "")).split("\n")))
+    hero, sections = [], [ReportSection("When", (), (slide_table(clip),), warnings=warnings)]
     if clip.frames is not None:
-        caption = f"The first slip in frames of the video; lines lead from where each marker rested.{colours}"
+        caption = f"Frames of the video; lines lead from where each marker rested.{colours}"
         hero.append(Picture("moments", caption, stills_figure(clip)))
     sections.append(ReportSection("Timeline", pictures=(timeline,)))
-    if has_reasons:
+    if has_reasons and any(not slide.is_press for slide in clip.slides):
         caption = "What the pattern leaves of each marker's displacement, at its place at rest."
         field = Picture("field", f"{caption}{colours}", field_figure(clip))
         order = Picture(
@@ -169,8 +176,6 @@ def slip_report(clip: SlipClip) -> Report:
         numbers = {"noise": settings.noise, "growth": 100 * settings.growth, "share": 100 * settings.share}
         sections.append(ReportSection("How it was found", (_HOW.format(**numbers), _WHAT_IT_NEEDS), (tested_table(),)))
     sections.append(ReportSection("Speed", tables=(clip.latency,)))
-    warnings = tuple(filter(None, str(clip.tracks.attrs.get("warnings", "")).split("\n")))
-    sections[0] = ReportSection("When", (), (slide_table(clip),), warnings=warnings)
     provenance = {"fingerslip": __version__, "source": str(clip.tracks.attrs.get("source", clip.name))}
     question = "When did it slip, and how sure is that?"
     return Report(f"Slip in {clip.name}", tuple(sections), provenance, question, answer_of(clip), tuple(hero))
@@ -215,19 +220,19 @@ def timeline_figure(clip: SlipClip) -> Figure:
     panels[-1].set_ylim(0, 104)
     panels[-1].set_ylabel("sure of slip [%]")
     for axes in panels:
-        _mark_events(axes, clip, float(time[-1]))
+        _mark_events(axes, clip)
+        for slide in clip.slides:
+            if slide.is_press:
+                axes.axvspan(slide.start, time[-1] if slide.end is None else slide.end, color=_PRESS, zorder=0)
     keys: dict[str, Artist] = {
         name: Line2D([], [], color=colour, linestyle=dash) for name, (colour, dash) in _LINES.items()
     }
-    add_legend(figure, {**keys, "press, not judged": Patch(color="#e3e3e3")})
+    add_legend(figure, {**keys, "press, not judged": Patch(color=_PRESS)})
     return figure
 
 
-def _mark_events(axes: Axes, clip: SlipClip, end: float) -> None:
-    slides = clip.slides
-    for slide, following in itertools.zip_longest(slides, slides[1:]):
-        if slide.is_press:
-            axes.axvspan(slide.start, end if following is None else following.start, color="#e3e3e3", zorder=0)
+def _mark_events(axes: Axes, clip: SlipClip) -> None:
+    for slide in clip.slides:
         for when, (colour, dash) in zip((slide.onsets.incipient, slide.onsets.gross), _LINES.values(), strict=True):
             if when is not None:
                 axes.axvline(when, color=colour, linestyle=dash, linewidth=1.4)
@@ -240,17 +245,17 @@ def field_figure(clip: SlipClip) -> Figure:
     rest, unit = rest_positions(inside["position"].values[:, :, :2], 5), str(inside["position"].attrs["units"])
     moments = clip.moments
     labels = (f"x at rest [{unit}]", f"y at rest [{unit}]")
-    figure, panels = figure_grid(len(moments), len(moments), (2.5, 2.5), "What leaves the pattern", labels)
+    figure, panels = figure_grid(len(moments), min(len(moments), 2), (3.6, 3.0), "What leaves the pattern", labels)
     largest = max(float(np.nanmax(np.hypot(*clip.residual[k].residual.T), initial=1.0)) for k in moments.values())
     apart = float(np.nanmedian(np.sort(np.linalg.norm(rest[:, None] - rest, axis=2), axis=1)[:, 1]))
     for axes, (name, number) in zip(panels, moments.items(), strict=True):
         left = clip.residual[number].residual
         beyond = np.hypot(*left.T) > 1.0
-        axes.scatter(*rest.T, s=5, color=np.where(beyond, VERMILLION, SKY))
+        axes.scatter(*rest.T, s=14, color=np.where(beyond, VERMILLION, SKY))
         arrows = left * (1.2 * apart / largest)
         axes.quiver(*rest.T, *arrows.T, angles="xy", scale_units="xy", scale=1, width=0.008, color=BLACK)
         share = f"{100 * clip.residual[number].share:.0f} % left it"
-        axes.set_title(f"{name}\n{clip.findings[number].time:.2f} s, {share}", fontsize=8)
+        axes.set_title(f"{name}, {clip.findings[number].time:.2f} s: {share}")
         axes.set_aspect("equal")
     if unit == "px":
         panels[0].invert_yaxis()
@@ -267,10 +272,12 @@ def map_figure(clip: SlipClip) -> Figure:
     left = np.stack([np.hypot(*entry.residual.T) for entry in clip.residual])[:, order].T
     time = [entry.time for entry in clip.findings]
     extent = (time[0], time[-1], len(order) - 0.5, -0.5)
-    drawn = axes.imshow(left, aspect="auto", extent=extent, cmap="cividis", vmin=0.0, vmax=3.0, interpolation="nearest")
+    # Blue is within the limit and red beyond it, as in the other pictures.
+    look: dict[str, Any] = {"cmap": "RdBu_r", "norm": LogNorm(0.1, 10.0), "interpolation": "nearest"}
+    drawn = axes.imshow(np.maximum(left, 1e-3), aspect="auto", extent=extent, **look)
     axes.grid(visible=False)
-    _mark_events(axes, clip, time[-1])
-    figure.colorbar(drawn, ax=axes, label="residual [limit]", extend="max", pad=0.01)
+    _mark_events(axes, clip)
+    figure.colorbar(drawn, ax=axes, label="residual over limit", extend="both", pad=0.01)
     return figure
 
 
@@ -317,7 +324,7 @@ def _clips_html(clip: SlipClip) -> str:
         words = f"Around {when:.2f} s"
         source = f'<img alt="{words}" src="data:image/webp;base64,{data}">'
         figures.append(f"<figure>{source}<figcaption>{words}.</figcaption></figure>")
-    return "\n".join(figures)
+    return f'<div style="display:flex;flex-wrap:wrap;gap:1em">{"".join(figures)}</div>'
 
 
 def animation(pictures: Sequence[NDArray[np.uint8]]) -> bytes:

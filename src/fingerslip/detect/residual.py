@@ -89,6 +89,7 @@ class Slide:
     is_press: bool  # whether their first motion is no rigid one, so that nothing is said of slip
     onsets: Onsets = field(default_factory=lambda: Onsets(None, None))
     share: float = 0.0  # the largest share of the markers that left the pattern [-]
+    end: float | None = None  # when the markers rest again [s], where they do
 
 
 @dataclass(frozen=True)
@@ -218,7 +219,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
             return
         newest = [places for _, places in self._history][-_FEWEST:]
         if len(newest) == _FEWEST and _rms(np.stack(newest) - self._rest) < 0.5 * self._clear:
-            self._rest_at(self._rest)  # back where it began
+            self._end(time, self._rest)  # back where it began
             return
         if time - self._slides[-1].start < _STILL:
             return
@@ -226,7 +227,11 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         earlier, later = np.array_split(recent, 2)
         is_still = _rms(recent - recent.mean(axis=0)) < _STIRRED * self._jitter
         if is_still and len(recent) >= _FEWEST and _rms(later.mean(axis=0) - earlier.mean(axis=0)) < self._jitter:
-            self._rest_at(recent.mean(axis=0))
+            self._end(time, recent.mean(axis=0))
+
+    def _end(self, time: float, rest: Floats) -> None:
+        self._slides[-1] = replace(self._slides[-1], end=time)
+        self._rest_at(rest)
 
     def _first_onsets(self) -> Onsets:
         slides = [slide.onsets for slide in self._slides]

@@ -361,7 +361,7 @@ def run_detector(
         else:
             frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
             search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
-            resting = trained.features.motion.rest_frames if trained else rest_frames or 30
+            resting = trained.features.motion.rest_frames if trained else rest_frames or 10
             tracker = MarkerTracker(**search, rest_frames=resting, name=frames.name)
             lens = lens_of(tracking.get("calibration"), frames)
             rows, broken = follow_video(frames, tracker)
@@ -389,11 +389,19 @@ def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     return f"{output}: {len(folder.names)} trials"
 
 
-def judge_detector(detector: Path, dataset: Path, labels: str) -> list[Table]:
+def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
     """Return the tables of what a detector finds in a data set that it did not learn from."""
-    trials, detector_read = open_trials(dataset), read_detector(detector)
+    trials = open_trials(dataset)
+    onsets = Choices(labels).onsets(trials)
     with threadpool_limits(1):
-        return unseen_tables(on_unseen(detector_read, trials, Choices(labels).onsets(trials)))
+        if detector != RESIDUAL:
+            return unseen_tables(on_unseen(read_detector(detector), trials, onsets))
+        tracks = {name: trials.tracks(name) for name in trials.names}
+        rests = {name: frames_at_rest(entry) for name, entry in tracks.items()}
+        results = {name: detect_residual(entry, ResidualSettings(rests[name])) for name, entry in tracks.items()}
+    ends = {name: float(entry["time"][rests[name] - 1]) for name, entry in tracks.items()}
+    scores = event_scores_of({name: findings[-1].onsets for name, findings in results.items()}, onsets, ends)
+    return [event_table({"the detector that ships": scores})]
 
 
 def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
