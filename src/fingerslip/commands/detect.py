@@ -86,11 +86,20 @@ def collect(
         int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
     layout: Layout = "auto",
+    mask: Mask = None,
+    calibration: Calibration = None,
+    bright: Bright = None,
+    frame_rate: FrameRate = None,
+    channel: Channel = "grey",
 ) -> None:
-    """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks."""
+    """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks.
+
+    A column 'slip' with yes or no says whether there is slip in a recording; those without are negatives.
+    """
     from fingerslip.detect.session import collect_trials
 
-    more = {"rest_frames": rest_frames, "markers": (markers, external_markers), "layout": layout}
+    tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
+    more = {"rest_frames": rest_frames, "tracking": tracking, "external_markers": external_markers}
     typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
 
 

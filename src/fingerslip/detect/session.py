@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -36,9 +36,6 @@ from fingerslip.errors import InputError, shorten
 from fingerslip.storage.files import check_replaceable, write_text, writing
 from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv, to_markdown
 from fingerslip.vision.video import open_frames
-
-if TYPE_CHECKING:
-    from fingerslip.vision.tracking.layouts import LayoutName
 
 _INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
 _THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
@@ -239,15 +236,21 @@ def collect_trials(
     labels: Path | None,
     title: str,
     rest_frames: int,
-    markers: tuple[int | None, int | None] = (None, None),
-    layout: LayoutName = "auto",
+    tracking: Mapping[str, Any] | None = None,
+    external_markers: int | None = None,
 ) -> str:
-    """Write a data set of recordings and return what was done, and what is wrong with videos."""
+    """Write a data set of recordings and return what was done, and what is wrong with videos.
+
+    `tracking` has options of :func:`fingerslip.vision.tracking.track.track_markers` for the inner camera; channel and
+    frame rate are those of the outer one, too.
+    """
+    inside = {**(tracking or {}), "rest_frames": rest_frames}
+    # Of the outer markers, which are numbered by rows, only the middle one counts by itself.
+    outside = {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
+    outside |= {"n_markers": external_markers, "layout": "free"}
     onsets = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
-    inner = partial(read_recording, n_markers=markers[0], rest_frames=rest_frames, layout=layout)
-    # Of the outer markers, which are numbered by rows, only the middle one counts by itself.
-    outer = partial(read_recording, n_markers=markers[1], rest_frames=rest_frames, layout="free")
+    inner, outer = (partial(read_recording, tracking=options) for options in (inside, outside))
     trials = recorded_trials(folder, conditions, onsets=onsets, settings=settings, read=inner, read_external=outer)
     result = write_trials(trials, output, title)
     complaints = [

@@ -27,9 +27,11 @@ def test_from_trials_to_events(invoke: Callable[..., Any], folder: Path) -> None
     trained = invoke("detect", "train", folder, "--classifier", "logistic", *SETTINGS)
     assert trained.exit_code == 0, trained.output
     assert "detector: logistic" in trained.output
-    ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc")
-    assert ran.exit_code == 0, ran.output
-    assert "frames a second" in ran.output
+    for detector in ((), ("--detector", "detector")):
+        ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc", *detector, "--output", "slip")
+        assert ran.exit_code == 0, ran.output
+        assert "frames a second" in ran.output
+        assert "page: slip/slip.html" in ran.output
 
 
 def test_recordings_are_collected(invoke: Callable[..., Any], folder: Path) -> None:
@@ -73,7 +75,8 @@ def test_an_inquiry_is_printed_and_written(invoke: Callable[..., Any], folder: P
     ("arguments", "message"),
     [
         (("train", "none"), "needs the folder of a data set"),
-        (("run", "none.nc"), "needs the folder of a detector"),
+        (("run", "none.nc", "--detector", "none"), "needs the folder of a detector"),
+        (("run", "none.nc"), "is not there"),
         (("train", "{folder}", "--classifier", "magic"), "needs one of forest"),
         (("evaluate", "{folder}", "--labels", "mine"), "has no labels 'mine'"),
         (("inquire", "{folder}", "--lost", "much"), "needs numbers with commas"),
