@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -99,7 +99,7 @@ def collect(
     from fingerslip.detect.session import collect_trials
 
     tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
-    more = {"rest_frames": rest_frames, "tracking": tracking, "external_markers": external_markers}
+    more: dict[str, Any] = {"rest_frames": rest_frames, "tracking": tracking, "external_markers": external_markers}
     typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
 
 
@@ -142,6 +142,10 @@ def evaluate(
     classifier: Classifiers = None,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
+    group: Annotated[
+        str | None, typer.Option("--group", metavar="CONDITION", help="Keep trials of one value in one fold.")
+    ] = None,
+    whole: Annotated[bool, typer.Option("--whole", help="Ask of whole trials alone: slip, or none?")] = False,
     leave_out: Annotated[
         list[str] | None, typer.Option("--leave-out", metavar="CONDITION", help="Leave out by this too; repeatable.")
     ] = None,
@@ -157,15 +161,18 @@ def evaluate(
 ) -> None:
     """Compare classifiers, all without --classifier, on trials that they have not seen, and on a split by sample.
 
+    Tables are printed, and drawn on DIR/evaluation.html.
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
+    from fingerslip.detect.session import Choices, evaluate_classifiers, evaluate_whole, output_tables
 
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
-    tables = evaluate_classifiers(
-        dataset, classifier or (), choices, folds=folds, leave_out=leave_out or (), output=output
-    )
+    if whole:
+        tables = evaluate_whole(dataset, choices, folds=folds, group=group, output=output)
+    else:
+        options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
+        tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
     if markdown:
         typer.echo(output_tables(tables), nl=False)
     else:

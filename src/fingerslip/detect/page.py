@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -40,7 +40,10 @@ _PICTURES, _MILLISECONDS = 45, 80  # pictures of a clip at most, and how long ea
 _CLIPS = 4
 _FILE = "slip.csv"
 _PRESS = "#e3e3e3"
-_LINES = {"slip begins": (ORANGE, "--"), "gross slip begins": (VERMILLION, "-")}
+_LINES: Mapping[str, tuple[str, Literal["--", "-"]]] = {
+    "slip begins": (ORANGE, "--"),
+    "gross slip begins": (VERMILLION, "-"),
+}
 
 _HOW = (
     "While all sticks, the markers of a sensor move in one pattern that grows: a rigid motion, and how the sensor "
@@ -251,7 +254,7 @@ def field_figure(clip: SlipClip) -> Figure:
     for axes, (name, number) in zip(panels, moments.items(), strict=True):
         left = clip.residual[number].residual
         beyond = np.hypot(*left.T) > 1.0
-        axes.scatter(*rest.T, s=14, color=np.where(beyond, VERMILLION, SKY))
+        axes.scatter(rest[:, 0], rest[:, 1], s=14, color=np.where(beyond, VERMILLION, SKY))
         arrows = left * (1.2 * apart / largest)
         axes.quiver(*rest.T, *arrows.T, angles="xy", scale_units="xy", scale=1, width=0.008, color=BLACK)
         share = f"{100 * clip.residual[number].share:.0f} % left it"

@@ -126,8 +126,8 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
         self._history: deque[tuple[float, Floats]] = deque(maxlen=_MOST)  # times and positions (n, 2)
 
     def _begin(self, positions: Floats) -> None:
-        visible = np.isfinite(positions).all(axis=2)
-        self._chosen = visible.mean(axis=0) >= 0.5
+        visible: NDArray[np.bool_] = np.asarray(np.isfinite(positions).all(axis=2))
+        self._chosen: NDArray[np.bool_] = visible.mean(axis=0) >= 0.5
         if self._chosen.sum() < _FEWEST:
             fault = f"{self._chosen.sum()} markers are seen in half of the frames at rest"
             raise InputError("frames", fault, f"needs {_FEWEST}", "begin where the sensor rests and is seen")
@@ -181,7 +181,8 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
             self._slides.append(Slide(time, _rms(self._less_rigid(moved)) > _RIGID * displacement))
 
     def _less_rigid(self, moved: Floats) -> Floats:
-        return fit_rigid_motions(self._rest, (self._rest + moved)[None]).residual[0]
+        residual: Floats = fit_rigid_motions(self._rest, (self._rest + moved)[None]).residual[0]
+        return residual
 
     def _left(self, moved: Floats) -> Floats:
         """Return what rigid motion and pattern leave of displacements (n, 2)."""
@@ -254,7 +255,7 @@ def sureness(share: float) -> float:
     >>> sureness(0.0), sureness(0.04)
     (0.0, 0.2)
     """
-    return round(float(np.interp(share, *zip(*RIGHT, strict=True))), 3)
+    return round(float(np.interp(share, [row[0] for row in RIGHT], [row[1] for row in RIGHT])), 3)
 
 
 def _log_odds(chance: float) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -27,8 +28,8 @@ from fingerslip.detect.evaluation.scores import (
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, read_recording, recorded_trials
-from fingerslip.detect.residual import RESIDUAL, ResidualSettings, detect_residual, frames_at_rest
+from fingerslip.detect.recordings import SLIP, TRACK_FILES, read_any_tracks, read_recording, recorded_trials
+from fingerslip.detect.residual import RESIDUAL, ResidualDetector, ResidualSettings, detect_residual, frames_at_rest
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trials import TrialSet, open_trials, write_trials
@@ -246,8 +247,8 @@ def collect_trials(
     """
     inside = {**(tracking or {}), "rest_frames": rest_frames}
     # Of the outer markers, which are numbered by rows, only the middle one counts by itself.
-    outside = {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
-    outside |= {"n_markers": external_markers, "layout": "free"}
+    outside: dict[str, Any] = {"n_markers": external_markers, "layout": "free"}
+    outside |= {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
     onsets = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
     inner, outer = (partial(read_recording, tracking=options) for options in (inside, outside))
@@ -278,14 +279,19 @@ def evaluate_classifiers(
     choices: Choices,
     *,
     folds: int = 5,
+    group: str | None = None,
     leave_out: Sequence[str] = (),
     output: Path | None = None,
 ) -> list[Table]:
-    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out."""
+    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out.
+
+    Trials with one value of the condition `group` are in the same fold.
+    """
     trials = open_trials(dataset)
     onsets = choices.onsets(trials)
-    candidates = [candidate_of_name(name) for name in classifiers or CLASSIFIERS]
-    tests = grouped_folds(trials.names, folds, choices.seed)
+    # A clock stands beside all: who does not beat it has learned no slip.
+    candidates = [candidate_of_name(name) for name in dict.fromkeys([*(classifiers or CLASSIFIERS), "time_threshold"])]
+    tests = grouped_folds(trials.names, folds, choices.seed, _groups(trials, group))
     groups = {key: left_out(trials.conditions, key) for key in leave_out}
     run = begin_evaluation(
         trials,
@@ -315,8 +321,50 @@ def evaluate_classifiers(
         *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
     if output is not None:
+        from fingerslip.detect.evaluation.page import Judged, write_evaluation
+
         output_tables(tables, output)
+        chances = {name: np.concatenate([piece.chances[:, 0] for piece in pieces]) for name, pieces in frames.items()}
+        rows = {name: np.concatenate([piece.rows for piece in pieces]) for name, pieces in frames.items()}
+        judged = {
+            name: Judged(entry.matrix, 1.0 - chances[name], samples.classes[rows[name]] > 0, events[name])
+            for name, entry in scores.items()
+        }
+        labels = {name: onsets[name] for name in trials.names}
+        write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
     run.parts.remove()
+    return tables
+
+
+def _groups(trials: TrialSet, condition: str | None) -> dict[str, str] | None:
+    """Return the value of a condition in each trial; none without a condition."""
+    if condition is None:
+        return None
+    for name in trials.names:
+        if condition not in trials.conditions[name]:
+            raise InputError(f"trial {name}", f"has no condition {condition!r}", "needs it to be grouped by")
+    return {name: str(trials.conditions[name][condition]) for name in trials.names}
+
+
+def evaluate_whole(
+    dataset: Path, choices: Choices, *, folds: int = 5, group: str | None = None, output: Path | None = None
+) -> list[Table]:
+    """Return the table of how well it is told whether there is slip in whole trials."""
+    from fingerslip.detect.evaluation.whole import score_whole, slips_of
+
+    trials = open_trials(dataset)
+    has_all = all(SLIP in trials.conditions[name] for name in trials.names)
+    slips = slips_of(trials, {} if has_all else choices.onsets(trials))
+    tests = grouped_folds(trials.names, folds, choices.seed, _groups(trials, group))
+    with threadpool_limits(choices.workers):
+        scores = score_whole(trials, slips, tests, choices.motion, choices.seed)
+    rows = [(name, entry.accuracy, entry.found, entry.false, entry.area) for name, entry in scores.items()]
+    names = ("classifier", "accuracy", "slip found", "false alarm", Column("area below the curve", digits=3))
+    count, majority = len(slips), max(np.mean(list(slips.values())), 1.0 - np.mean(list(slips.values())))
+    note = f"{count} trials, {sum(slips.values())} with slip; to say the commoner always is right in {majority:.3f}."
+    tables = [_table("Slip in whole trials, not seen", names, rows, f"{note} {_INTERVALS}")]
+    if output is not None:
+        output_tables(tables, output)
     return tables
 
 
@@ -352,7 +400,7 @@ def run_detector(
     """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
     trained = None if detector == RESIDUAL else read_detector(detector)
     # The tracker is slow to load, and so is what draws.
-    from fingerslip.detect.live import findings_table, run_on_tracks
+    from fingerslip.detect.live import Finding, findings_table, run_on_tracks
     from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
     from fingerslip.vision.tracking.track import MarkerTracker, follow_video, lens_of, tracks_of
 
@@ -371,7 +419,7 @@ def run_detector(
             tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
             seconds = np.array([row.seconds for row in rows])
         if trained:
-            findings = list(run_on_tracks(trained, tracks))
+            findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
         else:
             findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
     more = np.resize(seconds, len(findings)).tolist()
@@ -381,6 +429,45 @@ def run_detector(
     clip = SlipClip(source.name, tracks, findings, latency, frames)
     page = write_slip_page(clip, output)
     return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
+
+
+def watch_camera(
+    camera: int | str,
+    detector: str,
+    tracking: Mapping[str, Any],
+    rest_frames: int | None,
+    tell: Callable[[str], object],
+) -> Table:
+    """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
+    from fingerslip.detect.live import Finding, LiveDetector, findings_table
+    from fingerslip.detect.training import check_tracks_fit
+    from fingerslip.vision.sources import dropped_frames, live_frames
+    from fingerslip.vision.tracking.track import MarkerTracker
+
+    trained = None if detector == RESIDUAL else read_detector(detector)
+    resting = trained.features.motion.rest_frames if trained else rest_frames or 30
+    search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
+    tracker = MarkerTracker(**search, rest_frames=resting, name=f"camera {camera}")
+    live: LiveDetector | ResidualDetector | None = None if trained else ResidualDetector(ResidualSettings(resting))
+    findings: list[Finding] = []
+    with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):
+        for time, frame in live_frames(camera, tracking.get("channel", "grey")):
+            for seen in tracker.take(frame, time):
+                if live is None and trained:
+                    check_tracks_fit(trained, tracker.at_rest)
+                    live = LiveDetector(trained, tracker.reference.ring)
+                for finding in live.take(seen) if live else ():
+                    for word, before, now in zip(
+                        ("slip", "gross slip"),
+                        vars(findings[-1].onsets).values() if findings else (None, None),
+                        vars(finding.onsets).values(),
+                        strict=True,
+                    ):
+                        if before is None and now is not None:
+                            tell(f"{finding.time:.3f} s: {word} since {now:.3f} s")
+                    findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
+    dropped = dropped_frames([finding.time for finding in findings])
+    return findings_table(findings, f"camera {camera}", f"Latency with the tracker; {dropped} frames were dropped.")
 
 
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:

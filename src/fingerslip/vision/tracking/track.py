@@ -131,6 +131,12 @@ class MarkerTracker:
         return self._reference
 
     @property
+    def at_rest(self) -> xr.Dataset:
+        """Tracks of the reference alone, which tell how many markers there are and in which rings."""
+        position: Floats = self.reference.markers.position
+        return make_tracks(position[None], [0.0], units="px", ring=self.reference.ring, angle=self.reference.angle)
+
+    @property
     def _needed(self) -> int:
         return min(self.rest_frames, _AVERAGED)
 
@@ -162,8 +168,8 @@ class MarkerTracker:
             return []
         frames = [frame for frame, _ in self._waiting]
         averaged = np.mean(frames, axis=0)
-        self._mask = _mask_of(self._mask, self.shape)
-        self._reference = reference_of(averaged, self._mask, *self._search, self.name)
+        self._allowed = _mask_of(self._mask, self.shape)
+        self._reference = reference_of(averaged, self._allowed, *self._search, self.name)
         self._state = rest_state(self._reference.markers)
         self.exposure = rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8))
         waiting, self._waiting = self._waiting, []
@@ -172,7 +178,7 @@ class MarkerTracker:
     def _follow(self, frame: Frame, time: float) -> SeenMarkers:
         start = clock.perf_counter()
         light = frame_state(frame, self._before, self.exposure)
-        self._state, position, quality = follow(self.reference.markers, self._state, frame, self._mask)
+        self._state, position, quality = follow(self.reference.markers, self._state, frame, self._allowed)
         if light == DUPLICATED:
             quality = np.minimum(quality, _OLD_QUALITY)
         self._before = frame
@@ -304,7 +310,8 @@ def lens_of(calibration: Pinhole | Fisheye | str | Path | None, frames: Frames) 
     if not isinstance(calibration, str | Path):
         return calibration
     height, width = next(iter(frames.read())).shape
-    return read_calibration(calibration, size=(width, height))
+    lens: Pinhole | Fisheye = read_calibration(calibration, size=(width, height))
+    return lens
 
 
 def follow_video(frames: Frames, tracker: MarkerTracker) -> tuple[list[SeenMarkers], str]:
