@@ -273,7 +273,12 @@ def transfer(
 
 def run(
     source: Annotated[
-        Path, typer.Argument(metavar="TRACKS|VIDEO", help="Tracks (.nc, .csv) or a video.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="VIDEO|TRACKS|CAMERA",
+            help="A video, tracks (.nc, .csv), or the index or address of a camera.",
+            show_default=False,
+        ),
     ],
     *,
     detector: Annotated[
@@ -297,13 +302,19 @@ def run(
     """Say when a video or tracks show slip, and how sure that is, and write a page that shows it.
 
     It needs no training: without --detector, slip is where markers leave the pattern in which they move while all
-    sticks. The clip has to begin at rest. Prints the time that each frame takes, too.
+    sticks. The clip has to begin at rest. Of a camera events are told as they come, until Ctrl-C. How long frames take
+    is printed, too.
     """
-    from fingerslip.detect.session import run_detector
+    from fingerslip.detect.session import run_detector, watch_camera
 
     tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
-    folder = output or source.with_name(f"{source.stem}_slip")
-    tables, lines = run_detector(source, detector, tracking, rest_frames, folder)
+    if source.isdecimal() or "://" in source:
+        camera = int(source) if source.isdecimal() else source
+        print_tables([watch_camera(camera, detector, tracking, rest_frames, typer.echo)], as_json)
+        return
+    path = Path(source)
+    folder = output or path.with_name(f"{path.stem}_slip")
+    tables, lines = run_detector(path, detector, tracking, rest_frames, folder)
     print_tables(tables, as_json)
     typer.echo("\n".join(lines), err=as_json)
 

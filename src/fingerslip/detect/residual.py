@@ -154,7 +154,7 @@ class ResidualDetector(FrameByFrame[ResidualFinding]):
     def _decide(self, frame: SeenMarkers) -> ResidualFinding:
         start, settings = clock.perf_counter(), self.settings
         position = frame.position[self._chosen].astype(np.float64)
-        visible = np.isfinite(position).all(axis=1)
+        visible: NDArray[np.bool_] = np.asarray(np.isfinite(position).all(axis=1))
         moved = fill_unseen((position - self._rest)[None], visible[None], self._weights)[0]
         displacement, share = _rms(moved), 0.0
         residual, left = np.full(frame.position.shape, np.nan), np.zeros_like(moved)

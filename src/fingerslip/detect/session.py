@@ -457,14 +457,11 @@ def watch_camera(
                     check_tracks_fit(trained, tracker.at_rest)
                     live = LiveDetector(trained, tracker.reference.ring)
                 for finding in live.take(seen) if live else ():
-                    for word, before, now in zip(
-                        ("slip", "gross slip"),
-                        vars(findings[-1].onsets).values() if findings else (None, None),
-                        vars(finding.onsets).values(),
-                        strict=True,
-                    ):
-                        if before is None and now is not None:
-                            tell(f"{finding.time:.3f} s: {word} since {now:.3f} s")
+                    told = findings[-1].onsets if findings else Onsets(None, None)
+                    for word, since in {"slip": "incipient", "gross slip": "gross"}.items():
+                        began = getattr(finding.onsets, since)
+                        if began is not None and getattr(told, since) is None:
+                            tell(f"{finding.time:.3f} s: {word} since {began:.3f} s")
                     findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
     dropped = dropped_frames([finding.time for finding in findings])
     return findings_table(findings, f"camera {camera}", f"Latency with the tracker; {dropped} frames were dropped.")

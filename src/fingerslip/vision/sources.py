@@ -49,11 +49,9 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     [(0.0, (4, 6)), (0.1, (4, 6))]
     """
     name = str(source) if isinstance(source, int | str) else "camera"
-    rows: Iterable[tuple[float, NDArray[Any]]]
+    rows: Any = source
     if isinstance(source, int | str) or hasattr(source, "read"):
         rows = _captured(source, name)
-    else:
-        rows = source
     for time, frame in rows:
         yield float(time), grey_frame(np.asarray(frame), channel, name)
 

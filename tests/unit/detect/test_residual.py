@@ -12,6 +12,7 @@ import xarray as xr
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualDetector, ResidualSettings, detect_residual, frames_at_rest, slides_of
+from fingerslip.detect.session import watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError
@@ -20,6 +21,7 @@ from fingerslip.tables.table import Column, Table
 from fingerslip.vision.tracking.track import SeenMarkers
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import Frames
+from problems import clips
 
 SENSOR = SyntheticSensor(metres_per_pixel=120e-6)
 SETTINGS = ResidualSettings(rest_frames=20)
@@ -168,3 +170,21 @@ def replace_kind(finding):
     from fingerslip.detect.live import Finding
 
     return Finding(finding.time, finding.slip, finding.gross, finding.onsets, finding.seconds)
+
+
+def test_a_camera_is_watched_and_events_are_told_as_they_come() -> None:
+    field = clips.field()
+    moved_by = path((30, 0.0), (40, 14.0), (2, 5.0), (8, 5.0))[:, None, None] * np.array([1.0, 0.0])
+    frames = list(clips.filmed(field + moved_by, clips.DEFAULT, seed=0))
+    told: list[str] = []
+    rows = ((number / 30.0, frame) for number, frame in enumerate(frames) if number != 50)
+    table = watch_camera(rows, "residual", {"n_markers": 81}, 20, told.append)
+    assert [line.partition(": ")[2].partition(" since")[0] for line in told] == ["slip", "gross slip"]
+    assert float(told[1].partition(" s:")[0]) == pytest.approx(71 / 30, abs=0.1)
+    assert [row[0] for row in table.rows[-4:]] == [
+        "median latency [ms]",
+        "latency of 95 % of frames below [ms]",
+        "largest latency [ms]",
+        "frames a second",
+    ]
+    assert table.note.endswith("1 frames were dropped.")
