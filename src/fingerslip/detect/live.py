@@ -91,9 +91,24 @@ class FrameByFrame(Generic[F]):
 
 
 class LiveDetector(FrameByFrame[Finding]):
-    """A detector that takes frames one at a time and finds what it finds in whole tracks.
+    """A trained detector that takes frames one at a time and finds what it finds in whole tracks.
 
-    `ring` is the ring of each marker, (n_markers,).
+    Parameters
+    ----------
+    detector : Detector
+        The detector, as :func:`fingerslip.detect.model_file.read_detector` reads it.
+    ring : (n_markers,) array of int, optional
+        Ring of each marker, where the detector needs it.
+
+    Examples
+    --------
+    ::
+
+        tracker, live = fs.MarkerTracker(n_markers=81, rest_frames=100), fs.LiveDetector(read_detector("detector"))
+        for time, frame in fs.live_frames(0):
+            for seen in tracker.take(frame, time):
+                for finding in live.take(seen):
+                    print(finding.onsets)
     """
 
     def __init__(self, detector: Detector, ring: NDArray[np.intp] | None = None) -> None:

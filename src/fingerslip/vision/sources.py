@@ -36,6 +36,11 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     channel : {'grey', 'blue', 'green', 'red'}, optional
         What is taken of colour frames.
 
+    Returns
+    -------
+    iterator of (float, array)
+        Times and frames.
+
     Raises
     ------
     InputError
