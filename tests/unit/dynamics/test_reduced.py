@@ -152,9 +152,9 @@ def check_estimates(models, caplog):
     basis = fs.ReducedBasis()
     assert (error <= (basis.tolerance, basis.acceleration_tolerance)).all()
     assert (error <= 3.0 * estimate + 1e-9).all()
-    # Too large an estimate only costs time. Of 60 there are 5 on one processor and 6 on another: which ones are above
-    # depends on how the vectors of a basis are rounded.
-    assert (estimate > 3.0 * error + 1e-9).mean() < 0.2
+    # Too large an estimate only costs time, and none where it is far below the tolerance.
+    tolerances = np.array([basis.tolerance, basis.acceleration_tolerance])
+    assert (estimate > 3.0 * error + 0.02 * tolerances).mean() < 0.2
     return len(pairs)
 
 
@@ -173,7 +173,7 @@ def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
 
 def test_a_history_says_which_basis_it_has():
     attrs = fs.simulate(with_basis()).attrs
-    assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 40)
+    assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 80)
     assert attrs["basis_constraint_modes"] == 2 * attrs["n_contact_candidates"]
     assert 0.0 < attrs["basis_error"] < 1e-3
     assert attrs["basis_highest_frequency"] > 100.0
@@ -198,10 +198,10 @@ def test_normal_modes_are_added_until_they_suffice_for_displacements_and_acceler
 
 
 def test_the_more_normal_modes_the_nearer(monkeypatch):
-    full, moved = fs.simulate(deep_push_and_slide()), []
+    full, moved = fs.simulate(deep_push_and_slide(alpha=-0.3)), []
     for count in (5, 40, 160):
         monkeypatch.setattr(bases, "_FEWEST", count)
-        reduced = fs.simulate(deep_push_and_slide(basis=LOOSE))
+        reduced = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=LOOSE))
         assert reduced.attrs["basis_normal_modes"] == count
         moved.append(difference(reduced, full, "displacement"))
     assert moved[0] > 2.0 * moved[1] > 2.0 * moved[2]

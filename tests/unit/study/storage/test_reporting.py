@@ -23,7 +23,7 @@ from fingerslip.slip import MEASURES, Events, Found, SlipEvents
 from fingerslip.storage.files import write_json
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
-from fingerslip.study.running.pictures import film_history
+from fingerslip.study.running.films import film_history
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import (
