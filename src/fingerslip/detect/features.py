@@ -36,8 +36,8 @@ class MotionSettings:
     rest_frames : int
         Frames at the start whose mean is the rest position: 100 in Cordova Bulens et al. 2023.
     window : int
-        Frames through which the velocity is fitted, the newest included. At 0.3 mm/s markers move less in a frame than
-        their noise, so the difference of two frames says little; the paper does not print its own. Assumed.
+        Frames through which the velocity is fitted, the newest included. The paper takes the difference of two frames
+        (its equation 2), which is 2; at 0.3 mm/s markers move less in a frame than their noise, so that says little.
     least_seen : float
         Share of the markers that has to be seen in a frame; a frame with fewer is not classified. Assumed.
 

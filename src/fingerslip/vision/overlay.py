@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.tracks import check_tracks
-from fingerslip.vision.video import FINE, STATES, opencv, write_video
+from fingerslip.vision.video import FINE, STATES, opencv
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,34 +48,11 @@ _COLOURS = ("divergence", "curl", "strain")
 SHOWN_FIELDS = (*_ARROWS, *_COLOURS, "contact_centroid")
 
 
-def write_overlay(
-    frames: Iterable[Frame], tracks: xr.Dataset, path: str | Path, *, arrows: Floats | None = None, stretch: float = 1.0
-) -> int:
-    """Write frames with their markers and arrows as a video, whole or not at all."""
-    return _write(path, overlay_frames(frames, tracks, arrows=arrows, stretch=stretch), tracks, "tracks")
-
-
-def write_field_overlay(frames: Iterable[Frame], fields: xr.Dataset, name: str, path: str | Path) -> int:
-    """Write frames with a field of their markers, as of :func:`field_frames`, as a video, whole or not at all.
-
-    The fields must say their ``frame_rate``, as those of a tracked video do. Returns the number of frames.
-    """
-    return _write(path, field_frames(frames, fields, name), fields, "fields")
-
-
-def _write(path: str | Path, pictures: Iterator[Frame], moving: xr.Dataset, name: str) -> int:
-    rate = moving.attrs.get("frame_rate")
-    if rate is None:
-        raise InputError(f"{name}: frame_rate", "is not there", "needs the frames a second", f"set it in {name}.attrs")
-    return write_video(path, pictures, float(rate))
-
-
 def overlay_frames(
     frames: Iterable[Frame],
     tracks: xr.Dataset,
     *,
     arrows: Floats | None = None,
-    stretch: float = 1.0,
     marked: NDArray[np.bool_] | None = None,
 ) -> Iterator[Frame]:
     """Yield frames with a circle at each marker that is seen, an arrow at it, time and count, in colours of rings.
@@ -93,7 +69,7 @@ def overlay_frames(
     seen, count = ~np.isnan(position).any(axis=2), tracks.sizes["marker"]
     if arrows is None and position.size:
         arrows = position - position[seen.argmax(axis=0), np.arange(count)]
-    vectors = position if arrows is None else stretch * np.asarray(arrows, dtype=np.float64)
+    vectors = position if arrows is None else np.asarray(arrows, dtype=np.float64)
     if vectors.shape != position.shape:
         raise InputError("arrows", f"got shape {vectors.shape}", f"needs {position.shape}, as the positions have")
     radii = tracks["radius"].values if "radius" in tracks else np.full(count, _RADIUS)
