@@ -165,7 +165,8 @@ def evaluate(
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.session import Choices, evaluate_classifiers, evaluate_whole, output_tables
+    from fingerslip.detect.evaluation.tables import output_tables
+    from fingerslip.detect.session import Choices, evaluate_classifiers, evaluate_whole
 
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     if whole:
@@ -258,7 +259,8 @@ def transfer(
     as_json: AsJson = False,
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
-    from fingerslip.detect.session import judge_detector, output_tables
+    from fingerslip.detect.evaluation.tables import output_tables
+    from fingerslip.detect.running import judge_detector
     from fingerslip.storage.files import check_folder
 
     if output is not None:
@@ -305,7 +307,7 @@ def run(
     sticks. The clip has to begin at rest. Of a camera events are told as they come, until Ctrl-C. How long frames take
     is printed, too.
     """
-    from fingerslip.detect.session import run_detector, watch_camera
+    from fingerslip.detect.running import run_detector, watch_camera
 
     tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
     if source.isdecimal() or "://" in source:
@@ -330,7 +332,8 @@ def score(
     as_json: AsJson = False,
 ) -> None:
     """Score onset times on the test trials of a data set: a file with trial, incipient_s and gross_s."""
-    from fingerslip.detect.session import Choices, output_tables, score_onsets
+    from fingerslip.detect.evaluation.tables import output_tables
+    from fingerslip.detect.session import Choices, score_onsets
 
     tables = [score_onsets(dataset, submission, Choices(labels, rest_frames, seed=seed))]
     if markdown:

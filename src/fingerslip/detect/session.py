@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,173 +12,33 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
-from fingerslip.detect.evaluation.crossval import Evaluation, Unseen, begin_evaluation, on_unseen
-from fingerslip.detect.evaluation.inquiries import Robustness, Sensitivity
+from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation
 from fingerslip.detect.evaluation.scores import (
-    Estimate,
-    EventScores,
-    FrameScores,
-    Reliability,
     event_scores_of,
     frame_scores_of,
     rest_ends,
     score_submission,
 )
+from fingerslip.detect.evaluation.tables import (
+    INTERVALS,
+    accuracy_table,
+    calibration_table,
+    confusion_table,
+    event_table,
+    frame_table,
+    left_out_table,
+    output_tables,
+    table_of,
+)
 from fingerslip.detect.features import MotionSettings
-from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, read_onsets
-from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.recordings import SLIP, TRACK_FILES, read_any_tracks, read_recording, recorded_trials
-from fingerslip.detect.residual import RESIDUAL, ResidualDetector, ResidualSettings, detect_residual, frames_at_rest
+from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
+from fingerslip.detect.model_file import write_detector
+from fingerslip.detect.recordings import SLIP, read_recording, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trials import TrialSet, open_trials, write_trials
 from fingerslip.errors import InputError, shorten
-from fingerslip.storage.files import check_replaceable, write_text, writing
-from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv, to_markdown
-from fingerslip.vision.video import open_frames
-
-_INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
-_THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
-
-
-def _cell(value: object) -> Cell:
-    """Return a value as a cell, an estimate with its interval: '0.912 [0.894, 0.929]'."""
-    if isinstance(value, Estimate):
-        if value.value is None:
-            return Missing.NOT_DEFINED
-        ends = "" if value.low is None else f" [{value.low:z.3f}, {value.high:z.3f}]"
-        return f"{value.value:z.3f}{ends}"
-    return Missing.NOT_DEFINED if value is None else value  # type: ignore[return-value]
-
-
-def _table(
-    title: str, names: Sequence[str | Column], rows: Sequence[Sequence[object]], note: str = _INTERVALS
-) -> Table:
-    columns = tuple(
-        name if isinstance(name, Column) else Column(name, digits=3) if name in _THREE_DIGITS else Column(name)
-        for name in names
-    )
-    return Table(title, columns, tuple(tuple(map(_cell, row)) for row in rows), note)
-
-
-def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, Estimate], note: str) -> Table:
-    """Return accuracies by trial beside those by sample, and the difference, which is what leaks."""
-    rows: list[tuple[object, ...]] = []
-    for name, scores in by_trial.items():
-        accuracy, other = scores.accuracy, by_sample[name]
-        leak = None if accuracy.value is None or other.value is None else other.value - accuracy.value
-        rows.append((name, accuracy, other, leak))
-    names = ("classifier", "by trial", "by sample", "leakage")
-    return _table("Accuracy on frames", names, rows, f"{note} {_INTERVALS}")
-
-
-def assumption_table(sensitivities: Sequence[Sensitivity]) -> Table:
-    """Return what accuracies come to with each value that may be assumed, and when labels then begin."""
-    rows = [
-        (entry.assumption.quantity, entry.assumption.value, entry.incipient, entry.gross, *entry.accuracies.values())
-        for entry in sensitivities
-    ]
-    times = (Column("median incipient slip", "s", 2), Column("median gross slip", "s", 2))
-    note = f"Accuracy on frames of trials that were not seen; one value changed in each row. {_INTERVALS}"
-    names: list[str | Column] = ["quantity", "value", *times, *sensitivities[0].matrices]
-    return _table("Accuracy and what is assumed", names, rows, note)
-
-
-def condition_table(condition: str, estimates: Mapping[str, Mapping[str, Estimate]]) -> Table:
-    """Return accuracies on the trials of each value of a condition, which were learned from in other trials."""
-    rows = [(value, *estimate.values()) for value, estimate in estimates.items()]
-    return _table(f"Accuracy by {condition}", (condition, *next(iter(estimates.values()))), rows)
-
-
-def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:
-    """Return precision, recall and F1 of each class on trials that were not seen."""
-    rows = [
-        (name, entry, scores.precision[number], scores.recall[number], scores.f1[number])
-        for name, scores in by_trial.items()
-        for number, entry in enumerate(CLASSES)
-    ]
-    names = ("classifier", "class", "precision", "recall", "F1")
-    return _table("Classes, on trials that were not seen", names, rows)
-
-
-def confusion_table(by_trial: Mapping[str, FrameScores]) -> Table:
-    """Return confusion matrices: a row for each true class."""
-    rows = [
-        (name, entry, *map(int, scores.matrix[number]))
-        for name, scores in by_trial.items()
-        for number, entry in enumerate(CLASSES)
-    ]
-    names = ("classifier", "true class", *(f"found {entry}" for entry in CLASSES))
-    return _table("Confusion, frames", names, rows, "")
-
-
-def calibration_table(reliabilities: Mapping[str, Reliability]) -> Table:
-    """Return how well calibrated the probabilities of slip are."""
-    rows = [(name, reliability.error, reliability.brier) for name, reliability in reliabilities.items()]
-    note = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
-    return _table("Calibration", ("classifier", "calibration error", "Brier score"), rows, note)
-
-
-_EVENTS: tuple[tuple[str, str], ...] = (
-    ("missed", "missed"),
-    ("found before gross slip", "before_gross"),
-    ("found before the label", "early"),
-    ("false alarm", "at_rest"),
-    ("onset error [s]", "error"),
-    ("absolute error [s]", "absolute_error"),
-    ("error, standard deviation [s]", "error_spread"),
-    ("median delay [frames]", "delay_frames"),
-    ("lead before gross slip [s]", "lead"),
-    ("lead, standard deviation [s]", "lead_spread"),
-    ("lead of 95 % of trials [s]", "bound"),
-    ("gross slip found", "gross_found"),
-    ("gross onset error [s]", "gross_error"),
-)
-_EVENT_NOTE = (
-    "Errors are time found less label: negative is early. False alarm: at rest, or where there is no slip. "
-    f"Lead of 95 %: conformal bound, needs 19 trials. {_INTERVALS}"
-)
-
-
-def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = "Onset of slip") -> Table:
-    """Return scores of events, a column for each classifier."""
-
-    def text(value: object) -> object:
-        return f"{value:z.3f}" if isinstance(value, float) else str(value) if isinstance(value, int) else value
-
-    rows = [(label, *(text(getattr(entry, name)) for entry in scores.values())) for label, name in _EVENTS]
-    return _table(title, ("event", *scores), rows, f"{note} {_EVENT_NOTE}".strip())
-
-
-def left_out_table(key: str, rows: Sequence[tuple[str, str, int, Estimate]]) -> Table:
-    """Return accuracies where a condition was left out: classifier, its value, number of trials and accuracy."""
-    names = ("classifier", f"{key} left out", "trials", "accuracy")
-    return _table(f"Accuracy where {key} was not seen", names, rows)
-
-
-def curve_table(scores: Mapping[int, FrameScores]) -> Table:
-    """Return a learning curve."""
-    rows = [(trials, entry.accuracy, entry.f1_mean) for trials, entry in scores.items()]
-    return _table("Learning curve", ("trials", "accuracy", "mean F1"), rows)
-
-
-def importance_table(drops: Mapping[int, Estimate]) -> Table:
-    """Return how much accuracy falls without each ring."""
-    note = f"Ring 0 is the centre. {_INTERVALS}"
-    return _table("Importance of rings", ("ring", "drop in accuracy"), list(drops.items()), note)
-
-
-def robustness_table(results: Sequence[Robustness]) -> Table:
-    """Return accuracies under disturbances."""
-    title = "Robustness, all frames of the test trials"
-    return _table(title, ("disturbance", "amount", "accuracy", "unusable"), results)
-
-
-def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
-    """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
-    frames = {"all frames": frame_scores_of(result.matrices, seed=seed)}
-    note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
-    return [event_table(result.scores, note), frame_table(frames), confusion_table(frames)]
+from fingerslip.tables.table import Column, Table
 
 
 @dataclass(frozen=True)
@@ -362,7 +221,7 @@ def evaluate_whole(
     names = ("classifier", "accuracy", "slip found", "false alarm", Column("area below the curve", digits=3))
     count, majority = len(slips), max(np.mean(list(slips.values())), 1.0 - np.mean(list(slips.values())))
     note = f"{count} trials, {sum(slips.values())} with slip; to say the commoner always is right in {majority:.3f}."
-    tables = [_table("Slip in whole trials, not seen", names, rows, f"{note} {_INTERVALS}")]
+    tables = [table_of("Slip in whole trials, not seen", names, rows, f"{note} {INTERVALS}")]
     if output is not None:
         output_tables(tables, output)
     return tables
@@ -394,79 +253,6 @@ def _left_out_table(
     return left_out_table(key, rows)
 
 
-def run_detector(
-    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path
-) -> tuple[list[Table], list[str]]:
-    """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
-    trained = None if detector == RESIDUAL else read_detector(detector)
-    # The tracker is slow to load, and so is what draws.
-    from fingerslip.detect.live import Finding, findings_table, run_on_tracks
-    from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
-    from fingerslip.vision.tracking.track import MarkerTracker, follow_video, lens_of, tracks_of
-
-    check_replaceable(output, "slip.csv")
-    frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
-    with threadpool_limits(1):
-        if source.suffix in TRACK_FILES:
-            tracks = read_any_tracks(source)
-        else:
-            frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
-            search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
-            resting = trained.features.motion.rest_frames if trained else rest_frames or 10
-            tracker = MarkerTracker(**search, rest_frames=resting, name=frames.name)
-            lens = lens_of(tracking.get("calibration"), frames)
-            rows, broken = follow_video(frames, tracker)
-            tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
-            seconds = np.array([row.seconds for row in rows])
-        if trained:
-            findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
-        else:
-            findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
-    more = np.resize(seconds, len(findings)).tolist()
-    timed = [replace(entry, seconds=entry.seconds + tracked) for entry, tracked in zip(findings, more, strict=True)]
-    name = "the detector that ships" if trained is None else trained.classifier
-    latency = findings_table(timed, f"{source.name} with {name}", note)
-    clip = SlipClip(source.name, tracks, findings, latency, frames)
-    page = write_slip_page(clip, output)
-    return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
-
-
-def watch_camera(
-    camera: int | str,
-    detector: str,
-    tracking: Mapping[str, Any],
-    rest_frames: int | None,
-    tell: Callable[[str], object],
-) -> Table:
-    """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
-    from fingerslip.detect.live import Finding, LiveDetector, findings_table
-    from fingerslip.detect.training import check_tracks_fit
-    from fingerslip.vision.sources import dropped_frames, live_frames
-    from fingerslip.vision.tracking.track import MarkerTracker
-
-    trained = None if detector == RESIDUAL else read_detector(detector)
-    resting = trained.features.motion.rest_frames if trained else rest_frames or 30
-    search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
-    tracker = MarkerTracker(**search, rest_frames=resting, name=f"camera {camera}")
-    live: LiveDetector | ResidualDetector | None = None if trained else ResidualDetector(ResidualSettings(resting))
-    findings: list[Finding] = []
-    with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):
-        for time, frame in live_frames(camera, tracking.get("channel", "grey")):
-            for seen in tracker.take(frame, time):
-                if live is None and trained:
-                    check_tracks_fit(trained, tracker.at_rest)
-                    live = LiveDetector(trained, tracker.reference.ring)
-                for finding in live.take(seen) if live else ():
-                    told = findings[-1].onsets if findings else Onsets(None, None)
-                    for word, since in {"slip": "incipient", "gross slip": "gross"}.items():
-                        began = getattr(finding.onsets, since)
-                        if began is not None and getattr(told, since) is None:
-                            tell(f"{finding.time:.3f} s: {word} since {began:.3f} s")
-                    findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
-    dropped = dropped_frames([finding.time for finding in findings])
-    return findings_table(findings, f"camera {camera}", f"Latency with the tracker; {dropped} frames were dropped.")
-
-
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     """Write the data set of the runs of a study of a sensor and return what was done."""
     notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
@@ -476,21 +262,6 @@ def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     return f"{output}: {len(folder.names)} trials"
 
 
-def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
-    """Return the tables of what a detector finds in a data set that it did not learn from."""
-    trials = open_trials(dataset)
-    onsets = Choices(labels).onsets(trials)
-    with threadpool_limits(1):
-        if detector != RESIDUAL:
-            return unseen_tables(on_unseen(read_detector(detector), trials, onsets))
-        tracks = {name: trials.tracks(name) for name in trials.names}
-        rests = {name: frames_at_rest(entry) for name, entry in tracks.items()}
-        results = {name: detect_residual(entry, ResidualSettings(rests[name])) for name, entry in tracks.items()}
-    ends = {name: float(entry["time"][rests[name] - 1]) for name, entry in tracks.items()}
-    scores = event_scores_of({name: findings[-1].onsets for name, findings in results.items()}, onsets, ends)
-    return [event_table({"the detector that ships": scores})]
-
-
 def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
     """Return the scores of a submission."""
     trials = open_trials(dataset)
@@ -498,20 +269,3 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
     return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
-
-
-def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
-    """Return tables in Markdown, and write each as a CSV file where a folder is given."""
-    if folder is not None:
-        names = ("-".join(table.title.lower().replace(",", "").split()) for table in tables)
-        numbered = enumerate(zip(names, tables, strict=True), start=1)
-        write_tables({f"{number}-{name}": table for number, (name, table) in numbered}, folder)
-    return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)
-
-
-def write_tables(tables: Mapping[str, Table], folder: Path) -> None:
-    """Write tables as CSV files by their names; other files of the folder stay."""
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    for name, table in tables.items():
-        write_text(folder / f"{name}.csv", to_csv(table))

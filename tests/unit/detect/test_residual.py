@@ -12,7 +12,7 @@ import xarray as xr
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualDetector, ResidualSettings, detect_residual, frames_at_rest, slides_of
-from fingerslip.detect.session import watch_camera
+from fingerslip.detect.running import watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError

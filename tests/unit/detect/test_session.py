@@ -9,27 +9,24 @@ import pytest
 
 from fingerslip.detect.evaluation.inquiries import Robustness
 from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
-from fingerslip.detect.labels import Onsets, write_onsets
-from fingerslip.detect.live import Finding, findings_table
-from fingerslip.detect.model_file import read_detector
-from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.session import (
-    Choices,
+from fingerslip.detect.evaluation.tables import (
     accuracy_table,
     calibration_table,
     confusion_table,
     curve_table,
-    evaluate_classifiers,
     event_table,
     frame_table,
     importance_table,
     left_out_table,
     output_tables,
     robustness_table,
-    run_detector,
-    score_onsets,
-    train_detector,
 )
+from fingerslip.detect.labels import Onsets, write_onsets
+from fingerslip.detect.live import Finding, findings_table
+from fingerslip.detect.model_file import read_detector
+from fingerslip.detect.running import run_detector
+from fingerslip.detect.samples import benchmark_test_trials
+from fingerslip.detect.session import Choices, evaluate_classifiers, score_onsets, train_detector
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Missing, to_csv, to_markdown
