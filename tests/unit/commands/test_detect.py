@@ -48,6 +48,7 @@ def test_evaluation_prints_and_writes_tables(invoke: Callable[..., Any], folder:
     assert found.exit_code == 0, found.output
     assert "Accuracy on frames" in found.output
     assert len(list(Path("tables").glob("*.csv"))) == 5
+    assert Path("tables/evaluation.html").is_file()
     assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
     assert "| classifier |" in invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown").output
 

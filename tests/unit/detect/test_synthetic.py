@@ -68,9 +68,10 @@ def test_a_trial_is_filmed_by_both_cameras(tmp_path: Path) -> None:
         }
     }
     inside = trial.tracks.isel(marker=trial.tracks["kind"].values == "internal")
-    found = read_recording(tmp_path / "films" / "slide-0000.mkv", 7, 5, "free")
+    search = {"n_markers": 7, "rest_frames": 5, "layout": "free"}
+    found = read_recording(tmp_path / "films" / "slide-0000.mkv", search)
     moved, known = (one["position"].values[-1] - one["position"].values[0] for one in (found, inside))
     # Numbers differ, and 0.05 px of noise are in what was filmed.
     assert np.sort(moved[:, 1]) == pytest.approx(np.sort(known[:, 1]), abs=0.1)
-    outside = read_recording(tmp_path / "films" / "slide-0000-outside.mkv", 7, 5, "free")
+    outside = read_recording(tmp_path / "films" / "slide-0000-outside.mkv", search)
     assert outside.sizes["time"] == trial.tracks.sizes["time"]
