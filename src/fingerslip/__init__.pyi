@@ -64,12 +64,13 @@ from .model.model import (
     Traction as Traction,
 )
 from .model.programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
-from .react.closed_form import travel_after_ramp as travel_after_ramp, travel_after_step as travel_after_step
+from .react.closed_form import travel_after as travel_after
 from .react.detectors import (
     AtOnce as AtOnce,
     ForceRatio as ForceRatio,
     Never as Never,
     SlippedArea as SlippedArea,
+    SpikeCount as SpikeCount,
     StickRatio as StickRatio,
 )
 from .react.latency import CriticalStart as CriticalStart, critical_start as critical_start
@@ -81,12 +82,6 @@ from .react.loads import (
     StepLoad as StepLoad,
 )
 from .react.loop import Grasp as Grasp, OpenLoop as OpenLoop, Outcome as Outcome
-from .react.mapping import (
-    MapResult as MapResult,
-    ReactionMap as ReactionMap,
-    reaction_map as reaction_map,
-    read_reaction_map as read_reaction_map,
-)
 from .react.markers import LearnedMarkers as LearnedMarkers
 from .react.moment import Alarm as Alarm, Moment as Moment
 from .react.reflex import (
@@ -96,8 +91,7 @@ from .react.reflex import (
     reaction as reaction,
     reaction_names as reaction_names,
 )
-from .react.scenario import HeldObject as HeldObject, Holder as Holder, holder_of as holder_of
-from .react.spikes import SpikeCount as SpikeCount
+from .react.scenario import HeldObject as HeldObject, holder_of as holder_of
 from .report.figures.motion import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
 from .model.rigid_bodies import (

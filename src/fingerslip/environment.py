@@ -6,7 +6,7 @@ Importing this module registers `fingerslip/HoldFinger2D-v0` and `fingerslip/Hol
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -27,20 +27,24 @@ from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
+from fingerslip.model.model import Contact, Model
 from fingerslip.parameters import Duration, NonNegativeNumber, PositiveDuration, parameters
 from fingerslip.react.film import pixels
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import MemoryBases
-from fingerslip.react.mapping import ReactionMap, map_holder, read_reaction_map
 from fingerslip.react.moment import Moment
 from fingerslip.react.reflex import ForceRate
-from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model, holder_of
+from fingerslip.react.scenario import OBJECT, HeldObject, held_model, holder_of
 from fingerslip.react.spikes import SpikeStream, stimulus_of
 from fingerslip.report.colours import BLACK, BLUE, VERMILLION
 from fingerslip.report.figures.style import with_style
 from fingerslip.sites import ReceptorKind
+from fingerslip.specimens.fingertip.fingertip import preset
+from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.tactip import PRESETS as SENSORS
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes
+from fingerslip.study.definition.runs import Run, read_runs
+from fingerslip.study.running.build import build_model
 
 __all__ = ["HoldEnv"]
 
@@ -49,10 +53,15 @@ Sensed = dict[str, NDArray[Any]]
 
 _KINDS: tuple[ReceptorKind, ...] = ("FA-I", "SA-I")
 _SENSOR, _SENSOR_SIZES = "tactip-ridged-2d", SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.5e-3)
-_LARGEST_GRIP, _REACH, _SENSOR_REACH = 10.0, 8e-3, 12e-3  # [N]; [m], what may touch at that grip
+_SENSOR_SKIN = Contact("contact", normal_penalty=5e9, tangential_penalty=5e9)
+_LARGEST_GRIP, _REACH = 10.0, {"finger": 8e-3, "tactip": 12e-3}  # [N]; [m], what may touch at that grip
 _FAR, _MOST_SPIKES = 100.0, 100_000  # [mm] and [N]; bounds of what is sensed
 _LOSS = 10.0  # what a loss costs, in mm of slip
 _BASES = MemoryBases()
+_FINGER_SIZES = MeshSizes(contact_size=0.15e-3, bulk_size=0.5e-3)
+_HELD = HeldObject(mass=0.1, load=RampLoad(rate=4.0, force=1.0), step=2e-3)
+_FRICTIONS, _LOAD_RATES = (0.3, 0.9), (1.0, 32.0)  # [-] and [N/s], between which tasks are drawn
+_SPECIMENS = {"finger": "fingertip", "tactip": "tactip"}
 
 
 @parameters
@@ -72,6 +81,31 @@ class Task:
     friction: NonNegativeNumber
     load_rate: ForceRate
     latency: Duration
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Objects that are held, and the body that holds them."""
+
+    held: HeldObject
+    holder: Model
+    frictions: tuple[float, float]  # smallest and largest [-]
+    load_rates: tuple[float, float]  # smallest and largest [N/s]
+
+    @classmethod
+    def of(cls, body: str, study: str | Path | None) -> Domain:
+        """Return what a study has, or what is held without one."""
+        if study is None:
+            return cls(_HELD, _finger() if body == "finger" else _sensor(), _FRICTIONS, _LOAD_RATES)
+        runs = read_runs(study).runs
+        objects = [run.study.held for run in runs]
+        ramps = [held.load for held in objects if held is not None and isinstance(held.load, RampLoad)]
+        if objects[0] is None or len(ramps) < len(runs) or runs[0].study.specimen_kind != _SPECIMENS[body]:
+            allowed = f"needs a {_SPECIMENS[body]}, and the block reaction with a ramp_load in all runs"
+            raise InputError(str(study), "is of another kind", allowed, "take studies/reaction_map.yaml")
+        frictions = sorted(held.friction for held in objects if held is not None)
+        rates = sorted(ramp.rate for ramp in ramps)
+        return cls(objects[0], _body_of(runs[0]), (frictions[0], frictions[-1]), (rates[0], rates[-1]))
 
 
 class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
@@ -94,8 +128,8 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
     body : {'finger', 'tactip'}
         What holds the object, against its mirror image.
     study : path, optional
-        Settings of a map: object and fingertip; friction and rate of the load are drawn between its smallest and
-        largest, the rate on a logarithmic scale.
+        A study with the block `reaction`: object and body are those of its first run; friction and rate of the load are
+        drawn between the smallest and largest of its runs, the rate on a logarithmic scale.
     control_period : float
         Time from action to action, whole time steps [s].
     latency : float
@@ -127,27 +161,28 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         render_mode: str | None = None,
     ) -> None:
         control = Control(body=body, control_period=control_period, latency=latency, force_rate=force_rate)
-        default = ReactionMap(held=HeldObject(mass=0.1, load=RampLoad(rate=4.0, force=1.0), step=2e-3))
-        self._settings = default if study is None else read_reaction_map(study)
-        self._steps = round(control_period / self._settings.held.step)
-        if self._steps < 1 or abs(self._steps * self._settings.held.step - control_period) > 1e-9:
-            allowed = f"needs whole steps of {self._settings.held.step:g} s"
+        self._domain = Domain.of(body, study)
+        step = self._domain.held.step
+        self._steps = round(control_period / step)
+        if self._steps < 1 or abs(self._steps * step - control_period) > 1e-9:
+            allowed = f"needs whole steps of {step:g} s"
             raise InputError("control_period", f"got {control_period:g} s", allowed)
         self.render_mode, self._force_rate, self._latency = render_mode, control.force_rate, control.latency
         self._kinds = _KINDS if body == "finger" else ()
-        finger = map_holder(self._settings, "original", _KINDS) if body == "finger" else None
+        holder = self._domain.holder
         # A controller may squeeze as hard as it can: more of the skin touches than in a map.
-        self._holder = _sensor() if finger is None else replace(finger, search_distance=_REACH)
+        contact = replace(holder.contacts[0], search_distance=_REACH[body])
+        self._holder = replace(holder, contacts=(contact,))
         self._simulation: Simulation | None = None
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.observation_space = self._space()  # type: ignore[assignment]
 
     def _space(self) -> spaces.Dict:
         """Return the space of what is sensed; the number of nodes is that of a model."""
-        with Simulation(held_model(self._settings.held, self._holder), threads=1, bases=_BASES) as simulation:
+        with Simulation(held_model(self._domain.held, self._holder), threads=1, bases=_BASES) as simulation:
             seen = simulation.observation
         nodes = len(seen["contact_state"])
-        markers = nodes if self._kinds else len(self._holder.sites)
+        markers = nodes if self._kinds else len(self._holder.record.sites)
         space: dict[str, spaces.Space[Any]] = {
             "markers": spaces.Box(-_FAR, _FAR, (markers, 2), np.float32),
             "mask": spaces.MultiBinary(markers),
@@ -164,16 +199,16 @@ class HoldEnv(gymnasium.Env[Sensed, NDArray[np.float32]]):
         """Hold another object: `friction`, `load_rate` [N/s] and `latency` [s] may be given, or are drawn."""
         super().reset(seed=seed)
         self.close()
-        frictions, rates = self._settings.friction, self._settings.load_rates
+        rates = np.log(self._domain.load_rates)
         drawn = {
-            "friction": self.np_random.uniform(min(frictions), max(frictions)),
-            "load_rate": float(np.exp(self.np_random.uniform(np.log(min(rates)), np.log(max(rates))))),
+            "friction": self.np_random.uniform(*self._domain.frictions),
+            "load_rate": float(np.exp(self.np_random.uniform(*rates))),
             "latency": self._latency,
         }
         task = self._task = Task(**{**drawn, **(options or {})})
-        load = self._settings.held.load
-        assert isinstance(load, RampLoad)
-        self._held = replace(self._settings.held, friction=task.friction, load=RampLoad(task.load_rate, load.force))
+        held = self._domain.held
+        load = RampLoad(task.load_rate, held.load.series()[1][-1])
+        self._held = replace(held, friction=task.friction, load=load)
         simulation = self._simulation = Simulation(held_model(self._held, self._holder), threads=1, bases=_BASES)
         for _ in range(round(self._held.begins / self._held.step)):
             seen = simulation.step()
@@ -279,12 +314,22 @@ def _drawn(held: HeldObject, times: Floats, travels: Floats, grips: Floats) -> N
     return pixels(canvas)
 
 
-def _sensor() -> Holder:
+def _body_of(run: Run) -> Model:
+    """Return the body of a run, with receptors or pins."""
+    receptors, groups = (_KINDS, ()) if run.study.specimen_kind == "fingertip" else ((), ("internal_markers",))
+    record = replace(run.study.record, receptors=receptors, groups=groups)
+    return build_model(replace(run, study=replace(run.study, record=record)))
+
+
+def _finger() -> Model:
+    """Return the section of the paper's fingertip, with its receptors."""
+    return holder_of(preset("wang2014-2d"), _FINGER_SIZES, groups=_KINDS)
+
+
+def _sensor() -> Model:
     """Return the section of the ridged TacTip, with its pins."""
-    sensor = holder_of(
-        SENSORS.read(_SENSOR), _SENSOR_SIZES, boundary="contact", depth=20e-3, groups=["internal_markers"]
-    )
-    return replace(sensor, normal_penalty=5e9, tangential_penalty=5e9, search_distance=_SENSOR_REACH)
+    sensor = SENSORS.read(_SENSOR)
+    return holder_of(sensor, _SENSOR_SIZES, contact=_SENSOR_SKIN, depth=20e-3, groups=["internal_markers"])
 
 
 for _name, _body in (("HoldFinger2D", "finger"), ("HoldTacTip2D", "tactip")):

@@ -52,6 +52,7 @@ class RunResult:
     uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
     sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     derived: Mapping[str, Quantity] = field(default_factory=lambda: _EMPTY)
+    reaction: Mapping[str, float | None] = field(default_factory=lambda: _EMPTY)  # times since the load began [s]
 
     @property
     def all_values(self) -> dict[str, Any]:
@@ -130,7 +131,9 @@ class Quantity:
 
 
 def quantities(result: RunResult) -> dict[str, Quantity]:
-    """Return the numbers of mechanics of a run, whose convergence is studied."""
+    """Return the numbers of mechanics of a run, or the times of its reactions, whose convergence is studied."""
+    if result.reaction:
+        return {f"reaction.{name}": Quantity(name, "s", time) for name, time in result.reaction.items()}
     times = {
         f"{reading}.{time}": Quantity(f"{event_label(time)} ({words})", "s", result.events.reading(reading).time(time))
         for reading, words in READINGS.items()
@@ -175,6 +178,7 @@ class _Stored(TypedDict):
     acceleration_peaks: list[dict[str, pydantic.FiniteFloat]]
     numbers: dict[str, _Number | None]
     edge_contact: _Edge | None
+    reaction_s: NotRequired[dict[str, pydantic.FiniteFloat | None]]
     mesh_hash: str
     mesh_size: pydantic.FiniteFloat
     wall_time_s: pydantic.FiniteFloat
@@ -199,6 +203,7 @@ def result_mapping(result: RunResult) -> dict[str, Any]:
         ],
         "numbers": dict(result.numbers),
         "edge_contact": _edge_mapping(result.edge),
+        **({"reaction_s": dict(result.reaction)} if result.reaction else {}),
         "mesh_hash": result.mesh_hash,
         "mesh_size": result.mesh_size,
         "wall_time_s": round(result.seconds, 3),
@@ -225,6 +230,7 @@ def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
         seconds=values["wall_time_s"],
         versions=dict(values["versions"]),
         sampled=dict(values.get("sampled", {})),
+        reaction=dict(values.get("reaction_s", {})),
     )
 
 

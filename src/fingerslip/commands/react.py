@@ -1,35 +1,39 @@
-"""``fingerslip react``: how long there is to react before a held object is lost."""
+"""``fingerslip react``: does a detector's alarm save the object?"""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Quiet, Workers, print_tables
+from fingerslip.commands.shared import AsJson, print_tables
 
 
 def react(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Settings of a map (YAML), see studies/reactions.")],
-    results: Annotated[
-        Path, typer.Option("--results", metavar="DIR", help="Folder that holds a folder for each map.")
-    ] = Path("results"),
-    workers: Workers = 2,
-    as_json: AsJson = False,
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results of a study with the block reaction.")],
+    onsets: Annotated[
+        Path | None, typer.Argument(metavar="[CSV]", help="Onset times of all runs: trial, incipient_s, gross_s.")
+    ] = None,
     *,
-    quiet: Quiet = False,
+    trials: Annotated[
+        Path | None, typer.Option("--trials", metavar="DIR", help="Write the runs as a data set for detectors instead.")
+    ] = None,
+    frame_rate: Annotated[
+        float, typer.Option("--frame-rate", min=1.0, help="Frames a second of the data set.")
+    ] = 250.0,
+    as_json: AsJson = False,
 ) -> None:
-    """Compute how long a reflex may take to save a held object, over friction and rate of its load.
+    """Score the alarms of a detector on held objects: how many are saved, with what force, how many grips are false.
 
-    A page with the answer, tables, figures and a film is written into a folder with the name of the file.
+    Any detector takes part: it sees the data set that --trials writes, and its onset times are scored.
     """
-    from fingerslip.react.answer import answer, trial_table
-    from fingerslip.react.page import map_file
+    from fingerslip.errors import InputError
+    from fingerslip.study.trials.holding import held_trials, score_alarms
 
-    with typer.progressbar(length=1000, label="reactions", hidden=quiet or as_json, file=sys.stderr) as bar:
-        result, folder = map_file(file, results, workers, lambda share: bar.update(int(1000 * share) - bar.pos))
-    print_tables([trial_table(result)], as_json)
-    if not as_json:
-        typer.echo("\n".join((*answer(result), f"page: {folder / 'report.html'}")))
+    if (onsets is None) == (trials is None):
+        raise InputError("react", "has onset times and --trials, or none of the two", "needs one of them")
+    if trials is not None:
+        typer.echo(f"{trials}: {len(held_trials(results, trials, frame_rate).names)} trials")
+    elif onsets is not None:
+        print_tables([score_alarms(results, onsets)], as_json)

@@ -1,29 +1,101 @@
-"""What a map comes to: sentences, and tables."""
+"""What the runs of a study with reactions come to: sentences, and tables."""
 
 from __future__ import annotations
 
-import numpy as np
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
-from fingerslip.react.mapping import MapResult, Trial
-from fingerslip.react.reflex import REACTIONS, reaction
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.react.reflex import REACTIONS
+from fingerslip.react.results import ReactionResult, Trial
+from fingerslip.react.settings import ReactionSettings
+from fingerslip.report.labels import run_title
+from fingerslip.report.tables.runs import swept_cells, swept_columns
+from fingerslip.results import RunResult
 from fingerslip.tables.table import Cell, Column, Missing, Table
 
-__all__ = ["answer", "cell_table", "error_table", "paper_table", "source_table", "trial_table"]
+__all__ = ["Reactions", "answer", "cell_table", "centre_of", "paper_table", "source_table", "trial_table"]
+
+# Swept values that are axes of the map.
+_AXES = ("contact.friction_coefficient", "contact.friction.coulomb.coefficient", "reaction.load.ramp_load.rate")
 
 
-def answer(result: MapResult) -> tuple[str, ...]:
-    """Return the answer of a map in a few sentences."""
-    settings, centre = result.settings, result.settings.centre
-    critical = result.cell(centre).critical[settings.detector]
-    where = f"At friction {centre.friction:g} and {centre.load_rate:g} N/s"
-    tried = [trial for trial in result.trials if trial.detector == settings.detector]
-    if critical is None:
+@dataclass(frozen=True)
+class Reactions:
+    """The finished runs of a study with the block `reaction`."""
+
+    runs: tuple[RunResult, ...]
+    results: tuple[ReactionResult, ...]  # what came of each
+    settings: ReactionSettings  # of the centre
+
+    @cached_property
+    def centre(self) -> int:
+        """Number of the centre among the runs."""
+        return centre_of(self.results)
+
+    @property
+    def result(self) -> ReactionResult:
+        """What came of the centre."""
+        return self.results[self.centre]
+
+    @property
+    def where(self) -> str:
+        """The centre in words."""
+        rate = f" and {self.result.load_rate:g} N/s" if self.result.load_rate else ""
+        return f"friction {self.result.friction:g}{rate}"
+
+    @property
+    def uncertainty(self) -> tuple[float, str]:
+        """How much longer the critical latency of the centre may be [s], and of what that is the error."""
+        refined = self.runs[self.centre].uncertainty.get(f"reaction.critical latency after {self.settings.detector}")
+        return self.result.error + (refined or 0.0), "search" if refined is None else "search, step and mesh"
+
+    @cached_property
+    def frictions(self) -> tuple[float, ...]:
+        """Friction coefficients, ascending."""
+        return tuple(sorted({result.friction for result in self.results}))
+
+    @cached_property
+    def load_rates(self) -> tuple[float, ...]:
+        """Rates of the load [N/s], ascending."""
+        return tuple(sorted({result.load_rate for result in self.results if result.load_rate}))
+
+    def panels(self, detector: str) -> dict[str, NDArray[np.float64]]:
+        """Return critical latencies [s], (n_frictions, n_rates), by what else is swept, where all of them are known."""
+        cells = dict[str, dict[tuple[float, float], float]]()
+        for run, result in zip(self.runs, self.results, strict=True):
+            others = {path: value for path, value in run.swept.items() if path not in _AXES}
+            title = run_title(dataclasses.replace(run, swept=others), "") if others else ""
+            if result.load_rate is not None:
+                cells.setdefault(title, {})[result.friction, result.load_rate] = result.latency(detector)
+        return {
+            title: np.array([[panel[friction, rate] for rate in self.load_rates] for friction in self.frictions])
+            for title, panel in cells.items()
+            if len(panel) == len(self.frictions) * len(self.load_rates)
+        }
+
+
+def centre_of(results: Sequence[ReactionResult]) -> int:
+    """Return which of some runs the answer is about: the first one at which most was tried."""
+    return max(range(len(results)), key=lambda number: len(results[number].trials) + len(results[number].travels))
+
+
+def answer(reactions: Reactions) -> tuple[str, ...]:
+    """Return the answer of the runs, at the centre, in a few sentences."""
+    settings, result = reactions.settings, reactions.result
+    critical, where = result.latency(settings.detector), f"At {reactions.where}"
+    if np.isnan(critical):
         return (f"{where} no reflex saves the object, however quick.",)
     if np.isinf(critical):
         return (f"{where} the grip holds the object; no reflex is needed.",)
-    longest, lost = 1e3 * critical, 1e3 * (critical + result.cell(centre).error)
-    first = f"{where} a grip that rises as that of {settings.reaction} from {longest:.0f} ms after"
-    bar = f"± {1e3 * result.uncertainty:.0f} ms of search, step and mesh"
+    error, of = reactions.uncertainty
+    longest, lost = 1e3 * critical, 1e3 * (critical + result.error)
+    first = f"{where} a grip that rises at {settings.actuator.force_rate:g} N/s from {longest:.0f} ms after"
+    tried = [trial for trial in result.trials if trial.detector == settings.detector]
     texts = [
         f"{verb} {', '.join(map(_name, trials))}"
         for verb, trials in (("saved by", _of(tried, True)), ("lost by", _of(tried, False)))
@@ -31,59 +103,47 @@ def answer(result: MapResult) -> tuple[str, ...]:
     ]
     said = "The grip of each reaction has its own rate, so each has its own longest latency, which stands second:"
     return (
-        f"{first} '{settings.detector}' on saves the object, {lost:.0f} ms loses it ({bar}).",
+        f"{first} '{settings.detector}' on saves the object, {lost:.0f} ms loses it (± {1e3 * error:.0f} ms of {of}).",
         *((f"{said} {'; '.join(texts)}.",) if texts else ()),
     )
 
 
 def _name(trial: Trial) -> str:
     """Return a reaction with its latency and the longest that its grip allows."""
-    delay = f"{1e3 * trial.delay:.0f}"
-    allowed = (
-        f"{delay} ms, none is short enough" if trial.critical is None else f"{delay} of {1e3 * trial.critical:.0f} ms"
-    )
-    return f"{trial.reaction} ({allowed}{' since the load' if trial.since_load else ''})"
+    longest = " ms, none is short enough" if trial.critical is None else f" of {1e3 * trial.critical:.0f} ms"
+    return f"{trial.reaction} ({1e3 * trial.delay:.0f}{longest}{trial.since})"
 
 
 def _of(trials: list[Trial], saved: bool) -> list[Trial]:
     """Return those that saved the object, or lost it, the quickest first."""
-    return sorted((trial for trial in trials if trial.outcome.saved == saved), key=lambda trial: trial.delay)
+    return sorted((trial for trial in trials if trial.saved == saved), key=lambda trial: trial.delay)
 
 
-def trial_table(result: MapResult) -> Table:
+def trial_table(reactions: Reactions) -> Table:
     """Return every reaction at the centre after every detector."""
     columns = (
         *(Column("reaction"), Column("detector"), Column("delay", "ms", 0), Column("critical", "ms", 0)),
         *(Column("saved"), Column("chance", "%", 0), Column("travel", "mm", 1), Column("slip", "mm", 1)),
         *(Column("grip added", "N", 1), Column("false grip")),
     )
+    is_held = reactions.result.lost is None
     rows = tuple(
         (
-            *(trial.reaction, trial.detector, 1e3 * trial.delay, _milliseconds(trial.critical)),
-            *(trial.outcome.saved, _chance(trial), 1e3 * trial.outcome.travel, 1e3 * trial.outcome.largest_slip),
-            *(trial.outcome.grip_added, trial.outcome.false_grip),
+            *(trial.reaction, trial.detector, 1e3 * trial.delay, _milliseconds(trial.critical, is_held)),
+            *(trial.saved, 100.0 * (is_held or trial.chance or 0.0), 1e3 * trial.travel, 1e3 * trial.slip),
+            *(trial.grip_added, trial.false_grip),
         )
-        for trial in result.trials
+        for trial in reactions.result.trials
     )
-    centre = result.settings.centre
-    title = f"Reactions at friction {centre.friction:g}, {centre.load_rate:g} N/s, {centre.phalanx} phalanx"
     note = "delay: from the alarm, or the load, to the first change of the force; chance: by the jitter of the reflex."
-    return Table(title, columns, rows, note)
+    return Table(f"Reactions at {reactions.where}", columns, rows, note)
 
 
-def _chance(trial: Trial) -> Cell:
-    """Return the share of trials that save the object [%]."""
-    if trial.critical is None:
-        return 0.0
-    tried = reaction(trial.reaction)
-    return 100.0 * tried.reflex.share_within(trial.critical - tried.actuator.dead_time)
-
-
-def cell_table(result: MapResult) -> Table:
-    """Return every cell of a map."""
-    detectors = tuple(result.settings.detectors)
+def cell_table(reactions: Reactions) -> Table:
+    """Return every run."""
+    runs, detectors = reactions.runs, tuple(reactions.settings.detectors)
     columns = (
-        *(Column("phalanx"), Column("friction"), Column("load rate", "N/s"), Column("grip", "N", 2)),
+        *(*swept_columns(runs), Column("grip", "N", 2)),
         *(Column(f"{name}", "ms", 0) for name in detectors),
         *(Column("gross slip", "ms", 0), Column("lost", "ms", 0)),
         *(Column(f"critical, {name}", "ms", 0) for name in detectors),
@@ -91,13 +151,13 @@ def cell_table(result: MapResult) -> Table:
     )
     rows = tuple(
         (
-            *(cell.at.phalanx, cell.at.friction, cell.at.load_rate, cell.grip),
-            *(_milliseconds(cell.alarms[name]) for name in detectors),
-            *(_milliseconds(cell.gross), _milliseconds(cell.lost)),
-            *(_milliseconds(cell.critical[name]) for name in detectors),
-            1e3 * cell.error,
+            *(*swept_cells(run, runs), result.grip),
+            *(_milliseconds(result.alarms[name]) for name in detectors),
+            *(_milliseconds(result.gross), _milliseconds(result.lost)),
+            *(_milliseconds(result.critical[name], result.lost is None) for name in detectors),
+            1e3 * result.error,
         )
-        for cell in result.cells
+        for run, result in zip(runs, reactions.results, strict=True)
     )
     note = "Times since the load began; critical: the longest latency after each alarm that saves the object."
     return Table("Critical latencies", columns, rows, note)
@@ -120,21 +180,5 @@ def paper_table() -> Table:
     return Table("Where they come from", tuple(map(Column, ("reaction", "citation", "published", "not claimed"))), rows)
 
 
-def error_table(result: MapResult) -> Table:
-    """Return the numerical uncertainty of the answer, cause by cause."""
-    settings = result.settings
-    centre = result.cell(settings.centre)
-    critical = centre.critical[settings.detector]
-    rows = (
-        ("as computed", _milliseconds(critical), 1e3 * centre.error),
-        *((f"with {name}", _milliseconds(value), None) for name, value in result.refined.items()),
-        ("all together", _milliseconds(critical), 1e3 * result.uncertainty),
-    )
-    columns = (Column("critical latency"), Column("value", "ms", 1), Column("may be longer by", "ms", 1))
-    return Table(f"After '{settings.detector}'", columns, rows)
-
-
-def _milliseconds(time: float | None) -> Cell:
-    if time is None:
-        return Missing.NO_EVENT
-    return "held" if np.isinf(time) else 1e3 * time
+def _milliseconds(time: float | None, is_held: bool = False) -> Cell:
+    return "held" if is_held else Missing.NO_EVENT if time is None else 1e3 * time

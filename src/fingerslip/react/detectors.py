@@ -6,11 +6,11 @@ from typing import Annotated, Self
 
 import pydantic
 
-from fingerslip.parameters import Duration, Fraction, PositiveLength, one_of, parameters
-from fingerslip.react.moment import SLIPPED, Alarm, Moment
-from fingerslip.react.spikes import SpikeCount
+from fingerslip.parameters import Duration, Fraction, PositiveDuration, PositiveLength, one_of, parameters
+from fingerslip.react.moment import SLIPPED, Alarm, Moment, Watch
+from fingerslip.sites import ReceptorKind
 
-__all__ = ["AtOnce", "DetectorChoice", "ForceRatio", "Never", "SlippedArea", "StickRatio"]
+__all__ = ["AtOnce", "DetectorChoice", "ForceRatio", "Never", "SlippedArea", "SpikeCount", "StickRatio"]
 
 
 class _Stateless:
@@ -127,6 +127,40 @@ class Never(_Stateless):
     def take(self, moment: Moment) -> Alarm | None:  # noqa: ARG002  as for all detectors
         """Return None."""
         return None
+
+
+@parameters
+class SpikeCount:
+    """Spikes of a population of afferents.
+
+    Parameters
+    ----------
+    kind : {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
+        Type of the afferents; the holder has to record their receptors.
+    count : int
+        Spikes of all of them together, since the load began, that are an alarm.
+    window : float
+        Time within which they have to arrive [s].
+    delay : float
+        Time from where spikes are counted, after each afferent's own conduction, to the alarm [s].
+    """
+
+    kind: ReceptorKind = "FA-I"
+    count: Annotated[int, pydantic.Field(gt=0)] = 10
+    window: PositiveDuration = 20e-3
+    delay: Duration = 0.0
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """The kind of the receptors."""
+        return (self.kind,)
+
+    def start(self) -> Watch:
+        """Return what watches one run."""
+        # Afferents are slow to load, and a study is also read where nothing is computed.
+        from fingerslip.react.spikes import SpikeWatch
+
+        return SpikeWatch(self.kind, self.count, self.window)
 
 
 BuiltInDetector = SlippedArea | StickRatio | ForceRatio | SpikeCount | AtOnce | Never

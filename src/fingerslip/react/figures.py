@@ -1,4 +1,4 @@
-"""Figures of a map: critical latencies over friction and rate of the load, and what a latency costs."""
+"""Figures of reactions: critical latencies over friction and rate of the load, and what a latency costs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import SLIP, STICK
-from fingerslip.react.mapping import MapResult
+from fingerslip.react.answer import Reactions
 from fingerslip.react.reflex import REACTIONS
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
@@ -35,33 +35,30 @@ _FRONTIERS: tuple[tuple[str, str, Any], ...] = (
     ("servo", ORANGE, (0, (4, 2))),
 )
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
-# Lines of phalanges that cover each other are ever thinner, so that all can be seen.
-_PHALANX_COLOURS, _PHALANX_WIDTHS = (BLUE, ORANGE, GREEN), (2.2, 1.4, 0.8)
+# Lines that cover each other are ever thinner, so that all can be seen.
+_PANEL_COLOURS, _PANEL_WIDTHS = (BLUE, ORANGE, GREEN), (2.2, 1.4, 0.8)
 _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1, 1.5)))
 
 
 @with_style
-def map_figure(result: MapResult, detector: str | None = None) -> Figure:
-    """Draw the longest latency after a detector's alarm that saves the object, a panel for each phalanx."""
-    settings = result.settings
-    detector = detector or settings.detector
-    latencies = [result.latency(phalanx, detector) for phalanx in settings.phalanges]
-    finite = np.concatenate([values[np.isfinite(values)] for values in latencies])
+def map_figure(reactions: Reactions, detector: str | None = None) -> Figure:
+    """Draw the longest latency after a detector's alarm that saves the object, over friction and rate of the load."""
+    detector = detector or reactions.settings.detector
+    latencies = reactions.panels(detector)
+    finite = np.concatenate([values[np.isfinite(values)] for values in latencies.values()])
     colours = ScalarMappable(LogNorm(_LEAST, max(float(finite.max(initial=_LEAST)), 2 * _LEAST)), _MAP_COLOURS)
-    title = f"Longest latency after '{detector}' that saves the object, with the grip of {settings.reaction}"
+    rate = reactions.settings.actuator.force_rate
+    title = f"Longest latency after '{detector}' that saves the object, with a grip that rises at {rate:g} N/s"
     labels = ("rate of the load [N/s]", "friction coefficient [-]")
     figure, panels = figure_grid(len(latencies), 3, _PANEL, title, labels)
-    for axes, phalanx, values in zip(panels, settings.phalanges, latencies, strict=True):
+    for axes, (heading, values) in zip(panels, latencies.items(), strict=True):
         _draw_cells(axes, values, colours)
         for name, colour, dashes in _FRONTIERS:
             _draw_frontier(axes, values >= REACTIONS.read(name).delay, colour, dashes)
-        axes.set_title(f"{phalanx} phalanx")
-        axes.set_xticks(range(len(settings.load_rates)), [f"{rate:g}" for rate in settings.load_rates])
-        axes.set_yticks(range(len(settings.friction)), [f"{friction:g}" for friction in settings.friction])
-        axes.tick_params(length=0.0)
-        axes.grid(visible=False)
-        for spine in axes.spines.values():
-            spine.set_visible(False)
+        axes.set_title(heading)
+        axes.set_xticks(range(len(reactions.load_rates)), [f"{rate:g}" for rate in reactions.load_rates])
+        axes.set_yticks(range(len(reactions.frictions)), [f"{friction:g}" for friction in reactions.frictions])
+        _only_cells(axes)
     bar = figure.colorbar(colours, ax=panels, label="critical latency [ms]", shrink=0.9, pad=0.01, extend="min")
     bar.set_ticks(_TICKS, labels=[f"{1e3 * tick:g}" for tick in _TICKS])
     bar.minorticks_off()
@@ -74,6 +71,14 @@ def map_figure(result: MapResult, detector: str | None = None) -> Figure:
     keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
     return figure
+
+
+def _only_cells(axes: Axes) -> None:
+    """Leave out what coloured cells need not: ticks, grid and frame."""
+    axes.tick_params(length=0.0)
+    axes.grid(visible=False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
 
 
 def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable) -> None:
@@ -101,61 +106,58 @@ def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], colour: str, dashes: An
 
 
 @with_style
-def margin_figure(result: MapResult) -> Figure:
-    """Draw critical latency against rate of the load, and travel against latency, at the friction of the centre."""
-    settings, centre = result.settings, result.settings.centre
-    title = f"Friction {centre.friction:g}, {1e3 * settings.held.mass:g} g"
+def margin_figure(reactions: Reactions) -> Figure:
+    """Draw critical latency against rate of the load at the friction of the centre, and travel against latency."""
+    settings, result = reactions.settings, reactions.result
+    title = f"Friction {result.friction:g}, {1e3 * settings.mass:g} g"
     figure, (rates, travels) = figure_grid(2, 2, _PANEL_OF_LINES, title, ("", ""), share="none")
-    row = settings.friction.index(centre.friction)
+    row = reactions.frictions.index(result.friction)
     keys: dict[str, Artist] = {}
-    for phalanx, colour, width in zip(settings.phalanges, _PHALANX_COLOURS, _PHALANX_WIDTHS, strict=False):
-        look: dict[str, Any] = {"color": colour, "linewidth": width * mpl.rcParams["lines.linewidth"], "marker": "o"}
-        for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
-            values = 1e3 * result.latency(phalanx, detector)[row]
-            rates.plot(settings.load_rates, values, linestyle=dashes, markersize=1.0 + 2.0 * width, **look)
-        latencies, ways = 1e3 * np.array(settings.latencies), 1e3 * np.array(result.travels[phalanx])
-        last = int(np.searchsorted(ways, 1e3 * settings.held.travel_limit)) + 1
-        travels.plot(latencies[:last], ways[:last], markersize=1.0 + 2.0 * width, **look)
-        keys[f"{phalanx} phalanx"] = Line2D([], [], **look)
     for detector, dashes in zip(settings.detectors, _DASHES, strict=False):
+        for (heading, values), colour, width in zip(
+            reactions.panels(detector).items(), _PANEL_COLOURS, _PANEL_WIDTHS, strict=False
+        ):
+            look: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 1.0 + 2.0 * width}
+            look["linewidth"] = width * mpl.rcParams["lines.linewidth"]
+            rates.plot(reactions.load_rates, 1e3 * values[row], linestyle=dashes, **look)
+            if heading:
+                keys.setdefault(heading, Line2D([], [], **look))
         keys[f"after '{detector}'"] = Line2D([], [], color=GREY, linestyle=dashes)
-    _finish_rates(rates, settings.load_rates)
-    _finish_travels(travels, 1e3 * settings.held.travel_limit, f"{centre.load_rate:g} N/s, after '{settings.detector}'")
+    latencies, ways = 1e3 * np.array(list(result.travels)), 1e3 * np.array(list(result.travels.values()))
+    limit = 1e3 * settings.travel_limit
+    last = int(np.searchsorted(ways, limit)) + 1
+    travels.plot(latencies[:last], ways[:last], color=_PANEL_COLOURS[0], marker="o")
+    _finish_rates(rates, reactions.load_rates)
+    _finish_travels(travels, limit, f"{reactions.where}, after '{settings.detector}'")
     add_legend(figure, keys)
     return figure
 
 
 @with_style
-def outcome_figure(result: MapResult) -> Figure:
+def outcome_figure(reactions: Reactions) -> Figure:
     """Draw what comes of every reaction after every detector at the centre: saved or lost, and by how much time."""
-    settings, centre = result.settings, result.settings.centre
-    names = sorted(settings.reactions, key=lambda name: REACTIONS.read(name).delay, reverse=True)
-    title = f"Friction {centre.friction:g}, {centre.load_rate:g} N/s: time to spare, and travel"
-    size = (max(1.75 * len(settings.detectors), 3.4), 0.42 * len(names))
+    detectors, trials = list(reactions.settings.detectors), reactions.result.trials
+    labels = {
+        trial.reaction: f"{trial.reaction}, {1e3 * trial.delay:.0f} ms{trial.since}, {trial.force_rate:g} N/s"
+        for trial in sorted(trials, key=lambda trial: -trial.delay)
+    }
+    title = f"At {reactions.where}: time to spare, and travel"
+    size = (max(1.75 * len(detectors), 3.4), 0.42 * len(labels))
     figure, (axes,) = figure_grid(1, 1, size, title, ("detector", ""))
-    for trial in result.trials:
-        row, column = names.index(trial.reaction), list(settings.detectors).index(trial.detector)
-        colour = STATE_COLOURS[STICK if trial.outcome.saved else SLIP]
+    for trial in trials:
+        row, column = list(labels).index(trial.reaction), detectors.index(trial.detector)
+        colour = STATE_COLOURS[STICK if trial.saved else SLIP]
         axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1.0, 1.0, facecolor=colour, edgecolor="white", linewidth=2))
-        spare = "–" if trial.critical is None else f"{1e3 * (trial.critical - trial.delay):+.0f} ms".replace("-", "−")
-        travel = f"{1e3 * trial.outcome.travel:.1f} mm" if trial.outcome.saved else "lost"
+        spare = "–" if trial.spare is None else f"{1e3 * trial.spare:+.0f} ms".replace("-", "−")
+        travel = f"{1e3 * trial.travel:.1f} mm" if trial.saved else "lost"
         axes.text(column, row, f"{spare}\n{travel}", ha="center", va="center", fontsize=7.5, linespacing=1.1)
-    axes.set_xlim(-0.5, len(settings.detectors) - 0.5)
-    axes.set_ylim(-0.5, len(names) - 0.5)
-    axes.set_xticks(range(len(settings.detectors)), list(settings.detectors))
-    axes.set_yticks(range(len(names)), [_reaction_label(name) for name in names])
-    axes.tick_params(length=0.0)
-    axes.grid(visible=False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.set_xlim(-0.5, len(detectors) - 0.5)
+    axes.set_ylim(-0.5, len(labels) - 0.5)
+    axes.set_xticks(range(len(detectors)), detectors)
+    axes.set_yticks(range(len(labels)), list(labels.values()))
+    _only_cells(axes)
     add_legend(figure, {name: Patch(color=STATE_COLOURS[key]) for name, key in (("saved", STICK), ("lost", SLIP))})
     return figure
-
-
-def _reaction_label(name: str) -> str:
-    tried = REACTIONS.read(name)
-    since = " after the load" if tried.reflex.since == "load" else ""
-    return f"{name}, {1e3 * tried.delay:.0f} ms{since}, {tried.actuator.force_rate:g} N/s"
 
 
 def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
@@ -171,7 +173,8 @@ def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
     for name in ("robot-piezo", "human-slip", "prosthesis"):
         delay = 1e3 * REACTIONS.read(name).delay
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
-        axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", ha="right", va="bottom", color=GREY, fontsize=7.0)
+        place: dict[str, Any] = {"ha": "right", "va": "bottom", "clip_on": True}
+        axes.text(rates[-1], 1.04 * delay, f"{name} {delay:.0f}", color=GREY, fontsize=7.0, **place)
 
 
 def _finish_travels(axes: Axes, limit: float, title: str) -> None:

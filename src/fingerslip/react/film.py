@@ -73,8 +73,15 @@ def film_frames(
     last = max(run.outcome.end for run in runs) + _AFTER
     count = max(round(film.seconds * film.frame_rate), 2)
     still = round(_LAST * count)
-    moments = [*np.linspace(-_BEFORE, last, count - still).tolist(), *[last] * still]
-    yield from _draw(runs, moments, film)
+    figure, views = _figure(runs, film)
+    canvas: Any = FigureCanvasAgg(figure)
+    for number, moment in enumerate([*np.linspace(-_BEFORE, last, count - still).tolist(), *[last] * still]):
+        for view in views:
+            view.show(moment)
+        yield pixels(canvas)
+        if number == 0:
+            # Nothing moves from frame to frame, and a layout costs more than a frame.
+            figure.set_layout_engine("none")
 
 
 def write_film(path: Path, frames: Iterable[Frame], film: Film = SHOWN_FILM) -> bytes:
@@ -128,19 +135,6 @@ def _figure(runs: Sequence[_Run], film: Film) -> tuple[Figure, list[_View]]:
         axes.set_ylim(top=max(other.get_ylim()[1] for other in lower))
     figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=5)
     return figure, views
-
-
-def _draw(runs: Sequence[_Run], moments: Sequence[float], film: Film) -> Iterator[Frame]:
-    """Draw a frame for each time since the load began [s]."""
-    figure, views = _figure(runs, film)
-    canvas: Any = FigureCanvasAgg(figure)
-    for number, moment in enumerate(moments):
-        for view in views:
-            view.show(moment)
-        yield pixels(canvas)
-        if number == 0:
-            # Nothing moves from frame to frame, and a layout costs more than a frame.
-            figure.set_layout_engine("none")
 
 
 def _draw_forces(axes: Axes, run: _Run, last: float) -> Line2D:

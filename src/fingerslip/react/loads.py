@@ -10,7 +10,6 @@ import numpy as np
 import pydantic
 
 from fingerslip.errors import InputError
-from fingerslip.model.programme import Ramp
 from fingerslip.parameters import Duration, Force, Mass, PositiveDuration, PositiveLength, one_of, parameters
 from fingerslip.react.reflex import ForceRate
 from fingerslip.units import Unit
@@ -145,7 +144,7 @@ class FilledVessel:
 
 @parameters
 class LoadSeries:
-    """A force that was recorded.
+    """A force that was recorded: its times and forces, or the file that has them.
 
     Parameters
     ----------
@@ -153,20 +152,27 @@ class LoadSeries:
         Ascending times, the first 0 [s].
     forces : tuple of float
         The force at each [N].
+    file : str, optional
+        A file of comma-separated values with the columns `time [s]` and `force [N]`, of a study beside its file.
     """
 
-    times: tuple[Duration, ...]
-    forces: tuple[Force, ...]
+    times: tuple[Duration, ...] = ()
+    forces: tuple[Force, ...] = ()
+    file: str | None = None
 
     def __post_init__(self) -> None:
+        if self.file is not None:
+            if self.times or self.forces:
+                raise InputError("file", "is given with times or forces", "needs one of the two")
+            return
         ascending = all(early < late for early, late in pairwise(self.times))
         if not self.times or len(self.times) != len(self.forces) or not ascending or self.times[0] != 0.0:
             fault = f"got {len(self.times)} times and {len(self.forces)} forces"
             raise InputError("times", fault, "needs ascending times from 0 s on, a force for each")
 
     def series(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return times [s] and forces [N]."""
-        return self.times, self.forces
+        """Return times [s] and forces [N]; those of a file are read each time, see :meth:`read`."""
+        return (self.times, self.forces) if self.file is None else self.read(self.file).series()
 
     @classmethod
     def read(cls, path: str | Path) -> LoadSeries:
@@ -177,7 +183,8 @@ class LoadSeries:
                 allowed = f"needs the columns {' and '.join(_COLUMNS)}"
                 raise InputError(str(path), f"has no numbers in '{name}'", allowed, "write a number in every row")
         try:
-            return cls(*(tuple(table[name].astype(float).tolist()) for name in _COLUMNS))
+            times, forces = (tuple(table[name].astype(float).tolist()) for name in _COLUMNS)
+            return cls(times, forces)
         except InputError as error:
             raise error.moved(lambda where: f"{path}: {where.removeprefix('LoadSeries.')}") from None
 
@@ -188,9 +195,3 @@ LoadChoice = Annotated[
     BuiltInLoad,
     one_of(BuiltInLoad, "load", "LoadChoice", "A load, under the key that names its kind; exactly one is given."),
 ]
-
-
-def load_ramp(load: Load, begins: float) -> Ramp:
-    """Return the force [N] of a load that begins at a time [s]."""
-    times, forces = load.series()
-    return Ramp(tuple(begins + time for time in times), forces)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,12 +19,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.dynamics.reduced.basis import BasisStore
 from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
+from fingerslip.model.model import Model
 from fingerslip.react.moment import Alarm, Detector, Moment
-from fingerslip.react.reflex import Reaction, Response
-from fingerslip.react.scenario import OBJECT, HeldObject, Holder, held_model
+from fingerslip.react.reflex import Reaction, Response, require_whole_step
+from fingerslip.react.scenario import OBJECT, HeldObject, held_model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,23 +35,32 @@ __all__ = ["Grasp", "MemoryBases", "OpenLoop", "Outcome"]
 
 Array = NDArray[np.float64]
 
+_LOOKS_AHEAD = 64  # times at which a load between its knots and a grip are compared
+
 
 class MemoryBases:
-    """Reduced bases that are kept as long as the process lives, for all runs on one mesh."""
+    """Reduced bases that are kept in memory, for all runs on one mesh, and in a store on disk, if there is one."""
 
-    def __init__(self) -> None:
-        self._arrays: dict[str, dict[str, Array]] = {}
+    def __init__(self, store: BasisStore | None = None) -> None:
+        self._store, self._arrays = store, dict[str, Mapping[str, Array]]()
 
     def load(self, key: str) -> Mapping[str, Array] | None:
         """Return the arrays of a key, or None."""
+        if key not in self._arrays and self._store is not None:
+            arrays = self._store.load(key)
+            self._arrays |= {} if arrays is None else {key: arrays}
         return self._arrays.get(key)
 
     def save(self, key: str, arrays: Mapping[str, Array]) -> None:
         """Keep arrays under a key."""
-        self._arrays[key] = dict(arrays)
+        self._arrays[key] = arrays
+        if self._store is not None:
+            self._store.save(key, arrays)
 
-    def alone(self, key: str) -> AbstractContextManager[None]:  # noqa: ARG002  as for all stores
-        """Do nothing: no other process sees them."""
+    def alone(self, key: str) -> AbstractContextManager[None]:
+        """Keep other processes from making the arrays of a key in a block, where they share the store."""
+        if self._store is not None and key not in self._arrays:
+            return self._store.alone(key)
         return contextlib.nullcontext()
 
 
@@ -71,6 +82,8 @@ class OpenLoop:
         From when on nothing sticks, up to the loss [s].
     lost : float or None
         When the travel exceeds its limit [s].
+    history : Dataset
+        All that was recorded.
     """
 
     times: Array
@@ -80,6 +93,7 @@ class OpenLoop:
     alarms: Mapping[str, Alarm | None]
     gross: float | None
     lost: float | None
+    history: xr.Dataset
 
     def lead(self, name: str) -> float | None:
         """Return the time from a detector's alarm to gross slip [s]; None where one of them is."""
@@ -132,8 +146,8 @@ class Grasp:
     ----------
     held : HeldObject
         The object and its load.
-    holder : Holder
-        What holds it.
+    holder : Model
+        What holds it, as :func:`holder_of` makes it.
     detectors : mapping of str to Detector
         The detectors, by name.
     bases : BasisStore, optional
@@ -150,13 +164,13 @@ class Grasp:
     def __init__(
         self,
         held: HeldObject,
-        holder: Holder,
+        holder: Model,
         detectors: Mapping[str, Detector],
         *,
         bases: MemoryBases | None = None,
     ) -> None:
         self.held, self.detectors = held, dict(detectors)
-        kinds = {site.kind for site in holder.sites}
+        kinds = {site.kind for site in holder.record.sites}
         # Groups of pins are named by their plural.
         recorded = {*kinds, *(f"{kind.replace(' ', '_')}s" for kind in kinds)}
         for name, detector in self.detectors.items():
@@ -226,19 +240,22 @@ class Grasp:
 
     def without_reaction(self) -> Outcome:
         """Return what comes of no reaction."""
-        loop, grip = self.open_loop, self.held.first_grip
-        largest = float(loop.travel.max())
+        loop = self.open_loop
+        return self._outcome(loop.times, loop.travel, self._open_slip, self.held.first_grip, None)
+
+    def _outcome(self, times: Array, travels: Array, slip: float, grip: float, start: float | None) -> Outcome:
+        """Return what comes of a grip that rose to a force [N] from a time on [s], by travels [m] over times [s]."""
         return Outcome(
-            saved=loop.lost is None,
-            travel=largest,
-            largest_slip=self._open_slip,
+            saved=bool(travels[-1] <= self.held.travel_limit),
+            travel=float(travels.max()),
+            largest_slip=slip,
             grip=grip,
-            grip_added=0.0,
-            false_grip=False,
-            start=None,
-            end=float(loop.times[-1]),
-            times=loop.times,
-            travels=loop.travel,
+            grip_added=grip - self.held.first_grip,
+            false_grip=start is not None and self.open_loop.lost is None,
+            start=start,
+            end=float(times[-1]),
+            times=times,
+            travels=travels,
         )
 
     def branch(self, response: Response) -> Outcome:
@@ -291,7 +308,7 @@ class Grasp:
         if response is None or time <= response.start:
             return simulation.step()
         added = response.force(time) - self.held.first_grip
-        return simulation.step(Command(OBJECT, force=(0.0, added)))
+        return simulation.step(Command(OBJECT, force=(0.0, added, 0.0)[: self.model.mesh.dim()]))
 
     def _motion(self, observation: Observation) -> tuple[float, float]:
         """Return position [m] and speed [m/s] of the object along the load."""
@@ -332,7 +349,8 @@ class Grasp:
         first = int(sticking[-1]) + 1 if sticking.size else 0
         gross = float(times[first]) if is_lost and first < times.size else None
         lost = float(times[-1]) if is_lost else None
-        return OpenLoop(times, columns[:, 1], columns[:, 2], columns[:, 3], alarms, gross, lost)
+        history = simulation.history()
+        return OpenLoop(times, columns[:, 1], columns[:, 2], columns[:, 3], alarms, gross, lost, history)
 
     def _save(self, simulation: Simulation, time: float) -> None:
         if self._saved and self._saved[-1][0] >= time:
@@ -343,8 +361,7 @@ class Grasp:
 
     def _follow(self, simulation: Simulation, response: Response, earliest: float) -> Outcome:
         """Take steps under a response until the object is lost, or saved at a time or later [s]."""
-        held, loop = self.held, self.open_loop
-        times, travels = [], []
+        held, times, travels = self.held, list[float](), list[float]()
         observation, grip = simulation.observation, response.grip
         while not simulation.is_finished:
             observation = self._step(simulation, response)
@@ -357,40 +374,12 @@ class Grasp:
                 break
             if time >= max(earliest, response.start) and speed <= 0.0 and self._is_safe(response, time):
                 break
-        within = travels[-1] <= held.travel_limit
-        return Outcome(
-            saved=within,
-            travel=max(travels),
-            largest_slip=float((observation["slip_distance"] - self._first_slips).max()),
-            grip=grip,
-            grip_added=grip - held.first_grip,
-            false_grip=loop.lost is None,
-            start=response.start,
-            end=times[-1],
-            times=np.array(times),
-            travels=np.array(travels),
-        )
+        slip = float((observation["slip_distance"] - self._first_slips).max())
+        return self._outcome(np.array(times), np.array(travels), slip, grip, response.start)
 
     def _is_safe(self, response: Response, time: float) -> bool:
         """Tell whether friction bears the load at a time [s] and ever after."""
-        knots, _ = self.held.load.series()
-        later = _later_times(time, self.held.duration, knots)
-        bears = (2.0 * self.held.friction * response.force(moment) for moment in later)
-        return all(limit > self.held.total_load(moment) for limit, moment in zip(bears, later, strict=True))
-
-
-def require_whole_step(where: str, latency: float, step: float) -> None:
-    """Refuse a latency [s] that is shorter than a step [s], and not zero."""
-    if 0.0 < latency < step:
-        raise InputError(
-            where, f"got {latency:g} s", f"needs 0 s or at least a step, {step:g} s", "take a shorter step"
-        )
-
-
-_LOOKS_AHEAD = 64
-
-
-def _later_times(time: float, end: float, knots: Sequence[float]) -> list[float]:
-    """Return times from one on [s] at which a load between knots and a grip are compared."""
-    even = np.linspace(time, max(end, time), _LOOKS_AHEAD)
-    return [*even.tolist(), *(knot for knot in knots if knot > time)]
+        held = self.held
+        even = np.linspace(time, max(held.duration, time), _LOOKS_AHEAD).tolist()
+        later = [*even, *(knot for knot in held.load.series()[0] if knot > time)]
+        return all(2.0 * held.friction * response.force(moment) > held.total_load(moment) for moment in later)

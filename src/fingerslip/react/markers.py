@@ -42,7 +42,7 @@ class LearnedMarkers:
     ::
 
         learned = fs.LearnedMarkers(read_detector("detector"), frame_rate=120.0, delay=12e-3)
-        sensor = fs.holder_of(sensor, sizes, boundary="contact", groups=["internal_markers"])
+        sensor = fs.holder_of(sensor, sizes, contact=fs.Contact("contact"), groups=["internal_markers"])
         with fs.Grasp(held, sensor, {"learned": learned}) as grasp:
             outcome = grasp.react(fs.reaction("servo"), "learned")
     """

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, STICK
-from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.slip.settings import EventSettings
+
+if TYPE_CHECKING:
+    from fingerslip.dynamics.steering.steering import Observation
 
 __all__ = ["SLIPPED", "Alarm", "Detector", "Moment", "Watch"]
 
@@ -75,7 +77,8 @@ class Moment:
     @property
     def force_ratio(self) -> float:
         """Tangential over normal force."""
-        tangential, normal = np.abs(self.observation["counterface_force"][0])
+        force = self.observation["counterface_force"][0]
+        normal, tangential = abs(force[1]), np.linalg.norm(np.delete(force, 1))
         return float(tangential / normal) if normal > 0.0 else 0.0
 
     def _share(self, nodes: NDArray[np.bool_]) -> float:

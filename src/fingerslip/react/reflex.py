@@ -63,6 +63,13 @@ class Reflex:
         return 0.5 * (1.0 + math.erf((latency - self.latency) / (math.sqrt(2.0) * self.jitter)))
 
 
+def require_whole_step(where: str, latency: float, step: float) -> None:
+    """Refuse a latency [s] that is shorter than a step [s], and not zero."""
+    if 0.0 < latency < step:
+        fault, allowed = f"got {latency:g} s", f"needs 0 s or at least a step, {step:g} s"
+        raise InputError(where, fault, allowed, "take a shorter step")
+
+
 @parameters
 class Actuator:
     """What moves the fingers.
@@ -194,8 +201,8 @@ def reaction(name: str) -> Reaction:
     Returns
     -------
     Reaction
-        Its reflex and actuator. What is not published, above all rates of force, is assumed; `fingerslip react` writes
-        the source of every value into `sources.csv`.
+        Its reflex and actuator. What is not published, above all rates of force, is assumed; the page of a
+        study with the block `reaction` has the source of every value.
 
     Raises
     ------

@@ -7,8 +7,8 @@ fingertip rests and the half object moves, so along the grip its inertia stands 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -17,20 +17,17 @@ import pydantic
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError
-from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.elastic import RayleighDamping
-from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource
-from fingerslip.model.model import Component, Contact, Model, Recording, ReducedBasis
+from fingerslip.model.model import Contact, Model, Recording, ReducedBasis
 from fingerslip.model.programme import Ramp
 from fingerslip.model.rigid_bodies import BodyLoad, RigidBody
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, PositiveDuration, PositiveLength, parameters
-from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad, load_ramp
-from fingerslip.sites import Site
+from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad
 from fingerslip.specimens.protocol import Specimen
 
-__all__ = ["OBJECT", "HeldObject", "Holder", "held_model", "holder_of"]
+__all__ = ["OBJECT", "HeldObject", "ObjectSettings", "held_model", "holder_of"]
 
 #: Name of the rigid body.
 OBJECT = "object"
@@ -39,12 +36,15 @@ _SETTLING_KNOTS = 41
 # Nothing here reads accelerations.
 _BASIS = ReducedBasis(acceleration_tolerance=0.1)
 _LOAD = RampLoad(rate=4.0, force=2.0)
-_MESH_DAMPING = RayleighDamping(stiffness=2e-3)
+_DAMPING = RayleighDamping(stiffness=2e-3)
+_SKIN = Contact("skin", search_distance=4e-3)
+# Objects bring their own.
+_TIME = TimeStepping(step=1e-3, end=1.0)
 
 
 @parameters
-class HeldObject:
-    """An object that is held by friction, and what happens to it.
+class ObjectSettings:
+    """An object that is held, and what happens to it, apart from its friction and from steps.
 
     Grip and weight rise together, then rest, then the load begins: that is time zero of a reaction.
 
@@ -52,9 +52,7 @@ class HeldObject:
     ----------
     mass : float
         Mass of the object [kg].
-    friction : float
-        Friction coefficient of each of its two faces [-].
-    load : StepLoad, RampLoad, DroppedBall or LoadSeries
+    load : StepLoad, RampLoad, FilledVessel, DroppedBall or LoadSeries
         What comes on top of the weight.
     margin : float
         Grip force over the least that holds the weight, less one [-].
@@ -72,6 +70,50 @@ class HeldObject:
         How long they rest before the load begins [s].
     after : float
         How long is looked at once the load no longer changes [s].
+    """
+
+    load: LoadChoice = _LOAD
+    mass: Mass = 0.2
+    margin: NonNegativeNumber = 0.45
+    grip: Annotated[Force, pydantic.Field(gt=0)] | None = None
+    weight: Annotated[Force, pydantic.Field(ge=0)] | None = None
+    direction: Literal[1, -1] = 1
+    travel_limit: PositiveLength = 10e-3
+    settle: PositiveDuration = 0.3
+    rest: Duration = 0.05
+    after: PositiveDuration = 0.5
+
+
+@parameters
+class HeldObject(ObjectSettings):
+    """An object that is held by friction, and what happens to it.
+
+    Grip and weight rise together, then rest, then the load begins: that is time zero of a reaction.
+
+    Parameters
+    ----------
+    mass : float
+        Mass of the object [kg].
+    load : StepLoad, RampLoad, FilledVessel, DroppedBall or LoadSeries
+        What comes on top of the weight.
+    margin : float
+        Grip force over the least that holds the weight, less one [-].
+    grip : float, optional
+        Grip force at first [N], in place of the margin.
+    weight : float, optional
+        Force along the faces at first [N]; without it the weight of the mass.
+    direction : {1, -1}
+        Whether weight and load act along +x or -x.
+    travel_limit : float
+        Travel from which the object is lost [m].
+    settle : float
+        How long grip and weight take to rise [s].
+    rest : float
+        How long they rest before the load begins [s].
+    after : float
+        How long is looked at once the load no longer changes [s].
+    friction : float
+        Friction coefficient of each of its two faces [-].
     step : float
         Time step [s].
 
@@ -82,17 +124,7 @@ class HeldObject:
     '2.37 N, slips 0.22 s after the load begins'
     """
 
-    load: LoadChoice = _LOAD
-    mass: Mass = 0.2
     friction: Annotated[float, pydantic.Field(gt=0)] = 0.6
-    margin: NonNegativeNumber = 0.45
-    grip: Annotated[Force, pydantic.Field(gt=0)] | None = None
-    weight: Annotated[Force, pydantic.Field(ge=0)] | None = None
-    direction: Literal[1, -1] = 1
-    travel_limit: PositiveLength = 10e-3
-    settle: PositiveDuration = 0.3
-    rest: Duration = 0.05
-    after: PositiveDuration = 0.5
     step: PositiveDuration = 1e-3
 
     def __post_init__(self) -> None:
@@ -126,6 +158,11 @@ class HeldObject:
         """From the start of the load to the end of the run, whole steps [s]."""
         return float(np.ceil((self.load.series()[0][-1] + self.after) / self.step - 1e-6)) * self.step
 
+    @property
+    def end(self) -> float:
+        """End of the run [s]."""
+        return self.begins + self.duration
+
     def total_load(self, time: float) -> float:
         """Return weight and load [N] at a time since the load began [s]."""
         return self.first_load + float(np.interp(time, *self.load.series()))
@@ -143,123 +180,78 @@ class HeldObject:
         return float(times[last - 1] - excess[last - 1] * np.diff(times)[last - 1] / np.diff(excess)[last - 1])
 
 
-@dataclass(frozen=True)
-class Holder:
-    """One of the two fingertips, or any other body that holds an object from above.
-
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        Its mesh [m], in 2D; the object touches it from below.
-    materials : mapping of str to Material
-        The material of every region.
-    supports : mapping of str to tuple of {'x', 'y'}
-        What is fixed.
-    boundary : str
-        What touches the object.
-    formulation : {'plane_strain', 'plane_stress'}
-        The two-dimensional assumption.
-    depth : float
-        Out-of-plane depth [m].
-    damping : RayleighDamping
-        Material damping; a part that is proportional to mass would brake the object, too.
-    search_distance : float
-        How far above the lowest point it may touch the object [m].
-    normal_penalty, tangential_penalty : float, optional
-        Contact stiffness per area [Pa/m].
-    sites : tuple of Site
-        Points at which signals are recorded, for detectors.
-    """
-
-    mesh: Any
-    materials: Mapping[str, AnyMaterial]
-    supports: Mapping[str, tuple[Component, ...]]
-    boundary: str
-    formulation: Formulation = "plane_strain"
-    depth: float = 12e-3
-    damping: RayleighDamping = _MESH_DAMPING
-    search_distance: float = 4e-3
-    normal_penalty: float | None = None
-    tangential_penalty: float | None = None
-    sites: tuple[Site, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.damping.mass:
-            fault = f"got {self.damping.mass:g} 1/s"
-            raise InputError("damping.mass", fault, "needs 0: it would brake the object", "damp by stiffness")
-
-
 def holder_of(
     specimen: Specimen,
     mesh: MeshSource | None = None,
     *,
-    boundary: str = "skin",
+    contact: Contact = _SKIN,
     depth: float = 12e-3,
     groups: Sequence[str] = (),
-) -> Holder:
-    """Return the section of a specimen as what holds an object.
+) -> Model:
+    """Return a specimen as what holds an object.
 
     Parameters
     ----------
     specimen : Fingertip or TacTip
         The specimen.
-    mesh : MeshSizes or SensorSectionSizes, optional
-        Element sizes of its section; without it those of the specimen.
-    boundary : str, optional
-        What touches the object: `skin` of a fingertip, `contact` of a sensor.
+    mesh : MeshSource, optional
+        Element sizes; without them those of the specimen.
+    contact : Contact, optional
+        What touches the object: `skin` of a fingertip, `contact` of a sensor, with its contact stiffness, and how far
+        above the lowest point it may touch. The object brings its friction.
     depth : float, optional
-        Width of the contact, out of the section [m]; assumed.
+        Width of the contact, out of the section [m]; assumed. Not of a specimen in 3D.
     groups : sequence of str, optional
         Groups of sites that are recorded, such as receptors of the kind FA-I.
 
     Returns
     -------
-    Holder
-        The section, held as the specimen is.
+    Model
+        The specimen, supported as it is itself. Any other model with one contact holds objects as well; its damping may
+        have no part that is proportional to mass, which would brake the object.
     """
-    supports: Any = specimen.supports(2)
-    return Holder(
-        mesh=(mesh or specimen.default_mesh).build(specimen),
+    body = (mesh or specimen.default_mesh).build(specimen)
+    dim = int(body.dim())
+    supports: Any = specimen.supports(dim)
+    return Model(
+        mesh=body,
         materials=specimen.materials,
         supports=supports,
-        boundary=boundary,
-        formulation=specimen.formulation,
-        depth=depth,
-        sites=specimen.sites(groups, 2),
+        contacts=(contact,),
+        formulation="solid" if dim == 3 else specimen.formulation,
+        depth=1.0 if dim == 3 else depth,
+        damping=_DAMPING,
+        record=Recording(sites=specimen.sites(groups, dim)),
+        basis=_BASIS,
+        time=_TIME,
     )
 
 
-def held_model(held: HeldObject, holder: Holder) -> Model:
+def held_model(held: HeldObject, holder: Model) -> Model:
     """Return the model of one fingertip and its half of the object, a rigid body that is free along x and y."""
-    along = 0.5 * held.direction
+    if holder.damping.mass:
+        fault = f"got {holder.damping.mass:g} 1/s"
+        raise InputError("damping.mass", fault, "needs 0: it would brake the object", "damp by stiffness")
+    if len(holder.contacts) != 1:
+        raise InputError("contacts", f"got {len(holder.contacts)}", "needs one, which touches the object")
+    along, (times, forces) = 0.5 * held.direction, held.load.series()
     # Unit forces with newtons as factors: objects that differ in them alone share a reduced basis.
     loads = (
         BodyLoad(y=1.0, ramp=_settling(held.settle, held.first_grip)),
         BodyLoad(x=along, ramp=_settling(held.settle, held.first_load)),
-        BodyLoad(x=along, ramp=load_ramp(held.load, held.begins)),
+        BodyLoad(x=along, ramp=Ramp(tuple(held.begins + time for time in times), forces)),
     )
-    body = RigidBody(mass=0.5 * held.mass, free=("x", "y"), loads=loads)
-    contact = Contact(
-        holder.boundary,
-        Plane(normal=(0.0, 1.0)),
-        Coulomb(held.friction),
+    contact = replace(
+        holder.contacts[0],
+        counterface=Plane(normal=(0.0, 1.0, 0.0)[: holder.mesh.dim()]),
+        friction=Coulomb(held.friction),
         rigid_body=OBJECT,
-        search_distance=holder.search_distance,
-        normal_penalty=holder.normal_penalty,
-        tangential_penalty=holder.tangential_penalty,
     )
-    return Model(
-        mesh=holder.mesh,
-        materials=holder.materials,
-        formulation=holder.formulation,
-        depth=holder.depth,
-        supports=holder.supports,
+    return replace(
+        holder,
         contacts=(contact,),
-        bodies={OBJECT: body},
-        damping=holder.damping,
-        time=TimeStepping(step=held.step, end=held.begins + held.duration),
-        record=Recording(sites=holder.sites),
-        basis=_BASIS,
+        bodies={OBJECT: RigidBody(mass=0.5 * held.mass, free=("x", "y"), loads=loads)},
+        time=replace(holder.time, step=held.step, end=held.end),  # type: ignore[type-var]
     )
 
 

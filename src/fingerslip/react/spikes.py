@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import warnings
 from collections import deque
-from typing import Annotated
 
 import numpy as np
-import pydantic
 import xarray as xr
 from numpy.typing import NDArray
 from scipy import signal
@@ -20,11 +18,10 @@ from fingerslip.afferents.model import AFFERENTS, IntegrateAndFire
 from fingerslip.afferents.signals import STIMULI, BandwidthWarning
 from fingerslip.dynamics.steering.steering import Observation
 from fingerslip.history import VARIABLES
-from fingerslip.parameters import Duration, PositiveDuration, parameters
 from fingerslip.react.moment import Alarm, Moment
 from fingerslip.sites import ReceptorKind
 
-__all__ = ["SpikeCount", "SpikeStream", "stimulus_of"]
+__all__ = ["SpikeStream", "SpikeWatch", "stimulus_of"]
 
 Array = NDArray[np.float64]
 
@@ -34,64 +31,34 @@ _ORDER, _STEPS_A_PERIOD = 3, 20.0
 _SIGNALS = ("strain", "stress", "strain_energy_density", "velocity", "acceleration")
 
 
-@parameters
-class SpikeCount:
-    """Spikes of a population of afferents.
+class SpikeWatch:
+    """Counts the spikes of afferents of a kind in one run: so many within a window [s] are an alarm."""
 
-    Parameters
-    ----------
-    kind : {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
-        Type of the afferents; the holder has to record their receptors.
-    count : int
-        Spikes of all of them together, since the load began, that are an alarm.
-    window : float
-        Time within which they have to arrive [s].
-    delay : float
-        Time from where spikes are counted, after each afferent's own conduction, to the alarm [s].
-    """
-
-    kind: ReceptorKind = "FA-I"
-    count: Annotated[int, pydantic.Field(gt=0)] = 10
-    window: PositiveDuration = 20e-3
-    delay: Duration = 0.0
-
-    @property
-    def groups(self) -> tuple[str, ...]:
-        """The kind of the receptors."""
-        return (self.kind,)
-
-    def start(self) -> _SpikeWatch:
-        """Return what watches one run."""
-        return _SpikeWatch(self)
-
-
-class _SpikeWatch:
-    """Counts the spikes of one run."""
-
-    def __init__(self, settings: SpikeCount) -> None:
-        self._settings, self._model = settings, AFFERENTS.read(settings.kind.lower())
+    def __init__(self, kind: ReceptorKind, count: int, window: float) -> None:
+        self._kind, self._count, self._window = kind, count, window
+        self._model = AFFERENTS.read(kind.lower())
         self._stream: SpikeStream | None = None
         self._arrivals: deque[float] = deque()
         self._began, self._has_warned = 0.0, False
 
     def take(self, moment: Moment) -> Alarm | None:
         """Return an alarm, or None, after a step."""
-        stimulus = stimulus_of(moment.observation, self._settings.kind)
+        stimulus = stimulus_of(moment.observation, self._kind)
         if self._stream is None:
             self._stream, self._began = SpikeStream(self._model, moment.time, stimulus), moment.time
             return None
         self._warn_of_long_steps(moment.time)
         self._arrivals.extend(self._stream.advance(moment.time, stimulus))
-        while self._arrivals and self._arrivals[0] < self._arrivals[-1] - self._settings.window:
+        while self._arrivals and self._arrivals[0] < self._arrivals[-1] - self._window:
             self._arrivals.popleft()
         count = len(self._arrivals)
-        return Alarm(max(self._arrivals[-1], moment.time), count) if count >= self._settings.count else None
+        return Alarm(max(self._arrivals[-1], moment.time), count) if count >= self._count else None
 
     def _warn_of_long_steps(self, time: float) -> None:
         """Warn once where the first step to a time [s] does not resolve what the afferents respond to."""
         longest = 1.0 / (_STEPS_A_PERIOD * self._model.highest_frequency)
         if time - self._began > longest * (1.0 + 1e-6) and not self._has_warned:
-            text = f"{self._settings.kind} responds to {self._model.highest_frequency:g} Hz, which needs steps of"
+            text = f"{self._kind} responds to {self._model.highest_frequency:g} Hz, which needs steps of"
             warnings.warn(f"{text} {longest:.1g} s", BandwidthWarning, stacklevel=2)
         self._has_warned = True
 

@@ -58,9 +58,11 @@ def _applies(level: Level, study: Study) -> bool:
 
 
 def run_at(run: Run, level: Level, model: Model) -> Run:
-    """Return a run with one setting changed, and without snapshots."""
+    """Return a run with one setting changed, without snapshots and without reactions but the search for the latency."""
     record = dataclasses.replace(run.study.record, snapshots_every=0.0)
-    study = dataclasses.replace(run.study, record=record, **_change(run.study, level, model))
+    reaction = run.study.reaction and run.study.reaction.without_trials()
+    changes = {"record": record, "reaction": reaction, **_change(run.study, level, model)}
+    study = dataclasses.replace(run.study, **changes)
     return dataclasses.replace(
         run, name=f"{run.name}_{level.label}", where=f"{run.where} at {level.label}", study=study
     )

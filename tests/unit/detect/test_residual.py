@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -50,7 +49,7 @@ SPREAD = (np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape
 
 
 @pytest.mark.parametrize(("direction", "friction", "seed"), [(0.0, 0.8, 0), (1.6, 0.7, 1), (4.0, 1.0, 2)])
-def test_slip_begins_when_it_does(direction: float, friction: float, seed: int) -> None:
+def test_slip_begins_when_it_does(direction, friction, seed):
     case = trial(direction, friction, seed)
     for tracks in (case.tracks, disturb(case.tracks, "lost", 0.1), disturb(case.tracks, "noise", 0.1)):
         onsets = detect_residual(tracks, SETTINGS)[-1].onsets
@@ -58,7 +57,7 @@ def test_slip_begins_when_it_does(direction: float, friction: float, seed: int) 
         assert onsets.gross == pytest.approx(case.labels["contact"].gross, abs=0.11)
 
 
-def test_nothing_is_found_where_all_sticks() -> None:
+def test_nothing_is_found_where_all_sticks():
     case = trial(friction=40.0)
     assert case.labels["contact"].first is None
     findings = detect_residual(case.tracks, SETTINGS)
@@ -67,7 +66,7 @@ def test_nothing_is_found_where_all_sticks() -> None:
     assert findings[-1].displacement > 10.0
 
 
-def test_a_press_is_not_judged_and_a_slide_behind_it_is() -> None:
+def test_a_press_is_not_judged_and_a_slide_behind_it_is():
     press = path((20, 0.0), (10, 6.0), (40, 6.0), (90, 6.0), (20, 6.0))[:, None, None] * SPREAD
     slide = path((20, 0.0), (10, 0.0), (40, 0.0), (60, 12.0), (30, 18.0), (20, 18.0))[:, None, None] * ALONG
     # The outer columns stay behind in the second half of the slide.
@@ -82,13 +81,13 @@ def test_a_press_is_not_judged_and_a_slide_behind_it_is() -> None:
     assert findings[-1].onsets == second.onsets
 
 
-def test_markers_that_spring_back_are_gross_slip_and_those_that_are_pushed_back_are_none() -> None:
+def test_markers_that_spring_back_are_gross_slip_and_those_that_are_pushed_back_are_none():
     for frames, is_gross in ((3, True), (60, False)):
         back = path((20, 0.0), (60, 12.0), (frames, 6.0), (10, 6.0))[:, None, None] * ALONG
         assert (detect_residual(moved(back), SETTINGS)[-1].onsets.gross is not None) == is_gross
 
 
-def test_frame_by_frame_is_the_same_and_waits_for_rest() -> None:
+def test_frame_by_frame_is_the_same_and_waits_for_rest():
     tracks = moved(path((20, 0.0), (30, 12.0))[:, None, None] * ALONG)
     detector = ResidualDetector(SETTINGS)
     counts = [
@@ -99,7 +98,7 @@ def test_frame_by_frame_is_the_same_and_waits_for_rest() -> None:
 
 
 @pytest.mark.parametrize(("rest", "expected"), [(8, 8), (40, 40), (150, 100), (1, 5)])
-def test_rest_is_found(rest: int, expected: int) -> None:
+def test_rest_is_found(rest, expected):
     tracks = moved(path((rest, 0.0), (60, 60.0))[:, None, None] * ALONG)
     assert frames_at_rest(tracks) == pytest.approx(expected, abs=2)
 
@@ -118,7 +117,7 @@ def test_rest_is_found(rest: int, expected: int) -> None:
         ),
     ],
 )
-def test_what_cannot_be_judged_is_refused(act, message: str) -> None:
+def test_what_cannot_be_judged_is_refused(act, message):
     with pytest.raises(InputError, match=message):
         act()
 
@@ -131,7 +130,7 @@ def clip_of(tracks: xr.Dataset, frames: Frames | None = None) -> SlipClip:
     return SlipClip("slide.avi", inside, detect_residual(inside, SETTINGS), LATENCY, frames)
 
 
-def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path: Path) -> None:
+def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path):
     case = trial()
     frames = Frames("slide", 30.0, lambda: iter(np.full((200, 480, 640), 90, dtype=np.uint8)))
     clip = clip_of(case.tracks, frames)
@@ -151,7 +150,7 @@ def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path: Path) -> None:
     assert answer in page
 
 
-def test_pages_without_a_video_without_a_slide_and_of_trained_detectors() -> None:
+def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
     still = clip_of(moved(np.zeros((40, 49, 2))))
     assert answer_of(still) == ("No slide was found.",)
     press = clip_of(moved(path((20, 0.0), (10, 6.0), (40, 6.0))[:, None, None] * SPREAD))
@@ -172,7 +171,7 @@ def replace_kind(finding):
     return Finding(finding.time, finding.slip, finding.gross, finding.onsets, finding.seconds)
 
 
-def test_a_camera_is_watched_and_events_are_told_as_they_come() -> None:
+def test_a_camera_is_watched_and_events_are_told_as_they_come():
     field = clips.field()
     moved_by = path((30, 0.0), (40, 14.0), (2, 5.0), (8, 5.0))[:, None, None] * np.array([1.0, 0.0])
     frames = list(clips.filmed(field + moved_by, clips.DEFAULT, seed=0))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.react.closed_form import stop_from, travel_after_ramp, travel_after_step
+from fingerslip.react.closed_form import travel_after
 
 
 def integrated(mass: float, latency: float, limit_rate: float, load: tuple[float, float], steps: int = 20000) -> float:
@@ -22,23 +22,18 @@ def integrated(mass: float, latency: float, limit_rate: float, load: tuple[float
     return travel
 
 
-def test_travel_is_that_of_the_equation_of_motion() -> None:
-    assert travel_after_step(0.2, 0.5, 20.0, 74e-3) == pytest.approx(integrated(0.2, 74e-3, 20.0, (0.5, 0.0)), rel=1e-3)
-    assert travel_after_ramp(0.2, 4.0, 20.0, 74e-3) == pytest.approx(integrated(0.2, 74e-3, 20.0, (0.0, 4.0)), rel=1e-3)
+@pytest.mark.parametrize("load", [(0.5, 0.0), (0.0, 4.0), (0.5, 4.0)])
+def test_travel_is_that_of_the_equation_of_motion(load: tuple[float, float]) -> None:
+    travel = travel_after(0.2, 74e-3, 20.0, excess=load[0], load_rate=load[1])
+    assert travel == pytest.approx(integrated(0.2, 74e-3, 20.0, load), rel=1e-3)
 
 
 @given(latency=st.floats(1e-3, 0.3), more=st.floats(1e-3, 0.1), rate=st.floats(1.0, 19.0))
 def test_more_latency_is_more_travel(latency: float, more: float, rate: float) -> None:
-    assert travel_after_step(0.2, rate, 20.0, latency) < travel_after_step(0.2, rate, 20.0, latency + more)
-    assert travel_after_ramp(0.2, rate, 20.0, latency) < travel_after_ramp(0.2, rate, 20.0, latency + more)
+    for load in ({"excess": rate}, {"load_rate": rate}):
+        assert travel_after(0.2, latency, 20.0, **load) < travel_after(0.2, latency + more, 20.0, **load)
 
 
-def test_grip_that_grows_no_faster_than_the_load_never_stops_it() -> None:
-    assert travel_after_ramp(0.2, 20.0, 20.0, 10e-3) == math.inf
-    assert travel_after_ramp(0.2, 20.0, 10.0, 10e-3) == math.inf
-    assert travel_after_step(0.2, 0.5, 0.0, 10e-3) == math.inf
-    assert stop_from(0.2, 0.1, -1.0, -100.0) == (math.inf, math.inf)
-
-
-def test_object_at_rest_that_is_held_does_not_travel() -> None:
-    assert stop_from(0.2, 0.0, -1.0, 20.0) == (0.0, 0.0)
+@pytest.mark.parametrize(("limit_rate", "load"), [(20.0, (0.0, 20.0)), (10.0, (0.0, 20.0)), (0.0, (0.5, 0.0))])
+def test_grip_that_grows_no_faster_than_the_load_never_stops_it(limit_rate: float, load: tuple[float, float]) -> None:
+    assert travel_after(0.2, 10e-3, limit_rate, excess=load[0], load_rate=load[1]) == math.inf

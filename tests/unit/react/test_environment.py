@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.react.scenario import Holder
+from fingerslip.model.model import Model, Recording
 from fingerslip.sites import Site
 from unit.pads import pad
 
@@ -19,18 +19,19 @@ gymnasium = pytest.importorskip("gymnasium")
 environment = pytest.importorskip("fingerslip.environment")  # registers
 
 STUDY = """
-held:
-  {mass: 100 g, margin: 0.3, settle: 0.1 s, rest: 0.02 s, after: 0.1 s, step: 2 ms,
+fingertip: {preset: wang2014-2d}
+contact: {friction_coefficient: 0.6}
+time: {step: 2 ms}
+reaction:
+  {mass: 100 g, margin: 0.3, settle: 0.1 s, rest: 0.02 s, after: 0.1 s,
    load: {ramp_load: {rate: 4 N/s, force: 1 N}}}
-friction: [0.4, 0.6]
-load_rates: [4 N/s, 16 N/s]
-centre: {friction: 0.6}
+sweep: {contact.friction_coefficient: [0.4, 0.6], reaction.load.ramp_load.rate: [4 N/s, 16 N/s]}
 """
 
 
-def held_by() -> Holder:
+def held_by() -> Model:
     sites = (Site("FA-I-1", "FA-I", (-1e-3, 1e-3)), Site("SA-I-1", "SA-I", (1e-3, 1e-3)))
-    return replace(pad(), sites=sites)
+    return replace(pad(), record=Recording(sites=sites))
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +44,7 @@ def make(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         return gymnasium.make("fingerslip/HoldFinger2D-v0", study=study, disable_env_checker=True, **options).unwrapped
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(environment, "map_holder", lambda *_: held_by())
+        patch.setattr(environment, "_body_of", lambda _: held_by())
         yield made
 
 

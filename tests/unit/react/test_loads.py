@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.react.loads import GRAVITY, DroppedBall, FilledVessel, LoadSeries, RampLoad, StepLoad, load_ramp
+from fingerslip.react.loads import GRAVITY, DroppedBall, FilledVessel, LoadSeries, RampLoad, StepLoad
 
 
 def test_ramp_reaches_its_force_at_its_rate() -> None:
@@ -56,14 +56,14 @@ def test_file_that_is_no_load_is_refused(text: str, message: str, tmp_path: Path
     assert str(caught.value).startswith(f"{path}: {message}")
 
 
-def test_load_begins_when_it_is_told_to() -> None:
-    ramp = load_ramp(RampLoad(rate=4.0, force=2.0), 0.35)
-    assert [ramp.at(time) for time in (0.3, 0.35, 0.6, 2.0)] == pytest.approx([0.0, 0.0, 1.0, 2.0])
-
-
 @pytest.mark.parametrize(
     ("times", "forces"), [((), ()), ((0.0, 1.0), (1.0,)), ((0.1, 1.0), (0.0, 1.0)), ((0.0, 0.0), (0.0, 1.0))]
 )
 def test_series_needs_ascending_times_from_zero(times: tuple[float, ...], forces: tuple[float, ...]) -> None:
     with pytest.raises(InputError, match=r"needs ascending times from 0 s on, a force for each$"):
         LoadSeries(times, forces)
+
+
+def test_series_has_a_file_or_numbers() -> None:
+    with pytest.raises(InputError, match=r"file: is given with times or forces, needs one of the two$"):
+        LoadSeries((0.0,), (1.0,), "force.csv")

@@ -85,6 +85,17 @@ def test_quick_reflex_saves_and_slow_one_loses(grasp: Grasp) -> None:
     assert not quick.false_grip
 
 
+def test_object_is_held_in_3d_by_the_same_loop() -> None:
+    with Grasp(HELD, pad(cells=4, dim=3), DETECTORS) as solid:
+        # Friction across the load, against the pad's own spreading, takes a part of what there is.
+        assert solid.open_loop.gross == pytest.approx(HELD.time_to_limit, abs=15e-3)
+        assert [solid.react(reaction(latency), "force").saved for latency in (10e-3, 0.15)] == [True, False]
+        start = solid.start_of(reaction(11.3e-3), "force")
+        response = reaction(11.3e-3).response(start or 0.0, HELD.first_grip)
+        branch, whole = solid.branch(response), solid.whole(response)
+        assert np.array_equal(branch.travels, whole.travels[-branch.travels.size :])
+
+
 def test_detector_that_never_speaks_and_an_endless_latency_are_the_open_loop(grasp: Grasp) -> None:
     for outcome in (grasp.react(reaction(0.0), "never"), grasp.react(reaction(1e3), "force")):
         assert outcome.start is None
@@ -129,10 +140,11 @@ def test_no_latency_saves_what_a_shorter_one_loses(
     assert short.largest_slip <= long.largest_slip + 1e-6
 
 
-def test_critical_start_converges_with_the_step() -> None:
+@pytest.mark.parametrize(("steps", "cells"), [((4e-3, 2e-3, 1e-3), (10, 10, 10)), ((2e-3, 2e-3, 2e-3), (5, 10, 20))])
+def test_critical_start_converges_with_step_and_mesh(steps: tuple[float, ...], cells: tuple[int, ...]) -> None:
     times = []
-    for step in (4e-3, 2e-3, 1e-3):
-        with Grasp(replace(HELD, step=step), pad(), DETECTORS) as grasp:
+    for step, count in zip(steps, cells, strict=True):
+        with Grasp(replace(HELD, step=step), pad(cells=count), DETECTORS) as grasp:
             times.append(critical_start(grasp, reaction(0.0), tolerance=0.2e-3).time)
     coarse, middle, fine = times
     assert coarse is not None

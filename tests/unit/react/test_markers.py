@@ -14,10 +14,11 @@ from fingerslip.detect.training import Detector
 from fingerslip.detect.trials import layout_digest, layout_text
 from fingerslip.errors import InputError
 from fingerslip.marker_tracks import marker_tracks
+from fingerslip.model.model import Model, Recording
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import Grasp
 from fingerslip.react.markers import LearnedMarkers
-from fingerslip.react.scenario import HeldObject, Holder
+from fingerslip.react.scenario import HeldObject
 from fingerslip.sites import Site
 from unit.pads import pad
 
@@ -49,9 +50,9 @@ class AsItIs:
         return np.stack([0.5 - chances[:, 0], chances[:, 2] - 0.5], axis=1), state
 
 
-def holder() -> Holder:
+def holder() -> Model:
     sites = tuple(Site(f"internal-marker-0-{n:02d}", "internal marker", (1e-3 * (n - 2), 1e-3)) for n in range(5))
-    return replace(pad(), sites=sites)
+    return replace(pad(), record=Recording(sites=sites))
 
 
 @pytest.fixture(scope="module")

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fingerslip.afferents.model import AFFERENTS, spikes_of
 from fingerslip.afferents.signals import BandwidthWarning
 from fingerslip.errors import InputError
+from fingerslip.model.model import Model, Recording
+from fingerslip.react.detectors import SpikeCount
 from fingerslip.react.loads import RampLoad
 from fingerslip.react.loop import Grasp
-from fingerslip.react.scenario import HeldObject, Holder
-from fingerslip.react.spikes import SpikeCount, SpikeStream
+from fingerslip.react.scenario import HeldObject
+from fingerslip.react.spikes import SpikeStream
 from fingerslip.sites import Site
 from unit.pads import pad
 
@@ -43,9 +47,9 @@ def test_spikes_step_by_step_are_those_of_whole_arrays(name: str) -> None:
     assert np.abs(counts[0] - counts[1]).max() <= 1 + 0.02 * whole.size
 
 
-def holder() -> Holder:
+def holder() -> Model:
     sites = tuple(Site(f"FA-I-{number}", "FA-I", (x, 1e-3)) for number, x in enumerate((-4e-3, 0.0, 4e-3)))
-    return Holder(**{**vars(pad()), "sites": sites})
+    return replace(pad(), record=Recording(sites=sites))
 
 
 HELD = HeldObject(load=RampLoad(rate=30.0, force=2.0), margin=0.3, settle=0.15, rest=0.02, after=0.1, step=0.4e-3)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time as clock
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -32,7 +31,7 @@ class Camera:
         return self.number <= self.frames, np.full((4, 6, 3), self.number, dtype=np.uint8)
 
 
-def test_a_slow_reader_gets_the_newest_frames_and_the_last_one() -> None:
+def test_a_slow_reader_gets_the_newest_frames_and_the_last_one():
     levels, times = [], []
     for time, frame in live_frames(Camera(40, 0.005)):
         levels.append(int(frame[0, 0]))
@@ -45,7 +44,7 @@ def test_a_slow_reader_gets_the_newest_frames_and_the_last_one() -> None:
     assert (np.diff(times) > 0).all()
 
 
-def test_of_a_file_and_of_what_yields_frames_none_is_dropped(tmp_path: Path) -> None:
+def test_of_a_file_and_of_what_yields_frames_none_is_dropped(tmp_path):
     frames = [np.full((48, 64), 10 * number, dtype=np.uint8) for number in range(12)]
     write_video(tmp_path / "clip.mkv", frames, 20.0)
     capture = cv2.VideoCapture(str(tmp_path / "clip.mkv"))
@@ -58,7 +57,7 @@ def test_of_a_file_and_of_what_yields_frames_none_is_dropped(tmp_path: Path) -> 
         assert taken == expected
 
 
-def test_what_gives_no_frames_is_refused() -> None:
+def test_what_gives_no_frames_is_refused():
     with pytest.raises(InputError, match="camera: cannot be opened, needs a camera that gives frames"):
         next(live_frames(Camera(0, 0.0)))
     with pytest.raises(InputError, match="camera: a frame has the type float64"):
@@ -68,5 +67,5 @@ def test_what_gives_no_frames_is_refused() -> None:
 @pytest.mark.parametrize(
     ("times", "missing"), [([0, 1, 2, 5, 6], 2), ([0, 1, 2, 3], 0), ([0.0], 0), ([0, 1, 2, 3.4], 0)]
 )
-def test_dropped_frames_are_counted(times: list[float], missing: int) -> None:
+def test_dropped_frames_are_counted(times, missing):
     assert dropped_frames(times) == missing

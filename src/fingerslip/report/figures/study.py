@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fingerslip.published import PublishedSet
-from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, GREY, ORANGE, READING_COLOURS, SKY, VERMILLION
+from fingerslip.report.colours import BLACK, BLUE, EVENT_COLOURS, GREEN, GREY, ORANGE, READING_COLOURS, SKY, VERMILLION
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, with_style
 from fingerslip.report.labels import number_and_unit, path_label, short_labels, swept_text
 from fingerslip.report.tables.samples import group_text
@@ -187,33 +187,37 @@ def _face(reading: str, colour: str) -> str:
 
 @with_style
 def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Figure:
-    """Draw how the slip events of a run change [ms] as settings are refined."""
-    events = {event: quantities[f"slip.{event}"] for event in MAIN_EVENTS}
+    """Draw how the slip events of a run, or the critical latencies of reactions, change [ms] with refined settings."""
+    critical = [value for key, value in quantities.items() if key.startswith("reaction.critical")]
+    lines = [(quantities[f"slip.{event}"], EVENT_COLOURS[event]) for event in MAIN_EVENTS if not critical]
+    lines += zip(critical, (BLUE, ORANGE, GREEN, VERMILLION, SKY), strict=False)
     settings = [
         setting
         for setting in SETTINGS
-        if setting.order is not None and any(setting.name in convergence.sources for convergence in events.values())
+        if setting.order is not None and any(setting.name in convergence.sources for convergence, _ in lines)
     ]
-    labels = ("", "change of the event [ms]")
-    figure, panels = figure_grid(len(settings), 3, (3.1, 3.0), f"Convergence of the slip events, {title}", labels)
+    what = "critical latencies" if critical else "slip events"
+    labels = ("", f"change of the {'latency' if critical else 'event'} [ms]")
+    figure, panels = figure_grid(len(settings), 3, (3.1, 3.0), f"Convergence of the {what}, {title}", labels)
     for axes, setting in zip(panels, settings, strict=True):
-        _draw_setting(axes, setting.name, events)
+        _draw_setting(axes, setting.name, lines)
         axes.set_xlabel(setting.label)
     limit: Artist = Line2D([], [], color=BLACK, marker="D", markerfacecolor="none", linestyle="")
-    add_legend(figure, _event_keys(MAIN_EVENTS) | {"limit": limit})
+    keys = {line.quantity: Line2D([], [], color=colour, linewidth=2.0) for line, colour in lines if critical}
+    add_legend(figure, (keys or _event_keys(MAIN_EVENTS)) | {"limit": limit})
     return figure
 
 
-def _draw_setting(axes: Axes, setting: str, events: Mapping[str, Convergence]) -> None:
+def _draw_setting(axes: Axes, setting: str, lines: Sequence[tuple[Convergence, str]]) -> None:
     axes.axhline(0.0, color=BLACK, linewidth=0.6)
-    for index, (event, convergence) in enumerate(events.items()):
+    for index, (convergence, colour) in enumerate(lines):
         series, refinement = convergence.sources.get(setting), convergence.refinements.get(setting)
         if series is None or refinement is None or refinement.uncertainty is None or convergence.value is None:
             continue
-        _draw_series(axes, series, refinement, convergence.value, EVENT_COLOURS[event])
+        _draw_series(axes, series, refinement, convergence.value, colour)
         # Bars of different events at one size would hide each other.
         bar_at = 1.0 + 0.04 * (index + 1)
-        axes.errorbar([bar_at], [0.0], yerr=[1e3 * refinement.uncertainty], color=EVENT_COLOURS[event], capsize=3)
+        axes.errorbar([bar_at], [0.0], yerr=[1e3 * refinement.uncertainty], color=colour, capsize=3)
     axes.set_xlim(left=-0.05)
 
 

@@ -108,13 +108,7 @@ def _model(content: ReportContent) -> Iterator[ReportSection]:
         caption = prose("captions", "energy", {"run": f": {more}" if more else ""})
         picture = Picture("energy-balance", caption, energy_figure(history, more))
         yield ReportSection("Energy balance", (), (energies_table(histories),), (picture,))
-    refined = [(name, content.titles[name], item) for name, item in [*content.convergences.items()][:MOST_RUNS]]
-    tables = tuple(convergence_table(quantities, title) for _, title, quantities in refined)
-    convergences = tuple(
-        Picture(f"{name}-convergence", prose("captions", "convergence"), convergence_figure(quantities, title))
-        for name, title, quantities in refined
-    )
-    yield ReportSection("Numerical uncertainty", (), tables, convergences, folded=True)
+    yield uncertainty_section(content)
     models: list[Picture] = []
     for run in content.study.runs:
         drawn = content.pictures.get(run.name, RunPictures()).model
@@ -123,6 +117,17 @@ def _model(content: ReportContent) -> Iterator[ReportSection]:
         elif run.name in content.meshes and run.name in content.histories:
             models += model_pictures(_subject(content, run), content.meshes[run.name])
     yield ReportSection("The model", pictures=tuple(models))
+
+
+def uncertainty_section(content: ReportContent) -> ReportSection:
+    """Return the section on the refinements of runs."""
+    refined = [(name, content.titles[name], item) for name, item in [*content.convergences.items()][:MOST_RUNS]]
+    tables = tuple(convergence_table(quantities, title) for _, title, quantities in refined)
+    convergences = tuple(
+        Picture(f"{name}-convergence", prose("captions", "convergence"), convergence_figure(quantities, title))
+        for name, title, quantities in refined
+    )
+    return ReportSection("Numerical uncertainty", (), tables, convergences, folded=True)
 
 
 def _values(content: ReportContent) -> ReportSection:

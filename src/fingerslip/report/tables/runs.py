@@ -170,6 +170,8 @@ def _summary_columns(
     for measure in measures.MEASURES:
         numbers = (run.numbers.get(measure.key) for run in runs)
         columns[measure.key] = (measure.unit.si if measure.unit else "", (*numbers, *nothing))
+    for name in dict.fromkeys(name for run in runs for name in run.reaction):
+        columns[f"{name}_s"] = ("s", (*(run.reaction.get(name) for run in runs), *nothing))
     # A derived quantity has its unit in the name: `slip_travel_m`.
     derived = {name: quantity.unit for run in runs for name, quantity in run.derived.items()}
     for name, unit in derived.items():

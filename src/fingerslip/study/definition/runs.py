@@ -6,6 +6,7 @@ runs: a study that is finished needs none of it.
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -196,7 +197,23 @@ def expand_mapping(mapping: Mapping[str, Any], source: Path, folder: Path = Path
             refused.append(RefusedRun(name, swept_and_number, drawn_values, str(error)))
             if len(refused) == len(draws) or not total:
                 raise
+    if study.reaction is not None:
+        runs = _tried_at_centre(runs, _run(plain, {}))
     return Plan(source, study, tuple(runs), folder, given_in(mapping), tuple(refused))
+
+
+def _tried_at_centre(runs: list[Run], centre: Run) -> list[Run]:
+    """Return runs of which the one with the study's own values, if there is one, tries reactions alone."""
+    values = centre.flat_values | {"title": ""}
+    if not any(run.flat_values | {"title": ""} == values for run in runs):
+        return runs
+    return [run if run.flat_values | {"title": ""} == values else _search_of(run) for run in runs]
+
+
+def _search_of(run: Run) -> Run:
+    """Return a run that searches for the critical latency alone."""
+    reaction = run.study.reaction and run.study.reaction.without_trials()
+    return dataclasses.replace(run, study=dataclasses.replace(run.study, reaction=reaction))
 
 
 def _draws(plain: PlainStudy, swept: dict[str, Any]) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:

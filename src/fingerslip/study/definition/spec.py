@@ -33,6 +33,8 @@ from fingerslip.parameters import (
 from fingerslip.parameters.dotted import flatten, is_below, walk
 from fingerslip.parameters.fields import in_order
 from fingerslip.published import published_set
+from fingerslip.react.scenario import HeldObject
+from fingerslip.react.settings import ReactionSettings
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.specimens.protocol import Specimen
@@ -73,6 +75,14 @@ def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
             with mistakes.collect():
                 check(*(values[name] for name in names.split()))
     return mistakes.found
+
+
+def _held_by_friction(reaction: ReactionSettings | None, contact: ContactSettings | None, time: TimeSettings) -> None:
+    if reaction is not None and contact is None:
+        repair = "write contact: {friction_coefficient: 0.6}"
+        raise InputError("reaction", "is given without contact", "needs the friction of a contact", repair)
+    if reaction is not None and contact is not None:
+        reaction.held(contact.contact(2), time.stepping)
 
 
 def _not_both(first: str, second: str, repair: str) -> Callable[..., None]:
@@ -136,6 +146,10 @@ _CHECKS: tuple[tuple[str, Callable[..., None]], ...] = (
     ("specimen mesh depth formulation", _of_a_body("depth")),
     ("specimen mesh record", _no_sites_of_a_body),
     ("dynamics time", _fixed_step_of_a_basis),
+    ("contacts reaction", _not_both("contacts", "reaction", "write contact, which touches the object")),
+    ("programme reaction", _not_both("programme", "reaction", "leave it out: grip and load move the object")),
+    ("bodies reaction", _not_both("bodies", "reaction", "leave it out: the object is the one body")),
+    ("reaction contact time", _held_by_friction),
 )
 
 
@@ -225,6 +239,8 @@ class Study(SpecimenChoice):
         How ``fingerslip converge`` refines the runs.
     trials : TrialSettings, optional
         How ``fingerslip detect simulate`` makes trials of a data set of the runs.
+    reaction : ReactionSettings, optional
+        An object that the body holds by its contact, whose load grows, and what may save it.
     cameras : mapping of {'internal', 'external'} to CameraSettings
         Cameras that film the markers of every run; other cameras need no new simulation.
     fingertip, tactip : mapping, optional
@@ -259,10 +275,23 @@ class Study(SpecimenChoice):
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
     trials: TrialSettings | None = None
+    reaction: ReactionSettings | None = None
     cameras: Mapping[CameraKind, CameraSettings] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
         Mistakes(mistakes_between(vars(self))).raise_all()
+
+    @property
+    def held(self) -> HeldObject | None:
+        """The object that is held, if there is one."""
+        if self.reaction is None or self.contact is None:
+            return None
+        return self.reaction.held(self.contact.contact(2), self.time.stepping)
+
+    def beside(self, folder: Path) -> Study:
+        """Return the study with the files of its mesh and of its load, which are named from a folder."""
+        reaction = None if self.reaction is None else self.reaction.beside(folder)
+        return dataclasses.replace(self, mesh=self.mesh.beside(folder), reaction=reaction)
 
     @property
     def all_contacts(self) -> tuple[ContactSettings, ...]:
@@ -358,7 +387,10 @@ class PlainStudy:
         if study is None or mistakes:
             error = Mistakes(in_order(mistakes, walk(order))).error()
             raise error.moved(lambda where: f"{self.source}: {where}" if where else str(self.source))
-        return dataclasses.replace(study, mesh=study.mesh.beside(self.source.parent))
+        try:
+            return study.beside(self.source.parent)
+        except InputError as error:
+            raise error.moved(lambda where: f"{self.source}: {where}") from None
 
 
 def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -23,9 +23,10 @@ from fingerslip.fe.space import Space, build_space
 from fingerslip.mesh.source import InspectedMesh
 from fingerslip.model.model import Model, Recording
 from fingerslip.model.programme import phase_travel
-from fingerslip.model.timing import Adaptive
+from fingerslip.model.timing import Adaptive, TimeStepping
 from fingerslip.parameters import kinds_of
 from fingerslip.parameters.dotted import join_path
+from fingerslip.react.scenario import held_model
 from fingerslip.results import RefusedRun
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.study.definition.runs import Plan, Run
@@ -79,23 +80,25 @@ def name_errors(run: Run) -> Iterator[None]:
 
 
 def _model(run: Run, mesh: Any) -> Model:
-    study, specimen = run.study, run.specimen
+    study, specimen, held = run.study, run.specimen, run.study.held
     formulation = study.formulation or ("solid" if mesh.dim() == 3 or specimen is None else specimen.formulation)
     dim = 3 if formulation == "solid" else int(mesh.dim())
     supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})
-    sites = specimen.sites(study.record.all_groups, dim) if specimen else ()
-    return Model(
+    groups_of_sites = (*study.record.all_groups, *(study.reaction.groups if study.reaction else ()))
+    sites = specimen.sites(tuple(dict.fromkeys(groups_of_sites)), dim) if specimen else ()
+    model = Model(
         mesh=mesh,
         materials={**(specimen.materials if specimen else {}), **study.all_materials},
         formulation=formulation,
         depth=study.depth or (1.0 if formulation == "solid" or specimen is None else specimen.depth),
         supports=supports,
         contacts=tuple(contact.contact(dim) for contact in study.all_contacts),
-        time=study.time.stepping,
+        time=TimeStepping(held.step, study.time.alpha, held.end) if held else study.time.stepping,
         record=Recording((*sites, *study.record.sites), study.record.snapshots_every),
         basis=study.dynamics.reduced,
         **{name: getattr(study, name) for name in _AS_IN_THE_STUDY},
     )
+    return held_model(held, model) if held else model
 
 
 def locate_error(error: InputError, where: str, study: Study | None = None) -> InputError:
@@ -254,5 +257,7 @@ def _decide(job: Job, *, reduced: bool) -> Job:
 
 def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
     """Put jobs into groups that are computed together, where `at_once` groups can be computed at once."""
+    if any(job.run.study.reaction for job in jobs):
+        return [[job] for job in jobs]
     shared = groups_to_share([job.model for job in jobs], at_once, most_together)
     return [[jobs[number] for number in group] for group in shared]

@@ -81,7 +81,7 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
                 logs.enter_context(_log(folder / LOG))
                 _logger.info("run %s of %s, identity %s", job.run.name, job.run.where, job.identity)
             started = time.perf_counter()
-            histories = _simulate(jobs, progress, threads)
+            histories = _simulate(jobs, folders, progress, threads)
             seconds = time.perf_counter() - started
         for job, folder, history in zip(jobs, folders, histories, strict=True):
             with _log(folder / LOG):
@@ -89,12 +89,19 @@ def compute(jobs: Sequence[Job], progress: Callable[[float], None], threads: int
                 write_run(folder, job.run, history, inputs=job.identity, mesh=job.model.mesh, seconds=seconds)
 
 
-def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None) -> Sequence[Any]:
+def _simulate(
+    jobs: Sequence[Job], folders: Sequence[Path], progress: Callable[[float], None], threads: int | None
+) -> Sequence[Any]:
     # The process that only waits for others loads nothing that computes.
     from fingerslip.dynamics.simulation import simulate, simulate_together
 
     bases = BasisFolder(jobs[0].folder.parent / BASES)
+    reaction, held = jobs[0].run.study.reaction, jobs[0].run.study.held
     with name_errors(jobs[0].run):
+        if reaction is not None and held is not None:
+            from fingerslip.react.run import compute_reactions
+
+            return [compute_reactions(reaction, held, jobs[0].model, folders[0], bases=bases, progress=progress)]
         if len(jobs) == 1:
             return [simulate(jobs[0].model, progress=progress, threads=threads, bases=bases)]
         return simulate_together([job.model for job in jobs], progress=progress, threads=threads, bases=bases)

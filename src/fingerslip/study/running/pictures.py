@@ -37,7 +37,7 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
     """
     from fingerslip.report.content import detailed_of
 
-    if plan.study.sample:
+    if plan.study.sample or plan.study.reaction:
         return {}
     title, first = plan.study.title or plan.folder.name, {run.name for run in plan.runs[: detailed_of(len(plan.runs))]}
     models = {id(job.model.mesh): job.run.name for job in reversed(jobs)}.values()

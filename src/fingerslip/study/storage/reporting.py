@@ -45,6 +45,7 @@ from fingerslip.units import Unit
 if TYPE_CHECKING:
     import xarray as xr
 
+    from fingerslip.react.answer import Reactions
     from fingerslip.report.content import Film, ReportContent, RunPictures
     from fingerslip.report.page.comparison import ComparedStudy
 
@@ -216,6 +217,10 @@ def read_stored_run(folder: str | Path) -> RunResult:
 
 def study_tables(study: StudyResult) -> tuple[Table, ...]:
     """Return the tables that the command line prints of a study: its events, or what its samples come to."""
+    if any(run.reaction for run in study.runs):
+        from fingerslip.react.page import reaction_tables
+
+        return reaction_tables(_reactions(study))
     if study.ranges:
         return sample_tables(study, [published_set(name) for name in study.compare])
     beside = (compare_table(study.runs, published_set(name)) for name in study.compare)
@@ -234,11 +239,45 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
     from fingerslip.report.page.assemble import study_report
     from fingerslip.report.page.page import write_page
 
-    report = study_report(_content(study, pictures or {}))
+    if any(run.reaction for run in study.runs):
+        from fingerslip.react.page import reaction_report
+
+        report = reaction_report(_content_of_reactions(study), _reactions(study))
+    else:
+        report = study_report(_content(study, pictures or {}))
     with new_folder(study.folder / "figures") as folder:
         for picture in report.pictures:
             write_bytes(folder / f"{picture.name}.png", picture.png)
     write_page(report, study.folder / REPORT)
+
+
+def _reactions(study: StudyResult) -> Reactions:
+    """Return the runs of a study with reactions."""
+    from fingerslip.react.answer import Reactions, centre_of
+    from fingerslip.react.results import read_reactions
+
+    results = tuple(read_reactions(study.folder / run.name) for run in study.runs)
+    settings = read_run_values(study.folder / study.runs[centre_of(results)].name / RUN).study.reaction
+    assert settings is not None
+    return Reactions(study.runs, results, settings)
+
+
+def _content_of_reactions(study: StudyResult) -> ReportContent:
+    """Return what the page of a study with reactions is made of beside them: values, error bars and notes."""
+    from fingerslip.report.content import ReportContent
+    from fingerslip.report.page.assemble import notes_html
+
+    manifest = read_manifest(study.folder)
+    convergences = read_convergences(study.folder, identities(manifest))
+    runs = [read_run_values(study.folder / run.name / RUN) for run in study.runs]
+    return ReportContent(
+        study=study,
+        histories={},
+        values=value_rows(runs, manifest.get("given") or None),
+        provenance=provenance_of(study.folder, manifest),
+        convergences={name: convergence.quantities for name, convergence in convergences.items()},
+        notes=notes_html(study.folder),
+    )
 
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:

@@ -24,6 +24,7 @@ from typing_extensions import TypedDict
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.history import write_history
 from fingerslip.parameters.dotted import flatten
+from fingerslip.react.results import read_reactions
 from fingerslip.report.tables.runs import summary_table
 from fingerslip.report.tables.samples import sensitivity_rows
 from fingerslip.results import (
@@ -86,6 +87,7 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
         seconds=seconds,
         versions=versions(),
         sampled=run.sampled,
+        reaction=read_reactions(folder).times if run.study.reaction else {},
     )
     for name, value in history.attrs.items():
         _logger.info("%s: %s", name, value)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -30,7 +28,7 @@ def mixed(tmp_path_factory: pytest.TempPathFactory) -> TrialSet:
     return write_trials(cases, tmp_path_factory.mktemp("mixed") / "set", "Mixed")
 
 
-def test_slip_is_told_from_none_and_the_length_tells_nothing(mixed: TrialSet, tmp_path: Path) -> None:
+def test_slip_is_told_from_none_and_the_length_tells_nothing(mixed, tmp_path):
     (table,) = evaluate_whole(mixed.folder, CHOICES, folds=2, group="object", output=tmp_path)
     accuracies = {str(row[0]): float(str(row[1]).split()[0]) for row in table.rows}
     assert accuracies.pop("length of the clip alone") <= 0.5
@@ -41,7 +39,7 @@ def test_slip_is_told_from_none_and_the_length_tells_nothing(mixed: TrialSet, tm
     assert len(list(tmp_path.glob("*.csv"))) == 1
 
 
-def test_what_cannot_be_asked_is_refused(mixed: TrialSet) -> None:
+def test_what_cannot_be_asked_is_refused(mixed):
     with pytest.raises(InputError, match="has no condition 'surface', needs it to be grouped by"):
         evaluate_whole(mixed.folder, CHOICES, group="surface")
     with pytest.raises(InputError, match="has slip in all trials, needs trials with and without"):
@@ -50,15 +48,13 @@ def test_what_cannot_be_asked_is_refused(mixed: TrialSet) -> None:
         slips_of(mixed, {})
 
 
-def test_an_evaluation_has_a_page(tmp_path: Path) -> None:
+def test_an_evaluation_has_a_page(tmp_path):
     labels = {"a": Onsets(1.0, 2.0), "b": Onsets(None, None)}
     slips, chances = np.array([False, True, True, False]), np.array([0.1, 0.9, 0.6, 0.4])
     late = {"a": Onsets(None, None), "b": Onsets(3.0, None)}
     judged = {
         "forest": Judged(np.diag([2, 1, 1]), chances, slips, {"a": Onsets(1.2, None), "b": Onsets(None, None)}),
-        "time_threshold": Judged(
-            np.ones((3, 3), dtype=int), chances, slips, {"a": Onsets(None, None), "b": Onsets(3.0, None)}
-        ),
+        "time_threshold": Judged(np.ones((3, 3), dtype=int), chances, slips, late),
     }
     table = Table("Accuracy", (Column("classifier"),), (("forest",),))
     write_evaluation([table], judged, labels, tmp_path / "page.html", "Evaluation")

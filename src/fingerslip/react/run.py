@@ -1,0 +1,136 @@
+"""A run of a study with the block `reaction`: the search for the critical latency, reactions, and their film."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerslip.dynamics.reduced.basis import BasisStore
+from fingerslip.model.model import Model
+from fingerslip.react.latency import CriticalStart, critical_start
+from fingerslip.react.loads import RampLoad
+from fingerslip.react.loop import Grasp, MemoryBases
+from fingerslip.react.reflex import Reaction
+from fingerslip.react.results import FILM, STILL, ReactionResult, Trial, write_reactions
+from fingerslip.react.scenario import HeldObject
+from fingerslip.react.settings import ReactionSettings
+from fingerslip.storage.files import write_bytes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["compute_reactions"]
+
+
+def compute_reactions(
+    settings: ReactionSettings,
+    held: HeldObject,
+    model: Model,
+    folder: Path,
+    *,
+    bases: BasisStore,
+    progress: Callable[[float], None],
+) -> xr.Dataset:
+    """Compute a run, write what comes of its reactions into its folder, and return the history without a reaction."""
+    with Grasp(held, model, settings.detectors, bases=MemoryBases(bases)) as grasp:
+        result = _result(settings, grasp, progress)
+        write_reactions(result, folder)
+        filmed = filmed_reactions(result, settings)
+        # A film shows sections; OpenCV, of the extra `vision`, writes it.
+        if len(filmed) == 2 and settings.reactions and model.mesh.dim() == 2 and find_spec("cv2"):
+            from fingerslip.react.film import SHOWN_FILM, film_frames, write_film
+
+            frames = film_frames(grasp, settings.detector, filmed, SHOWN_FILM)
+            write_bytes(folder / STILL, write_film(folder / FILM, frames, SHOWN_FILM))
+        return grasp.open_loop.history
+
+
+def _result(settings: ReactionSettings, grasp: Grasp, progress: Callable[[float], None]) -> ReactionResult:
+    held, loop = grasp.held, grasp.open_loop
+    searches = _Searches(grasp, settings.tolerance)
+    critical, trials, travels = searches.of(settings.rise), list[Trial](), dict[float, float]()
+    steps = 1 + len(settings.tried) + len(settings.latencies)
+    for number, (name, reaction) in enumerate(settings.tried.items(), start=1):
+        progress(number / steps)
+        trials += _trials(name, reaction, settings, searches)
+    for number, latency in enumerate(settings.latencies, start=1 + len(settings.tried)):
+        progress(number / steps)
+        travels[latency] = grasp.react(_with_delay(settings.rise, latency), settings.detector).travel
+    return ReactionResult(
+        friction=held.friction,
+        load_rate=held.load.rate if isinstance(held.load, RampLoad) else None,
+        grip=held.first_grip,
+        alarms={name: None if alarm is None else alarm.time for name, alarm in loop.alarms.items()},
+        gross=loop.gross,
+        lost=loop.lost,
+        critical={name: _finite(critical.latency(grasp, name)) for name in settings.detectors},
+        error=critical.error,
+        trials=tuple(trials),
+        travels=travels,
+    )
+
+
+class _Searches:
+    """Searches for critical latencies, one for all reactions whose grip rises alike."""
+
+    def __init__(self, grasp: Grasp, tolerance: float) -> None:
+        self.grasp, self._tolerance, self._starts = grasp, tolerance, dict[Reaction, CriticalStart]()
+
+    def of(self, reaction: Reaction) -> CriticalStart:
+        """Return the latest start of the grip that saves the object."""
+        rise = _with_delay(reaction, 0.0)
+        if rise not in self._starts:
+            self._starts[rise] = critical_start(self.grasp, rise, self._tolerance)
+        return self._starts[rise]
+
+
+def _trials(name: str, reaction: Reaction, settings: ReactionSettings, searches: _Searches) -> list[Trial]:
+    """Try a reaction after every detector."""
+    grasp, critical, since_load = searches.grasp, searches.of(reaction), reaction.reflex.since == "load"
+    trials = []
+    for detector in settings.detectors:
+        longest = _finite(critical.time if since_load else critical.latency(grasp, detector))
+        outcome = grasp.react(reaction, detector)
+        trials.append(
+            Trial(
+                reaction=name,
+                detector=detector,
+                delay=reaction.delay,
+                since_load=since_load,
+                force_rate=reaction.actuator.force_rate,
+                critical=longest,
+                chance=None if longest is None else reaction.reflex.share_within(longest - reaction.actuator.dead_time),
+                saved=outcome.saved,
+                travel=outcome.travel,
+                slip=outcome.largest_slip,
+                grip_added=outcome.grip_added,
+                false_grip=outcome.false_grip,
+            )
+        )
+    return trials
+
+
+def _finite(time: float | None) -> float | None:
+    return None if time is None or np.isinf(time) else time
+
+
+def _with_delay(reaction: Reaction, delay: float) -> Reaction:
+    """Return a reaction that changes the force a time after the alarm [s], the same in all trials."""
+    reflex = replace(reaction.reflex, latency=delay, jitter=0.0, since="alarm")
+    return Reaction(reflex, replace(reaction.actuator, dead_time=0.0))
+
+
+def filmed_reactions(result: ReactionResult, settings: ReactionSettings) -> dict[str, Reaction]:
+    """Return the slowest reaction that saves the object, and the quickest that loses it, by title."""
+    tried = [trial for trial in result.trials if trial.detector == settings.detector and not trial.since_load]
+    ordered = sorted(tried, key=lambda trial: trial.delay)
+    saved, lost = ([trial for trial in ordered if trial.saved is kind] for kind in (True, False))
+    return {
+        f"{trial.reaction}, {1e3 * trial.delay:.0f} ms": settings.tried[trial.reaction]
+        for trial in (*saved[-1:], *lost[:1])
+    }

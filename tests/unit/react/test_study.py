@@ -1,0 +1,254 @@
+"""Studies with the block `reaction`: what may stand in them, what they come to, and how that is written down."""
+
+from __future__ import annotations
+
+import html
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.mesh.io import write_mesh
+from fingerslip.react import film
+from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
+from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
+from fingerslip.react.page import reaction_tables
+from fingerslip.react.results import read_reactions
+from fingerslip.report.figures.motion import Film
+from fingerslip.results import StudyResult, quantities
+from fingerslip.study.definition.runs import read_runs
+from fingerslip.study.running.build import build_model
+from fingerslip.study.running.runner import run_study
+from fingerslip.study.storage.reporting import _reactions, read_results, study_tables
+from fingerslip.vision.video import open_frames
+from places import ROOT
+from unit.pads import pad
+
+CONTACT = "contact: {boundary: bottom, friction_coefficient: 0.4, search_distance: 4 mm}"
+SMALL = f"""\
+title: Pads
+mesh: {{file: pad.msh, length_unit: m}}
+materials: {{bulk: {{youngs_modulus: 200 kPa, poisson_ratio: 0.45, density: 1000 kg/m^3}}}}
+supports: {{top: [x, y]}}
+formulation: plane_strain
+depth: 10 mm
+damping: {{stiffness: 2 ms}}
+{CONTACT}
+time: {{step: 4 ms}}
+dynamics: {{basis: reduced, acceleration_tolerance: 0.1}}
+reaction:
+  margin: 0.3
+  load: {{ramp_load: {{rate: 4 N/s, force: 2 N}}}}
+  settle: 0.15 s
+  rest: 0.02 s
+  after: 0.3 s
+  detectors:
+    force: {{force_ratio: {{friction: 0.4, share: 0.95}}}}
+    never: {{never: {{}}}}
+  reflex: {{shape: smooth}}
+  reactions: [human-slip, gripper]
+  latencies: [0 ms, 80 ms, 900 ms]
+  tolerance: 4 ms
+"""
+SWEEP = "sweep: {contact.friction_coefficient: [0.4, 0.6], reaction.load.ramp_load.rate: [4 N/s, 64 N/s]}\n"
+LATENCY = "reaction.critical latency after force"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("study")
+    write_mesh(pad().mesh, folder / "pad.msh")
+    (folder / "small.yaml").write_text(SMALL + SWEEP)
+    (folder / "series.csv").write_text("time [s],force [N]\n0,0\n0.25,2\n")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def study(folder: Path) -> StudyResult:
+    """Return the results of four runs; their film is short and small."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(film, "SHOWN_FILM", Film(size=(640, 480), frame_rate=5.0, seconds=1.0))
+        return run_study(folder / "small.yaml", results_dir=folder / "results", workers=1)
+
+
+@pytest.fixture(scope="module")
+def reactions(study: StudyResult) -> Reactions:
+    return _reactions(study)
+
+
+def test_map_that_ships_is_complete() -> None:
+    runs = read_runs(ROOT / "studies" / "reaction_map.yaml").runs
+    assert len(runs) == 5 * 6 * 3
+    (centre,) = (run for run in runs if run.study.reaction and run.study.reaction.reactions)
+    assert centre.swept == {
+        "fingertip.phalanx.variant": "original",
+        "contact.friction_coefficient": 0.6,
+        "reaction.load.ramp_load.rate": "4 N/s",
+    }
+
+
+def test_quick_loads_leave_less_time_than_slow_ones(reactions: Reactions) -> None:
+    (latencies,) = reactions.panels("force").values()
+    assert latencies.shape == (2, 2)
+    assert np.all(np.nan_to_num(latencies[:, 1]) < latencies[:, 0])
+    assert np.isnan(reactions.panels("never")[""]).all()
+
+
+def test_reactions_are_saved_within_the_critical_latency_and_no_longer(reactions: Reactions) -> None:
+    trials = reactions.result.trials
+    assert {trial.saved for trial in trials} == {True, False}
+    assert all(trial.saved == (trial.spare is not None and trial.spare >= 0.0) for trial in trials)
+    assert sum(bool(result.trials) for result in reactions.results) == 1
+
+
+def test_travel_grows_with_latency_up_to_the_loss(reactions: Reactions) -> None:
+    travels = list(reactions.result.travels.values())
+    assert travels[0] < travels[1] < reactions.settings.travel_limit < travels[2]
+
+
+def test_results_are_those_of_any_study(study: StudyResult, folder: Path) -> None:
+    assert run_study(folder / "small.yaml", results_dir=folder / "results").unchanged == study.computed
+    (run, *_) = read_results(study.folder).runs
+    assert run.reaction == read_reactions(study.folder / run.name).times
+    assert set(quantities(run)) == {f"reaction.{name}" for name in run.reaction}
+    assert "critical latency after force_s" in (study.folder / "summary.csv").read_text()
+    (model,) = {build_model(one).contacts[0].friction for one in read_runs(study.folder / run.name / "run.yaml").runs}
+    assert model.coefficient == run.swept["contact.friction_coefficient"]
+
+
+def test_answer_names_who_saves_the_object_and_who_loses_it(reactions: Reactions) -> None:
+    first, second = answer(reactions)
+    assert first.startswith("At friction 0.4 and 4 N/s a grip that rises at 20 N/s from ")
+    assert first.endswith("(± 4 ms of search).")
+    limits = {trial.reaction: f"{1e3 * (trial.critical or 0.0):.0f} ms" for trial in reactions.result.trials[::2]}
+    assert second == (
+        "The grip of each reaction has its own rate, so each has its own longest latency, which stands second: "
+        f"saved by human-slip (74 of {limits['human-slip']}); lost by gripper (400 of {limits['gripper']})."
+    )
+    refined = replace(reactions.runs[0], uncertainty={LATENCY: 0.01})
+    assert "ms of search, step and mesh)." in answer(replace(reactions, runs=(refined, *reactions.runs[1:])))[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"), [({"critical": {"force": None}}, "no reflex saves"), ({"lost": None}, "no reflex is nee")]
+)
+def test_answer_says_where_nothing_helps_or_nothing_is_needed(
+    reactions: Reactions, changes: dict[str, Any], expected: str
+) -> None:
+    assert expected in answer(replace(reactions, results=(replace(reactions.result, **changes),)))[0]
+
+
+def test_tables_have_a_row_for_each_run_and_trial(reactions: Reactions, study: StudyResult) -> None:
+    assert [len(table.rows) for table in (cell_table(reactions), trial_table(reactions))] == [4, 4]
+    assert study_tables(study) == reaction_tables(reactions)
+    assert study_tables(study)[-1].note.startswith(answer(reactions)[0])
+    assert len([row for row in source_table().rows if row[3] == "assumed"]) > 9
+    assert {row[0] for row in paper_table().rows} == {row[0] for row in source_table().rows}
+
+
+def test_figures_say_every_latency_and_time_to_spare(reactions: Reactions) -> None:
+    (axes, *_) = map_figure(reactions).axes
+    latencies = reactions.panels("force")[""]
+    expected = ["–" if np.isnan(value) else f"{1e3 * value:.0f}" for value in latencies.ravel()]
+    assert [text.get_text() for text in axes.texts] == expected
+    assert [axes.get_xlabel() for axes in margin_figure(reactions).axes] == ["rate of the load [N/s]", "latency [ms]"]
+    (axes,) = outcome_figure(reactions).axes
+    labels = [label.get_text() for label in axes.get_yticklabels()]
+    assert labels == ["gripper, 400 ms, 100 N/s", "human-slip, 74 ms, 20 N/s"]
+    trial, texts = reactions.result.trials[0], [text.get_text() for text in axes.texts]
+    assert texts[0] == f"{1e3 * (trial.spare or 0.0):+.0f} ms\n{1e3 * trial.travel:.1f} mm"
+    assert texts[1::2] == ["–\nlost", "–\nlost"]
+
+
+def test_page_holds_answer_figures_and_film(study: StudyResult, reactions: Reactions) -> None:
+    text = html.unescape((study.folder / "report.html").read_text())
+    assert all(sentence in text for sentence in answer(reactions))
+    assert (text.count("<video"), text.count("<img")) == (1, 3)
+    assert "http" not in re.sub(r"<pre.*?</pre>", "", text, flags=re.DOTALL)
+    path = study.folder / reactions.runs[reactions.centre].name / "reaction-film.mp4"
+    assert [frame.shape for frame in open_frames(path).read()] == [(480, 640)] * 5
+
+
+@pytest.mark.parametrize(
+    ("load", "last"),
+    [
+        ("step_load: {force: 1 N}", 1.0),
+        ("ramp_load: {rate: 4 N/s, force: 2 N}", 2.0),
+        ("filled_vessel: {mass: 100 g, flow: 50 g/s}", 0.981),
+        ("dropped_ball: {mass: 30 g, height: 100 mm}", 0.2943),
+        ("load_series: {file: series.csv}", 2.0),
+        ("load_series: {times: [0 s, 1 s], forces: [0 N, 3 N]}", 3.0),
+    ],
+)
+def test_every_load_may_stand_in_a_study(folder: Path, load: str, last: float) -> None:
+    path = folder / "load.yaml"
+    path.write_text(SMALL.replace("ramp_load: {rate: 4 N/s, force: 2 N}", load))
+    (run,) = read_runs(path).runs
+    assert run.study.held is not None
+    assert run.study.held.load.series()[1][-1] == pytest.approx(last)
+    # The file of a run needs no other.
+    (folder / "again.yaml").write_text((folder / "load.yaml").read_text())
+    assert "series.csv" not in str(run.plain_values())
+    assert build_model(run).bodies
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        (CONTACT, "", 11, "reaction: is given without contact, needs the friction of a contact; write "),
+        (
+            "margin: 0.3",
+            "margin: 0",
+            11,
+            "reaction.grip: got 2.453 N, needs more than 2.453 N to hold 1.962 N; ",
+        ),
+        ("margin: 0.3", "margn: 0.3", 12, "reaction.margn: "),
+        ("margin: 0.3", "mass: 100 N", 12, "reaction.mass: got '100 N', needs a unit of [kg]"),
+        ("ramp_load: {rate", "tide: {rate", 13, "reaction.load.tide: "),
+        ("rate: 4 N/s", "rate: 4 N", 13, "reaction.load.ramp_load.rate: got '4 N', needs a unit of [N/s]"),
+        ("{force_ratio: {friction: 0.4, share: 0.95}}", "{touch: {}}", 18, "reaction.detectors.force.touch: "),
+        ("gripper]", "grippers]", 21, "reaction.reactions.1: 'grippers' is not known, needs one of "),
+        ("0 ms, 80 ms", "80 ms, 0 ms", 22, "reaction.latencies: got 0.08 s, 0 s, 0.9 s, needs ascending numbers"),
+        ("0 ms, 80 ms", "0 ms, 1 ms", 22, "reaction.latencies.1: got 0.001 s, needs 0 s or at least a step, 0.004 s; "),
+        ("step: 4 ms", "step: 20 ms", 21, "reaction.reactions.1.reflex.latency: got 0.01 s, needs 0 s or at least a"),
+        ("step: 4 ms", "step: 0.2 s", 9, "time.step: got 0.2 s, needs to be shorter than settle and rest"),
+        ("step: 4 ms", "step: 4 ms, end: 1 s", 9, "time.end: is given with reaction, needs none: it follows from the"),
+        ("step: 4 ms", "scheme: quasi_static, step: 4 ms", 9, "time: is QuasiStatic, needs fixed steps with inertia"),
+        (
+            "  margin: 0.3",
+            "  margin: 0.3\n  mass: 2 kg\n  actuator: {largest_force: 20 N}",
+            14,
+            "reaction.actuator.larg",
+        ),
+        (
+            "friction_coefficient: 0.4",
+            "friction_coefficient: 0",
+            8,
+            "contact.friction_coefficient: got 0.0, needs ",
+        ),
+        (
+            "contact: {boundary: bottom, friction_coefficient: 0.4, search_distance: 4 mm}",
+            "",
+            11,
+            "reaction: is given without contact, needs the ",
+        ),
+        (
+            "time: {",
+            "programme: [{hold: {duration: 1 s}}]\ntime: {",
+            9,
+            "programme: is given with reaction, needs",
+        ),
+    ],
+)
+def test_study_with_a_mistake_is_refused(folder: Path, old: str, new: str, line: int, message: str) -> None:
+    path = folder / "wrong.yaml"
+    assert old in SMALL
+    path.write_text(SMALL.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        read_runs(path)
+    assert str(caught.value).startswith(f"{path}: {message}")
+    assert caught.value.line == line
