@@ -58,6 +58,9 @@ _WHAT_IT_NEEDS = (
 )
 
 
+_SURE = "Sure: in how many tested clips slip had begun when as many markers had left the pattern; none was of a real sensor."
+
+
 @dataclass(frozen=True)
 class SlipClip:
     """A clip, and what a detector found in it."""
@@ -117,7 +120,8 @@ def slide_table(clip: SlipClip) -> Table:
         rows.append((slide.start, slide.end, what, *times, _percent(sure) if onsets.first is not None else None))
     seconds = [Column(name, "s", digits=3) for name in ("begins", "ends", "slip", "gross slip")]
     columns = (*seconds[:2], Column("what"), *seconds[2:], Column("sure", "%"))
-    return Table("What happened from rest to rest" if rows else "The markers never moved", columns, tuple(rows))
+    note = _SURE if clip.residual and rows else ""
+    return Table("What happened from rest to rest" if rows else "The markers never moved", columns, tuple(rows), note)
 
 
 def _sureness(clip: SlipClip, slide: Slide) -> float:
