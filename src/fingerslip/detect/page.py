@@ -58,7 +58,7 @@ _WHAT_IT_NEEDS = (
 )
 
 
-_SURE = "Sure: in how many tested clips slip had begun when as many markers had left the pattern; none was of a real sensor."
+_SURE = "Sure: in how many tested clips slip had begun when as many markers had left the pattern; none was real."
 
 
 @dataclass(frozen=True)
