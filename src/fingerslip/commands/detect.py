@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -312,7 +313,7 @@ def run(
     tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
     if source.isdecimal() or "://" in source:
         camera = int(source) if source.isdecimal() else source
-        print_tables([watch_camera(camera, detector, tracking, rest_frames, typer.echo)], as_json)
+        print_tables([watch_camera(camera, detector, tracking, rest_frames, partial(typer.echo, err=as_json))], as_json)
         return
     path = Path(source)
     folder = output or path.with_name(f"{path.stem}_slip")
