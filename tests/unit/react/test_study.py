@@ -23,7 +23,7 @@ from fingerslip.results import StudyResult, quantities
 from fingerslip.study.definition.runs import read_runs
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.runner import run_study
-from fingerslip.study.storage.reporting import _reactions, read_results, study_tables
+from fingerslip.study.storage.reporting import reactions_of, read_results, study_tables
 from fingerslip.vision.video import open_frames
 from places import ROOT
 from unit.pads import pad
@@ -77,7 +77,7 @@ def study(folder: Path) -> StudyResult:
 
 @pytest.fixture(scope="module")
 def reactions(study: StudyResult) -> Reactions:
-    return _reactions(study)
+    return reactions_of(study)
 
 
 def test_map_that_ships_is_complete() -> None:
