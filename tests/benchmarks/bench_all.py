@@ -7,30 +7,26 @@ each case, and figures of another day are scaled by it. ``--write FILE`` writes 
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import multiprocessing
-import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from models import Memory, model_of, section
-from rows import line, options_of, reference, table, write
+from rows import Figures, line, options_of, reference, seconds, table, write
 from threadpoolctl import threadpool_limits
 
 import fingerslip as fs
 
 ROOT = Path(__file__).parents[2]
-# CPU seconds, but where the name says something else.
-Figures = dict[str, float]
 BASIS = fs.ReducedBasis(1e-2, 0.5)
 
 
@@ -40,15 +36,6 @@ class Case:
 
     measure: Callable[[], Figures]
     goals: Figures
-
-
-@contextlib.contextmanager
-def seconds(figures: Figures, name: str) -> Iterator[None]:
-    """Write the CPU seconds of a block, those of its children too, and those of the clock."""
-    cpu, clock = sum(os.times()[:4]), time.perf_counter()
-    yield
-    figures[name] = sum(os.times()[:4]) - cpu
-    figures[f"{name}, clock"] = time.perf_counter() - clock
 
 
 def speed() -> float:

@@ -10,17 +10,14 @@ one worker, whose mean time is multiplied by 100.
 
 from __future__ import annotations
 
-import multiprocessing
-import resource
+import subprocess
 import sys
 import tempfile
-import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from rows import options_of, reference, write
+from rows import Figures, options_of, reference, seconds, write
 
 BASES = ("automatic", "full")
 FRICTIONS = [round(float(friction), 2) for friction in np.linspace(0.2, 0.95, 16)]
@@ -52,21 +49,6 @@ def sweep(frictions: list[float] = FRICTIONS, depths: list[str] = DEPTHS, direct
     return text + (f"  programme.1.slide.direction: {directions}\n" if directions else "")
 
 
-def measure(study: str, workers: int) -> Timing:
-    """Run a study without its figures."""
-    start = time.perf_counter()
-    from fingerslip.study.running import runner
-
-    runner._drawings, runner.write_report = lambda *_: {}, lambda *_: None
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "study.yaml"
-        path.write_text(study, encoding="utf-8")
-        result = runner.run_study(path, results_dir=Path(folder) / "results", workers=workers)
-        clock = time.perf_counter() - start
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return Timing(len(result.runs), clock, sum(one.ru_utime + one.ru_stime for one in used))
-
-
 def times(basis: str, workers: int) -> dict[str, Timing]:
     """Return what one run takes, and what the sweep takes."""
     single = STUDY.format(basis=basis)
@@ -77,10 +59,25 @@ def times(basis: str, workers: int) -> dict[str, Timing]:
     return {"one": one, "sweep": many}
 
 
+_RUN = """
+import sys
+from fingerslip.study.running import pictures, runner
+assert runner.write_report and pictures.drawings_of
+pictures.drawings_of, runner.write_report = lambda *_: {}, lambda *_: None
+folder, workers = sys.argv[1:]
+print(len(runner.run_study(f"{folder}/study.yaml", results_dir=f"{folder}/results", workers=int(workers)).runs))
+"""
+
+
 def apart(study: str, workers: int) -> Timing:
-    """Run a study in a process of its own."""
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(measure, study, workers).result()
+    """Run a study in a process of its own, without its figures."""
+    figures: Figures = {}
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "study.yaml").write_text(study, encoding="utf-8")
+        with seconds(figures, "run"):
+            words = [sys.executable, "-c", _RUN, folder, str(workers)]
+            runs = subprocess.run(words, check=True, capture_output=True, text=True).stdout
+    return Timing(int(runs.split()[-1]), figures["run, clock"], figures["run"])
 
 
 def report(basis: str, found: dict[str, Timing], before: dict | None) -> str:

@@ -1,16 +1,39 @@
-"""Rows of the Markdown tables that benchmarks print, their options, and the numbers they are compared with."""
+"""Seconds of a block, rows of the Markdown tables that benchmarks print, and the numbers they are compared with."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import ctypes
 import json
+import os
 import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-__all__ = ["line", "options_of", "reference", "table", "write"]
+__all__ = ["Figures", "line", "options_of", "reference", "seconds", "table", "write"]
 
 REFERENCES = Path(__file__).parents[2] / "results" / "reference"
+_SET_CHILD_SUBREAPER = 36
+# CPU seconds, but where the name says something else.
+Figures = dict[str, float]
+
+
+@contextlib.contextmanager
+def seconds(figures: Figures, name: str) -> Iterator[None]:
+    """Write the CPU seconds of a block, those of its children and of theirs too, and those of the clock."""
+    # What a child leaves behind, such as the process that workers are forked from, becomes a child of this process.
+    if hasattr(ctypes.CDLL(None), "prctl"):
+        ctypes.CDLL(None).prctl(_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+    cpu, clock = sum(os.times()[:4]), time.perf_counter()
+    yield
+    figures[f"{name}, clock"] = time.perf_counter() - clock
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            os.waitpid(-1, 0)
+    figures[name] = sum(os.times()[:4]) - cpu
 
 
 def line(*cells: object, digits: int = 4) -> None:

@@ -1,16 +1,11 @@
 """A study on a Dask cluster of separate worker processes, one of which is killed on the way."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,18 +21,17 @@ from unit.study.block import block_mesh, block_values
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow
-
 FRICTIONS = [round(0.2 + 0.02 * number, 2) for number in range(24)]
 
 
 class Killer(StudyProgress):
     """Kills a worker that computes when the third run is done, and keeps the outcomes of all runs."""
 
-    def __init__(self, cluster: Any) -> None:
+    def __init__(self, cluster):
         self.cluster, self.outcomes = cluster, []
-        self.killed: int | None = None
+        self.killed = None
 
-    def finish(self, name: str, outcome: str) -> None:
+    def finish(self, name, outcome):
         self.outcomes.append((name, outcome))
         if len(self.outcomes) == 3:
             with distributed.Client(self.cluster, set_as_default=False) as client:
@@ -49,7 +43,7 @@ class Killer(StudyProgress):
 
 
 @pytest.fixture
-def cluster() -> Iterator[Any]:
+def cluster():
     """Start a scheduler and three worker processes with a thread each."""
     with distributed.LocalCluster(
         n_workers=3, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs="CRITICAL"
@@ -57,7 +51,7 @@ def cluster() -> Iterator[Any]:
         yield found
 
 
-def write_sweep(folder: Path) -> Path:
+def write_sweep(folder):
     write_mesh(block_mesh(0.0), folder / "block.msh")
     values = block_values() | {"sweep": {"contact.friction_coefficient": FRICTIONS}, "time": {"step": "0.5 ms"}}
     path = folder / "block.yaml"
@@ -67,7 +61,7 @@ def write_sweep(folder: Path) -> Path:
 
 @pytest.mark.usefixtures("reports")
 @pytest.mark.filterwarnings("ignore")
-def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path: Path, cluster: Any) -> None:
+def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path, cluster):
     path = write_sweep(tmp_path)
     killer = Killer(cluster.scheduler_address)
     result = run_study(path, results_dir=tmp_path / "results", scheduler=cluster.scheduler_address, progress=killer)
@@ -92,13 +86,13 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path: Path,
 class Meanwhile(StudyProgress):
     """Does something when the third run is done, and keeps what is said."""
 
-    def __init__(self, act: Callable[[], object]) -> None:
+    def __init__(self, act):
         self.act, self.said, self.outcomes = act, list[str](), list[str]()
 
-    def say(self, message: str) -> None:
+    def say(self, message):
         self.said.append(message)
 
-    def finish(self, _: str, outcome: str) -> None:
+    def finish(self, _, outcome):
         self.outcomes.append(outcome)
         if len(self.outcomes) == 3:
             self.act()
@@ -107,34 +101,34 @@ class Meanwhile(StudyProgress):
 class Processes:
     """A scheduler and workers as the programs that a user starts."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         with socket.create_server(("127.0.0.1", 0)) as free:
             self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         self.folder = folder
         self.started = [self._start("scheduler", "--host", self.address, path="")]
         self.add_worker()
 
-    def add_worker(self, path: str = "") -> None:
+    def add_worker(self, path=""):
         """Start a worker, and wait until the scheduler knows it."""
         self.started.append(self._start("worker", self.address, "--nthreads", "1", "--no-nanny", path=path))
         with distributed.Client(self.address, set_as_default=False, timeout=60) as client:
             client.wait_for_workers(len(self.started) - 1)
 
-    def add_worker_of_another_version(self) -> None:
+    def add_worker_of_another_version(self):
         """Start a worker whose environment calls fingerslip 0.0."""
         described = self.folder / "other" / "fingerslip-0.0.dist-info"
         described.mkdir(parents=True)
         (described / "METADATA").write_text("Metadata-Version: 2.1\nName: fingerslip\nVersion: 0.0\n")
         self.add_worker(f"{described.parent}:")
 
-    def _start(self, *arguments: str, path: str) -> subprocess.Popen[bytes]:
+    def _start(self, *arguments, path):
         environment = {**os.environ, "PYTHONPATH": f"{path}{ROOT / 'src'}:{ROOT / 'tests'}"}
         command = [sys.executable, "-m", "dask", *arguments, "--no-dashboard"]
         return subprocess.Popen(command, cwd=self.folder, env=environment, stderr=subprocess.DEVNULL)
 
 
 @pytest.fixture
-def processes(tmp_path: Path) -> Iterator[Processes]:
+def processes(tmp_path):
     made = Processes(tmp_path)
     yield made
     for process in made.started:
@@ -144,9 +138,7 @@ def processes(tmp_path: Path) -> Iterator[Processes]:
 
 @pytest.mark.usefixtures("reports")
 @pytest.mark.filterwarnings("ignore")
-def test_what_is_finished_is_kept_when_the_scheduler_is_killed(
-    tmp_path: Path, processes: Processes, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_finished_is_kept_when_the_scheduler_is_killed(tmp_path, processes, capfd):
     meanwhile = Meanwhile(processes.started[0].kill)
     with pytest.raises(
         StudyFailedError, match=r"is lost: finished runs are kept.*run the same command again"
@@ -165,7 +157,7 @@ def test_what_is_finished_is_kept_when_the_scheduler_is_killed(
 
 @pytest.mark.usefixtures("reports")
 @pytest.mark.filterwarnings("ignore")
-def test_a_worker_of_another_version_that_joins_later_fails_no_run(tmp_path: Path, processes: Processes) -> None:
+def test_a_worker_of_another_version_that_joins_later_fails_no_run(tmp_path, processes):
     meanwhile = Meanwhile(processes.add_worker_of_another_version)
     run_study(write_sweep(tmp_path), results_dir=tmp_path / "results", scheduler=processes.address, progress=meanwhile)
     assert meanwhile.outcomes == ["done"] * len(FRICTIONS)
@@ -188,7 +180,7 @@ kill $(pgrep -P "$1") "$1" 2> /dev/null || true
 """
 
 
-def script(cores: int, jobs: int) -> str:
+def script(cores, jobs):
     """Return the documented script for a machine with fewer cores."""
     assert RECIPE is not None
     small = RECIPE[1].replace("cores=16, processes=16", f"cores={cores}, processes={cores}")
@@ -196,7 +188,7 @@ def script(cores: int, jobs: int) -> str:
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_the_documented_lines_ask_slurm_for_workers_with_one_thread_each() -> None:
+def test_the_documented_lines_ask_slurm_for_workers_with_one_thread_each():
     jobqueue = pytest.importorskip("dask_jobqueue")
     assert RECIPE is not None
     (call,) = re.findall(r"SLURMCluster\((.*?)\n\)", RECIPE[1], re.DOTALL)
@@ -209,7 +201,7 @@ def test_the_documented_lines_ask_slurm_for_workers_with_one_thread_each() -> No
     assert "--nworkers 16 " in lines[-1]
 
 
-def test_the_documented_script_runs_a_study_where_sbatch_starts_its_jobs(tmp_path: Path) -> None:
+def test_the_documented_script_runs_a_study_where_sbatch_starts_its_jobs(tmp_path):
     pytest.importorskip("dask_jobqueue")
     write_mesh(block_mesh(0.0), tmp_path / "block.msh")
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(block_values(), sort_keys=False))

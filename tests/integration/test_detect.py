@@ -1,7 +1,5 @@
 """The commands of the detectors, as pages print them."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path
@@ -18,7 +16,7 @@ from places import DOCS
 pytestmark = pytest.mark.slow
 
 
-def test_the_small_data_set_is_simulated_learned_and_evaluated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_small_data_set_is_simulated_learned_and_evaluated(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     commands = (
         "examples bulens2023_dataset_small",
@@ -38,7 +36,7 @@ PAGE = (DOCS / "tutorial-detector.md").read_text(encoding="utf-8")
 COMMANDS = re.findall(r"^ *\$ fingerslip (.*)$", PAGE.replace("\\\n", " "), re.MULTILINE)
 
 
-def test_ten_commands_make_a_detector(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ten_commands_make_a_detector(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
     (making,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
@@ -60,7 +58,7 @@ def test_ten_commands_make_a_detector(tmp_path: Path, monkeypatch: pytest.Monkey
     assert "0.000" in run(COMMANDS[9])
 
 
-def run(command: str) -> str:
+def run(command):
     """Run a command of the page and return what it prints."""
     found = CliRunner().invoke(app, shlex.split(command))
     assert found.exit_code == 0, f"{command}\n{found.output}"

@@ -1,20 +1,15 @@
 """From a simulated slide through the pixel camera and the tracker to the onset that a trained detector finds."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
-import xarray as xr
 
 import fingerslip as fs
 from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.live import latency_of, run_on_markers
 from fingerslip.detect.samples import Sampling
 from fingerslip.detect.simulated import Filming, film_results
-from fingerslip.detect.training import Detector, detect, train
-from fingerslip.detect.trials import Trial, TrialSet, write_trials
+from fingerslip.detect.training import detect, train
+from fingerslip.detect.trials import Trial, write_trials
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.vision.tracking.track import open_markers
@@ -48,7 +43,7 @@ RATE = 67.0
 LABELS = "all_external_markers"
 
 
-def by_rows(trial: Trial) -> Trial:
+def by_rows(trial):
     """Return a trial with its markers numbered as the tracker numbers free ones in one row: along x."""
     tracks = trial.tracks
     inside = tracks["kind"].values == "internal"
@@ -58,7 +53,7 @@ def by_rows(trial: Trial) -> Trial:
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("film")
     (folder / "slides.yaml").write_text(STUDY)
     fs.run_study(folder / "slides.yaml", results_dir=folder / "results", workers=1)
@@ -66,30 +61,30 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def trials(results: Path) -> TrialSet:
+def trials(results):
     return write_trials(map(by_rows, film_results(results)), results.parent / "trials", "Slides of the section")
 
 
 @pytest.fixture(scope="module")
-def detector(trials: TrialSet) -> Detector:
+def detector(trials):
     others = [name for name in trials.names if name != TESTED]
     sampling = Sampling(50, 50, 50, 50, least=0.5)
     return train(trials, trials.onsets(LABELS), "forest", motion=MOTION, sampling=sampling, names=others)
 
 
 @pytest.fixture(scope="module")
-def clip(results: Path) -> Path:
+def clip(results):
     """Film the inner markers of the slide that the detector did not learn from."""
     history = read_history(results / TESTED / "history.nc")
     tracks = marker_tracks(history, ("internal",))
     held = phase_times(history, "hold")[0][0]
-    shown: xr.Dataset = tracks.isel(time=tracks["time"].values >= held - 1e-9)
+    shown = tracks.isel(time=tracks["time"].values >= held - 1e-9)
     camera = fs.PixelCamera(Filming().cameras.internal, fs.MarkerLook(radius=0.5e-3), seed=1)
     fs.film(camera, shown.assign_coords(time=shown["time"] - held), results / "clip.mkv")
     return results / "clip.mkv"
 
 
-def test_the_onset_in_a_film_is_that_of_the_label(trials: TrialSet, detector: Detector, clip: Path) -> None:
+def test_the_onset_in_a_film_is_that_of_the_label(trials, detector, clip):
     label = trials.onsets(LABELS)[TESTED]
     _, _, known = detect(detector, trials.tracks(TESTED))
     stream = open_markers(clip, n_markers=9, rest_frames=MOTION.rest_frames, layout="free")

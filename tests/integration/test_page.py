@@ -1,22 +1,15 @@
 """Report pages in a browser: no errors, accessible, usable offline, on a phone and by keyboard."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import re
 import shutil
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
-import xarray as xr
 from matplotlib.path import Path as Outline
 
 from fingerslip.history import phase_times
 from fingerslip.published import published_set
-from fingerslip.report.content import ReportContent
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.page import write_page
 from fingerslip.report.tables.parameters import ShownValue
@@ -26,11 +19,10 @@ from unit.report.scenes import block_history
 
 CHROMIUM = shutil.which("chromium")
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")]
 
 
-def content(history: xr.Dataset) -> ReportContent:
+def content(history):
     names = {"0.4": 0.4, "0.6": 0.6, "0.8": 0.8}
     runs = tuple(result_of(history, name, {"contact.friction_coefficient": mu}) for name, mu in names.items())
     values = (ShownValue("fingertip.depth", "1 mm", "assumed", "scales all forces"),)
@@ -47,14 +39,14 @@ def content(history: xr.Dataset) -> ReportContent:
 
 
 @pytest.fixture(scope="module", params=["Q4", "T10"])
-def page_file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page_file(request, tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "report.html"
     write_page(study_report(content(block_history(request.param))), file)
     return file
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+def browser():
     api = pytest.importorskip("playwright.sync_api")
     with api.sync_playwright() as driver:
         opened = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
@@ -84,10 +76,10 @@ canvas.fillText = function (text, x, y) {
 
 
 @pytest.fixture(params=[1400, 390])
-def page(request: pytest.FixtureRequest, browser: Any, page_file: Path) -> Iterator[Any]:
+def page(request, browser, page_file):
     context = browser.new_context(viewport={"width": request.param, "height": 900}, offline=True)
     opened = context.new_page()
-    said: list[str] = []
+    said = []
     opened.on("console", lambda message: said.append(message.text))
     opened.on("pageerror", lambda error: said.append(str(error)))
     opened.on("requestfailed", lambda asked: said.append(asked.url))
@@ -99,7 +91,7 @@ def page(request: pytest.FixtureRequest, browser: Any, page_file: Path) -> Itera
     context.close()
 
 
-def test_page_is_accessible_and_fits_its_window(page: Any) -> None:
+def test_page_is_accessible_and_fits_its_window(page):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
     found = axe.Axe().run(page)
     assert found.violations_count == 0, found.generate_report()
@@ -108,7 +100,7 @@ def test_page_is_accessible_and_fits_its_window(page: Any) -> None:
     assert page.locator("img:not([alt])").count() == 0
 
 
-def test_words_in_the_plots_are_all_there_and_apart(page: Any) -> None:
+def test_words_in_the_plots_are_all_there_and_apart(page):
     words = page.evaluate("window.drawn")
     width = page.locator("[data-part=plots]").evaluate("canvas => canvas.clientWidth")
     assert {"normal", "tangential", "tangential / normal force", "slipping area fraction"} <= {
@@ -123,7 +115,7 @@ def test_words_in_the_plots_are_all_there_and_apart(page: Any) -> None:
     assert found == []
 
 
-def test_overall_slip_and_latency_are_in_sight_in_every_table_of_events(page: Any) -> None:
+def test_overall_slip_and_latency_are_in_sight_in_every_table_of_events(page):
     page.evaluate("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
     cells = page.locator("tr > :nth-last-child(-n+2)", has_text=re.compile(r"^(overall|latency) \["))
     assert cells.count() >= 6
@@ -133,7 +125,7 @@ def test_overall_slip_and_latency_are_in_sight_in_every_table_of_events(page: An
         assert box["x"] + box["width"] <= around["x"] + around["width"] + 1
 
 
-def test_tables_sort_both_ways(page: Any) -> None:
+def test_tables_sort_both_ways(page):
     table = page.locator("table[data-sortable]").first
     first = table.locator("tbody tr").first.locator("td").first
     button = table.locator("thead button").first
@@ -144,7 +136,7 @@ def test_tables_sort_both_ways(page: Any) -> None:
     assert table.locator("th").first.get_attribute("aria-sort") == "descending"
 
 
-def test_slider_and_keys_move_the_run(page: Any) -> None:
+def test_slider_and_keys_move_the_run(page):
     slider, said = page.locator("[data-part=time]"), page.locator("[data-part=said]")
     slider.focus()
     page.keyboard.press("Home")
@@ -159,7 +151,7 @@ def test_slider_and_keys_move_the_run(page: Any) -> None:
     assert "skin" in page.locator("[data-part=bar]").inner_text()
 
 
-def test_solid_turns(page: Any, page_file: Path) -> None:
+def test_solid_turns(page, page_file):
     if '"solid":false' in page_file.read_text(encoding="utf-8"):
         pytest.skip("a section")
     canvas = page.locator("[data-part=body]")
@@ -192,7 +184,7 @@ async (canvas) => {
 """
 
 
-def test_the_contact_of_a_solid_is_seen_from_below_in_its_colours(page: Any, page_file: Path) -> None:
+def test_the_contact_of_a_solid_is_seen_from_below_in_its_colours(page, page_file):
     keys, bar = page.locator("[data-part=keys]"), page.locator("[data-part=bar]")
     if '"solid":false' in page_file.read_text(encoding="utf-8"):
         assert keys.is_visible()
@@ -209,7 +201,7 @@ def test_the_contact_of_a_solid_is_seen_from_below_in_its_colours(page: Any, pag
     assert stick < 0.001
 
 
-def test_the_time_of_the_body_is_said_where_it_is_not_that_of_the_slider(page: Any) -> None:
+def test_the_time_of_the_body_is_said_where_it_is_not_that_of_the_slider(page):
     page.locator("[data-part=time]").focus()
     page.keyboard.press("Home")
     said = page.locator("[data-part=said]")
@@ -218,11 +210,11 @@ def test_the_time_of_the_body_is_said_where_it_is_not_that_of_the_slider(page: A
     assert said.inner_text().endswith("body at 0.000 s")
 
 
-def _pixels(page: Any) -> str:
+def _pixels(page):
     return str(page.locator("[data-part=body]").evaluate("canvas => canvas.toDataURL()"))
 
 
-def test_print_opens_what_is_folded(page: Any) -> None:
+def test_print_opens_what_is_folded(page):
     page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
     assert page.locator("details:not([open])").count() == 0
     page.evaluate("window.dispatchEvent(new Event('afterprint'))")

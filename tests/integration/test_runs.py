@@ -1,13 +1,10 @@
 """Runs of a study side by side, together and from any script give what they give one after another."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import meshio
 import numpy as np
@@ -20,12 +17,11 @@ from fingerslip.study.running.runner import run_study
 from unit.study.block import FRICTIONS, block_values
 
 pytestmark = pytest.mark.slow
-
 Write = Callable[..., Path]
 NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
 
 
-def test_runs_side_by_side_give_the_same_as_one_after_another(write_study: Write, reports: list[Any]) -> None:
+def test_runs_side_by_side_give_the_same_as_one_after_another(write_study, reports):
     values = block_values() | {"record": {"snapshots_every": "20 ms"}}
     path = write_study(values)
     apart = run_study(path, results_dir=path.parent / "apart", workers=2)
@@ -41,8 +37,8 @@ def test_runs_side_by_side_give_the_same_as_one_after_another(write_study: Write
     assert grid.point_data["displacement"][:, 1].max() == pytest.approx(0.1e-3, rel=0.05)
 
 
-def test_workers_draw_what_they_have_computed(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    given: list[Any] = []
+def test_workers_draw_what_they_have_computed(write_study, monkeypatch):
+    given = []
     monkeypatch.setattr(runner, "write_report", lambda _, pictures: given.append(pictures))
     path = write_study(block_values())
     run_study(path, results_dir=path.parent / "results", workers=2)
@@ -54,7 +50,7 @@ def test_workers_draw_what_they_have_computed(write_study: Write, monkeypatch: p
 
 
 @pytest.mark.usefixtures("reports")
-def test_a_study_gives_the_same_together(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_gives_the_same_together(write_study, monkeypatch):
     path = write_study(block_values())
     apart = run_study(path, results_dir=path.parent / "apart", workers=1)
     monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
@@ -83,9 +79,7 @@ print(*result.computed)
 @pytest.mark.parametrize(
     "arguments", [["script.py"], ["-"], ["-m", "script"]], ids=["script", "standard input", "module"]
 )
-def test_a_script_without_a_main_guard_runs_a_study_with_several_workers(
-    write_study: Write, arguments: list[str]
-) -> None:
+def test_a_script_without_a_main_guard_runs_a_study_with_several_workers(write_study, arguments):
     folder = write_study().parent
     (folder / "script.py").write_text(SCRIPT, encoding="utf-8")
     done = subprocess.run(

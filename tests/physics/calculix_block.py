@@ -13,8 +13,6 @@ in the increment, and the increment is refined beside the mesh.
 Lengths are millimetres and stresses kilopascals here, so forces are millinewtons: of a depth of 1 mm newtons per metre.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -10,8 +10,6 @@ shares with fingerslip the mesh library scikit-fem, the law, the penalties per r
 mapping.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Print, as JSON, what users read from small runs: events and forces. Other processors must print the same."""
 
-from __future__ import annotations
-
 import json
 import sys
 

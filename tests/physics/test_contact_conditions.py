@@ -6,8 +6,6 @@ compliance w of a node's own direction, min(r_n, y_n / w_n) is zero up to e F, a
 solved may be anything, but its stated residual must say so: then :func:`advance` raises.
 """
 
-from __future__ import annotations
-
 import contextlib
 from itertools import pairwise
 

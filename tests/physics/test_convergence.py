@@ -5,8 +5,6 @@ error falls with h^(k+1) in L2 and h^k in H1. The slope over the last refinement
 asymptotic one by 0.1, the usual pre-asymptotic remainder at 1/32.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

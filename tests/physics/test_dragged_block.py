@@ -4,8 +4,6 @@ Source: Coulomb's law, and simple shear of a layer in closed form. The density i
 quasi-static to rounding.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The energy balance of every shipped study, with every term in closed form and none as what is left over."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

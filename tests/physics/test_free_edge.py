@@ -3,8 +3,6 @@
 At an angle of 30 degrees the lowest point of the finger is at its proximal cut, at 0 degrees it is in the pad.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

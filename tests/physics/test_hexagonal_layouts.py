@@ -1,7 +1,5 @@
 """A sensor with 127 markers in a hexagonal lattice: its half in 3D, pressed in a few quasi-static steps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -4,8 +4,6 @@ The closed forms and their tolerances are those of :mod:`fingerslip.verification
 quasi-static.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

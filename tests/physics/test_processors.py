@@ -1,7 +1,5 @@
 """Events and forces are the same whatever instructions the processor has."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

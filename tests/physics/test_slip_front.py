@@ -6,8 +6,6 @@ as fast as the size of the elements. From one size to half of it the change has 
 5 ms, the resolution of the records.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A slide in another direction is the slide along x, turned: whole small sensors, slid at 45 degrees, and halves."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

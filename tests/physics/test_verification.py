@@ -1,7 +1,5 @@
 """Every verification problem must pass all its checks; sources and tolerances stand with the problems."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 import numpy as np
@@ -12,15 +10,7 @@ import problems.verification
 from fingerslip.tables.table import to_markdown
 from fingerslip.verification.catalogue import FILES, choose, known_names, problem
 from fingerslip.verification.meshes import box
-from fingerslip.verification.problem import (
-    Problem,
-    VerificationError,
-    absolute,
-    relative,
-    run,
-    solve_problem,
-    table,
-)
+from fingerslip.verification.problem import Problem, VerificationError, absolute, relative, run, solve_problem, table
 from places import ROOT
 from problems.verification import locking
 
@@ -36,7 +26,7 @@ LONG = {
     *("viscous-limits", "large-relaxation-turned", "coulomb-oscillator", "controlled-creep", "elastica", "large-tube"),
     *("halved-step", "viscous-hertz", "sliding-block", "condensed-2d", "friction-tangents"),
     *("controlled-oscillator", "hht-order", "relaxation", "ciavarella-jaeger", "cattaneo", "hht-damping", "rod"),
-    *("viscous-vibration", "slip-weakening", "locking-2d", "rolling-cylinder", "cylinder-on-incline"),
+    *("viscous-vibration", "slip-weakening", "rolling-cylinder", "cylinder-on-incline"),
     *("ball-between-plates", "rigid-pads"),
 }
 MARKED = [

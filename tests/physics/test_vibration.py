@@ -4,8 +4,6 @@ Source: the wave equation; f_n = (2 n - 1) c / (4 L) with c = sqrt(E / rho), nu 
 elements raises them by the factor 1 + (k h)^2 / 24 to leading order, below 0.04 % for the third of 80 elements.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.sparse import linalg

@@ -1,7 +1,5 @@
 """Meshes, kinds of elements and static solutions that tests of elements, contact and dynamics share."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg

@@ -1,7 +1,5 @@
 """Synthetic clips of marker fields whose truth is known, good and bad: glare, bright ring, drift, motion blur."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ for gaps and slips y = W r + q follows here from the conditions themselves, with
 compliance w of a node's own direction, min(r_n, y_n / w_n) is zero up to e F, and so on.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +46,14 @@ def random_problem(seed, dim, count, decades, friction):
     body = factor @ factor.T / (count * dim)
     penalty = np.repeat(10.0 ** rng.uniform(-decades, 0.0, (count, 2)), [1, dim - 1], axis=1)
     return Problem(body, penalty, rng.normal(size=(count, dim)), np.full(count, friction))
+
+
+def pressed_row(count, slide=0.0, mu=0.6):
+    """Return W, penalties, q and mu of a shallow arch of nodes on an elastic row, pressed and pulled sideways."""
+    x = np.linspace(-1.0, 1.0, count)
+    body = np.kron(0.1 / (np.abs(x[:, None] - x) + 0.5 / count), np.eye(2) + 0.1 * (np.eye(2, k=1) + np.eye(2, k=-1)))
+    free = np.column_stack([x**2 - 0.5, np.full(count, slide)])
+    return body + 0.1 * np.eye(2 * count), np.full((count, 2), 0.1), free, np.full(count, mu)
 
 
 def friction_residual(compliance, free, friction, forces):

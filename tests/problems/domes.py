@@ -1,7 +1,5 @@
 """A small half dome in 3D that is pressed and slid along its plane of symmetry."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

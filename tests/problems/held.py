@@ -1,7 +1,5 @@
 """Rigid bodies between two fingers, on a pad, and by themselves."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import fingerslip as fs
@@ -51,13 +49,13 @@ def held(element="Q4", *, body=None, friction=None, **changes):
     return fs.Model(**(values | changes))
 
 
-def apart(body, **changes):
+def apart(body, dim=2, **changes):
     """Return a held mesh that does not matter, and a rigid body by itself."""
     values = {
-        "mesh": box("Q4", np.linspace(0.0, 1.0, 3), np.linspace(0.0, 1.0, 3)),
+        "mesh": box("Q4" if dim == 2 else "H8", *[np.linspace(0.0, 1.0, 3)] * dim),
         "materials": {"bulk": ELASTIC},
-        "formulation": "plane_strain",
-        "supports": {"bottom": ("x", "y")},
+        "formulation": "plane_strain" if dim == 2 else "solid",
+        "supports": {"bottom": ("x", "y", "z")[:dim]},
         "bodies": {"block": body},
         "time": fs.TimeStepping(1e-3, alpha=0.0, end=0.1),
     }

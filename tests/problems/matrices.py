@@ -1,7 +1,5 @@
 """Matrices, and both linear solvers, for tests of factorisation and condensation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import sparse

@@ -4,8 +4,6 @@ The first is how Cordova Bulens et al. 2023 describe theirs: OpenCV's blobs, ide
 frame before. Several markers may take the same blob; without any blob a marker stays where it was.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

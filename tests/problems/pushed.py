@@ -1,7 +1,5 @@
 """A small press-and-slide."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import fingerslip as fs

@@ -1,7 +1,5 @@
 """A press-and-slide with enough inside it for a reduced basis, and the comparison of its histories."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import fingerslip as fs

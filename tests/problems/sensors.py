@@ -1,7 +1,5 @@
 """Sensors in 3D, pressed and slid without inertia by a plate of which the body's answers are computed once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import skfem

@@ -1,7 +1,5 @@
 """A whole sensor slid in two directions beside its half, every node of which touches by itself."""
 
-from __future__ import annotations
-
 import dataclasses
 import time
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The study of a block that is run, damaged and interrupted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

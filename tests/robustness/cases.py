@@ -1,7 +1,5 @@
 """One case: a call that must succeed or be refused with an error of the package, in time, and leave nothing behind."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import random

@@ -1,7 +1,5 @@
 """Cases of mesh files and scanned surfaces: whole ones damaged, and junk made on purpose."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import random

@@ -1,7 +1,5 @@
 """A study run as a user runs it, in processes that are ended at any moment."""
 
-from __future__ import annotations
-
 import multiprocessing
 import sys
 import traceback

@@ -1,7 +1,5 @@
 """Cases of tracks and detectors: units and names changed, containers opened, checksums renewed after the damage."""
 
-from __future__ import annotations
-
 import io
 import json
 import random

@@ -1,7 +1,5 @@
 """Random damage to text, plain data and bytes, repeatable by its random numbers."""
 
-from __future__ import annotations
-
 import copy
 import random
 import re
@@ -22,8 +20,8 @@ FRAGMENTS = (
         "-1e-400",
         "0.1" + "0" * 5000,
     ),
-    *("[" * 1000, "[" * 1000 + "]" * 1000, "{a: " * 300 + "1" + "}" * 300, "- - - -", "*a", "&a [*a]", "&a 5 mm"),
-    *("5 mm/0", "5 m^9^9^9", "1 mm*9**9**9", "5 mm*0", "5 mm/mm*mm"),
+    *("[" * 1000, "[" * 1000 + "]" * 1000, "{a: " * 300 + "1" + "}" * 300, "- - - -"),
+    *("*a", "&a [*a]", "&a 5 mm", "5 mm/0", "5 m^9^9^9", "1 mm*9**9**9", "5 mm*0", "5 mm/mm*mm"),
     *("1e99999999999999999999 mm", "-1e99999999999999999999 mm", "1e-99999999999999999999 mm", "1e308 km"),
     *("5 mm**999999999", "5 mm**0.5", "5 m m", "5 (", "5 mm)", "5 'mm'", "5 __import__", "5 mm # x", "5 µm", "5 Ω"),
     *("5 degC", "5 delta_degC", "5 1e9", "5 %", "5 mm/s^2^3", "nan mm", "inf mm", "1e-9 s", "1e9 s", "-0 mm", "0 Pa"),

@@ -1,7 +1,5 @@
 """Cases of stored results: a study of two runs, one of whose files is damaged before a verb reads it."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import random

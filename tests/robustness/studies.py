@@ -1,7 +1,5 @@
 """Cases of study files: those that ship and a block, changed as text, as data and as bytes."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Meshes, tracks, detectors, results and studies damaged at random are read or refused, and end in nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Runs that are ended at any moment, or run twice at once, come to whole results when they are run again."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil

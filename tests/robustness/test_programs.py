@@ -1,7 +1,5 @@
 """``fingerslip`` as a program that is killed or may write no more: it says so, leaves nothing half done, goes on."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """Wrong data sets, labels and detectors on the command line: one clear error each, and nothing half written."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable, Iterator

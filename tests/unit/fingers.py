@@ -11,6 +11,9 @@ from fingerslip.specimens.fingertip import Fingertip, fingertip_from
 
 SECTIONS = ("sagittal", "transverse")
 VARIANTS = ("original", "flattened", "scaled")
+NAIL = {"start": "-4 mm", "end": "5 mm", "half_width": "5 mm", "thickness": "0.5 mm"}
+# Of the nail, in study files.
+HARD = {"youngs_modulus": "170 MPa", "poisson_ratio": 0.3, "density": "1300 kg/m^3"}
 
 
 def change(**groups: Any) -> Fingertip:

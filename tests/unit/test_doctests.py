@@ -1,7 +1,5 @@
 """The examples in docstrings give what they print."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 from pathlib import Path
@@ -21,13 +19,13 @@ EXAMPLES = {
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_examples(name: str) -> None:
+def test_examples(name):
     failed, attempted = doctest.testmod(importlib.import_module(name))
     assert failed == 0
     assert attempted == EXAMPLES[name].read_text(encoding="utf-8").count(">>> "), "doctest has not found all of them"
 
 
-def test_contact_and_friction_laws_have_examples() -> None:
+def test_contact_and_friction_laws_have_examples():
     laws = {"contact.interface", "contact.solve.newton", "contact.solve.projection"}
     friction = {law.__module__ for law in get_args(BuiltInLaw)}
     assert friction | {f"fingerslip.{law}" for law in laws} <= set(EXAMPLES)

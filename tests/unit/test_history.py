@@ -1,7 +1,5 @@
 """Histories come back from files bit by bit, or the failure is one clear error."""
 
-from __future__ import annotations
-
 import contextlib
 from pathlib import Path
 
@@ -74,82 +72,56 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(history, tmp_path, 
     assert path.read_bytes() == b"old"
 
 
-def test_writing_into_no_folder_is_a_result_error(history, tmp_path):
+OTHER = xr.Dataset({"x": ("n", np.zeros(3))})
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda *_: None, r"other.nc: cannot be read as a history .*; run the study again"),
+        (lambda _, path: path.write_text("no netCDF at all"), "cannot be read as a history"),
+        (lambda _, path: OTHER.to_netcdf(path, engine="h5netcdf"), "is no history"),
+        (lambda whole, path: [write_history(whole, path), path.write_bytes(path.read_bytes()[:1000])], ""),
+        (
+            lambda whole, path: write_history(whole.drop_vars("snapshot_displacement"), path),
+            r"other.nc: is no history \(it has no snapshot_displacement\)",
+        ),
+    ],
+)
+def test_a_file_that_is_missing_damaged_or_another_is_a_result_error(history, tmp_path, make, message):
+    make(history, tmp_path / "other.nc")
+    with pytest.raises(ResultError, match=message or None):
+        read_history(tmp_path / "other.nc")
+
+
+def test_names_that_no_history_has_and_folders_that_are_not_there_are_refused(history, tmp_path):
+    with pytest.raises(KeyError, match="pressure"):
+        make_history({"pressure": np.zeros(3)}, {})
     with pytest.raises(ResultError, match="cannot be written"):
         write_history(history, tmp_path / "missing" / "history.nc")
 
 
-def test_a_missing_file_is_a_result_error(tmp_path):
-    with pytest.raises(ResultError, match=r"none.nc: cannot be read as a history .*; run the study again"):
-        read_history(tmp_path / "none.nc")
-
-
-def test_a_file_of_another_kind_is_a_result_error(tmp_path):
-    path = tmp_path / "text.nc"
-    path.write_text("no netCDF at all")
-    with pytest.raises(ResultError, match="cannot be read as a history"):
-        read_history(path)
-
-
-def test_a_dataset_without_time_is_no_history(tmp_path):
-    xr.Dataset({"x": ("n", np.zeros(3))}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
-    with pytest.raises(ResultError, match="is no history"):
-        read_history(tmp_path / "other.nc")
-
-
-def test_a_truncated_file_is_a_result_error(history, tmp_path):
-    path = tmp_path / "history.nc"
-    write_history(history, path)
-    path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(ResultError):
-        read_history(path)
-
-
-def test_snapshots_without_their_fields_are_no_history(history, tmp_path):
-    own = history.drop_vars("snapshot_displacement")
-    write_history(own, tmp_path / "other.nc")
-    with pytest.raises(ResultError, match=r"other.nc: is no history \(it has no snapshot_displacement\)"):
-        read_history(tmp_path / "other.nc")
-
-
-def test_names_that_no_history_has_are_refused():
-    with pytest.raises(KeyError, match="pressure"):
-        make_history({"pressure": np.zeros(3)}, {})
-
-
-def test_phase_times_are_start_and_end_of_each_phase_of_a_kind(history):
+def test_times_of_phases_and_the_nearest_record_and_snapshot_are_found(history):
     assert phase_times(history, "slide") == [(pytest.approx(0.12), pytest.approx(0.22))]
     assert phase_times(history, "lift") == []
+    even = synthetic.make(synthetic.Process(step=5e-3))
+    assert (nearest_record(even, 0.0126), nearest_record(even, 99.0)) == (3, even.sizes["time"] - 1)
+    shown = even.assign_coords(snapshot_time=("snapshot_time", [0.0, 0.5, 2.0]))
+    assert [nearest_snapshot(shown, time) for time in (None, 0.0, 0.3, 9.0)] == [2, 0, 1, 2]
 
 
-def test_sites_are_found_by_kind_and_by_name() -> None:
+def test_sites_are_found_by_kind_and_by_name_and_dimensions_are_told_apart():
     history = synthetic.make(synthetic.Process())
     kinds = site_kinds(history)
     rows = sites_of_kinds(history, ["SA-I", "FA-II"])
     assert set(kinds[rows]) == {"SA-I", "FA-II"}
     assert len(rows) == 50
     assert (np.diff(rows) > 0).all()
-    names = history["site"].values[[7, 3]].tolist()
-    assert site_rows(history, names).tolist() == [7, 3]
+    assert site_rows(history, history["site"].values[[7, 3]].tolist()).tolist() == [7, 3]
     with pytest.raises(KeyError, match="nowhere"):
         site_rows(history, ["nowhere"])
-
-
-def test_a_history_without_sites_has_no_kinds_and_no_rows() -> None:
-    bare = synthetic.make(synthetic.Process()).drop_dims("site")
+    bare = history.drop_dims("site")
     assert site_kinds(bare).size == sites_of_kinds(bare, ["SA-I"]).size == site_rows(bare, []).size == 0
-
-
-def test_the_nearest_record_and_snapshot_are_found() -> None:
-    history = synthetic.make(synthetic.Process(step=5e-3))
-    assert nearest_record(history, 0.0126) == 3
-    assert nearest_record(history, 99.0) == history.sizes["time"] - 1
-    shown = history.assign_coords(snapshot_time=("snapshot_time", [0.0, 0.5, 2.0]))
-    assert [nearest_snapshot(shown, time) for time in (None, 0.0, 0.3, 9.0)] == [2, 0, 1, 2]
-
-
-def test_dimensions_are_told_apart() -> None:
-    history = synthetic.make(synthetic.Process())
     assert not is_solid(history)
     assert is_solid(history.drop_dims("component").assign_coords(component=["x", "y", "z"]))
 
@@ -174,5 +146,4 @@ def test_full_tensors_are_symmetric_and_put_each_component_in_its_place():
     for name in names:
         i, j = ("xyz".index(axis) for axis in name)
         np.testing.assert_array_equal(full[:, i, j], values.sel(stress_component=name))
-    plane = full_tensors(values.isel(stress_component=[0, 1, 2, 3]))
-    assert not plane[:, 2, :2].any()
+    assert not full_tensors(values.isel(stress_component=[0, 1, 2, 3]))[:, 2, :2].any()

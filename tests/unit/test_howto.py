@@ -1,15 +1,14 @@
-"""The code of every how-to page and tutorial runs as it is printed, from top to bottom; its assertions are the test."""
-
-from __future__ import annotations
+"""The code of README, of how-to pages, tutorials and other pages runs as it is printed; its assertions are the test."""
 
 import re
 import sys
-from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
-from places import DOCS
+from fingerslip.contact.states import OPEN
+from places import DOCS, ROOT
 
 PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
 LONG = {
@@ -28,17 +27,17 @@ TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.na
     [pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG)) for page in PAGES],
     ids=lambda page: page.stem,
 )
-def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_page_runs(page, tmp_path, monkeypatch):
     run_page(page, tmp_path, monkeypatch)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
-def test_tutorial_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tutorial_runs(page, tmp_path, monkeypatch):
     run_page(page, tmp_path, monkeypatch)
 
 
-def run_page(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def run_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     assert blocks, "a page has code"
@@ -48,3 +47,65 @@ def run_page(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setitem(sys.modules, module.__name__, module)
     for number, block in enumerate(blocks, start=1):
         exec(compile(block, f"{page.name}, block {number}", "exec", dont_inherit=True), vars(module))
+
+
+def names_of(page):
+    """Return what the Python of a page leaves, run from top to bottom."""
+    text, names = (ROOT / page).read_text(encoding="utf-8"), {}
+    exec(compile("".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL)), page, "exec"), names)
+    return names
+
+
+def test_python_example_finds_overall_slip(capsys):
+    names = names_of("README.md")
+    # Once all of the contact slides, friction over normal force is the friction coefficient.
+    last = names["history"]["counterface_force"].values[-1, 0]
+    assert abs(last[0]) == pytest.approx(0.6 * last[1], rel=1e-6)
+    # The run of the first row of the page's table.
+    assert names["events"].overall == pytest.approx(1.706, abs=5e-4)
+    assert "overall slip at" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_example_in_space_slips_and_has_what_the_page_names(capsys):
+    names = names_of("docs/solid.md")
+    series, events = names["series"], names["events"]
+    last = names["history"].isel(time=-1)
+    tangential = np.linalg.norm(last["tangential_traction"].values, axis=-1)
+    touching = last["contact_state"].values != OPEN
+    assert tangential[touching] == pytest.approx(0.6 * last["normal_traction"].values[touching], rel=1e-6)
+    # The nodes' frictions are not quite parallel, so their sum stays a little below the limit.
+    assert 0.599 < float(series["force_ratio"][-1]) < 0.6
+    assert float(series["stick_ratio"][-1]) == 0.0
+    assert 0.25 < events.incipient < events.three_quarter < events.overall < 1.0
+    assert f"overall slip at {events.overall:.2f} s" in capsys.readouterr().out
+    assert names["rates"].dims == names["strains"].dims == ("time", "triangle", "strain_component")
+    # The skin in the middle of the contact goes along with the plate until it slips, and not to its end.
+    assert 1e-3 < float(names["middle"][-1]) < 6e-3
+    assert f"{names['history'].sizes['node']:,} nodes" in (ROOT / "docs" / "solid.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(tmp_path, monkeypatch, capsys):
+    assert "and are no result" in (ROOT / "docs" / "detection.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert abs(names_of("docs/detection.md")["result"].error.value) < 1.0
+    assert "frames a second" in capsys.readouterr().out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["detector", "slides", "submission.csv"]
+
+
+def test_example_of_cameras_films_and_measures(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = names_of("docs/vision.md")
+    assert (tmp_path / "slide.mkv").is_file()
+    assert names["truth"].sizes["time"] == 61
+    assert names["errors"].rms < 0.02
+    # Markers that spread by 5 % in both directions.
+    assert names["spread"] == pytest.approx(0.1, abs=1e-3)
+    assert "61 frames, positions to 0.0" in capsys.readouterr().out
+
+
+def test_example_of_tracking_follows_markers():
+    last = names_of("docs/tracking.md")["displacement"].isel(time=-1)
+    assert last.sel(axis="x").values == pytest.approx(np.full(6, 14.0), abs=0.1)
+    assert last.sel(axis="y").values == pytest.approx(np.zeros(6), abs=0.1)

@@ -1,7 +1,5 @@
 """System libraries that Gmsh and VTK load: what is missing, and what to install."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -18,21 +16,16 @@ LIBRARIES = (Library("liba.so.1", "liba1", "a-libs"), Library("libb.so.2", "libb
 
 
 @pytest.fixture
-def lacking(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+def lacking(monkeypatch):
     """Return the set of files that cannot be loaded, empty at first; all others can."""
-    gone: set[str] = set()
+    gone = set()
     monkeypatch.setattr(installation, "_loads", lambda file: file not in gone)
     monkeypatch.setattr(installation.sys, "platform", "linux")
     return gone
 
 
-def test_nothing_is_missing_where_everything_loads(lacking: set[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert missing_libraries() == ()
-    assert main() == 0
-    assert capsys.readouterr() == ("", "")
-
-
-def test_what_is_missing_is_named_with_its_packages(lacking: set[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_missing_is_named_with_its_packages_and_nothing_where_everything_loads(lacking, capsys, monkeypatch):
+    assert (missing_libraries(), main(), capsys.readouterr()) == ((), 0, ("", ""))
     lacking |= {"libGLU.so.1", "libXft.so.2"}
     assert [library.file for library in missing_libraries()] == ["libGLU.so.1", "libXft.so.2"]
     assert main() == 2
@@ -41,22 +34,15 @@ def test_what_is_missing_is_named_with_its_packages(lacking: set[str], capsys: p
     assert "not here: libGLU.so.1, libXft.so.2\n" in err
     assert "sudo apt-get install libglu1-mesa libxft2\n" in err
     assert "sudo dnf install mesa-libGLU libXft\n" in err
-
-
-def test_other_systems_bring_their_own_libraries(lacking: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    lacking |= {"libGLU.so.1"}
     monkeypatch.setattr(installation.sys, "platform", "darwin")
-    assert missing_libraries() == ()
+    assert missing_libraries() == (), "other systems bring their own libraries"
 
 
-def test_commands_are_one_for_each_family_of_linux() -> None:
+def test_commands_are_one_for_each_family_and_every_library_is_named_once():
     assert install_line(LIBRARIES).splitlines() == [
         "  Debian, Ubuntu:  sudo apt-get install liba1 libb2",
         "  Fedora, RHEL:    sudo dnf install a-libs b-libs",
     ]
-
-
-def test_every_library_is_named_once_with_both_packages() -> None:
     needed = installation._NEEDED
     assert len({library.file for library in needed}) == len(needed)
     for library in needed:
@@ -65,16 +51,13 @@ def test_every_library_is_named_once_with_both_packages() -> None:
         assert library.fedora
 
 
-def test_loading_is_really_tried() -> None:
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for a library of Linux")
+def test_loading_is_really_tried():
+    assert installation._loads("libc.so.6")
     assert not installation._loads("libfingerslip-does-not-exist.so.9")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="looks for a library of Linux")
-def test_a_library_that_is_there_loads() -> None:
-    assert installation._loads("libc.so.6")
-
-
-def test_check_runs_before_anything_is_installed() -> None:
+def test_check_runs_before_anything_is_installed():
     """The Makefile calls it with a bare Python, so it must not need the site's packages."""
     command = [sys.executable, "-I", "-S", str(installation.__file__)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -83,7 +66,7 @@ def test_check_runs_before_anything_is_installed() -> None:
 
 
 @pytest.mark.parametrize("caller", ["Makefile", ".ci/run"])
-def test_set_up_calls_the_file_itself(caller: str) -> None:
+def test_set_up_calls_the_file_itself(caller):
     """As a module of the package it would need what the package imports."""
     text = (ROOT / caller).read_text(encoding="utf-8")
     assert "src/fingerslip/installation.py" in text
@@ -91,7 +74,7 @@ def test_set_up_calls_the_file_itself(caller: str) -> None:
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs folders that nobody can write")
-def test_compiled_functions_go_where_they_can_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_compiled_functions_go_where_they_can_be_written(monkeypatch, tmp_path):
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     use_writable_cache((Path("/proc/a"), tmp_path))
     assert "NUMBA_CACHE_DIR" not in os.environ
@@ -103,7 +86,7 @@ def test_compiled_functions_go_where_they_can_be_written(monkeypatch: pytest.Mon
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs folders that nobody can write")
-def test_without_any_folder_functions_are_compiled_each_time() -> None:
+def test_without_any_folder_functions_are_compiled_each_time():
     code = """
 import tempfile
 from pathlib import Path

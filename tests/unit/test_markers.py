@@ -1,7 +1,5 @@
 """Layouts of markers, and tracks of simulated ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,17 +10,14 @@ from fingerslip.marker_layouts import hexagonal_layout, ring_layout
 from fingerslip.marker_tracks import marker_tracks
 
 
-def test_rings_have_the_markers_of_the_paper_at_their_radii():
+def test_rings_have_the_markers_of_the_paper_at_their_radii_and_may_have_no_centre():
+    layout = ring_layout(1e-3, (0, 6))
+    assert layout.ring.tolist() == [1] * 6
     layout = ring_layout(2e-3)
     assert layout.count == 81
     assert np.bincount(layout.ring).tolist() == [1, 8, 16, 24, 32]
     np.testing.assert_allclose(np.hypot(*layout.position.T), 2e-3 * layout.ring, atol=1e-18)
     np.testing.assert_allclose(np.diff(layout.angle[layout.ring == 2]), np.pi / 8)
-
-
-def test_rings_may_have_no_centre():
-    layout = ring_layout(1e-3, (0, 6))
-    assert layout.ring.tolist() == [1] * 6
 
 
 @pytest.mark.parametrize(("rings", "count"), [(0, 1), (1, 7), (6, 127), (10, 331)])
@@ -78,12 +73,9 @@ def test_positions_rings_and_directions():
     assert np.isnan(tracks["direction"].values[:, 1]).all()
 
 
-def test_one_kind_alone():
+def test_one_kind_of_markers_and_none():
     tracks = marker_tracks(history(), ("external",))
     assert tracks.sizes["marker"] == 1
     assert "direction" not in tracks
-
-
-def test_a_history_without_markers():
     with pytest.raises(InputError, match="history: has no markers"):
         marker_tracks(history().assign_coords(site_kind=("site", ["", "", ""])))

@@ -1,7 +1,5 @@
 """A name says what the thing is; a function is a verb or a noun."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import re
@@ -13,7 +11,7 @@ PARTICIPLE = re.compile(r"_?(\w+ed|made|kept|shown|known|held|told|taken|found|g
 
 
 @functools.cache
-def functions() -> list[tuple[str, ast.FunctionDef]]:
+def functions():
     return [
         (f"{path.name}:{node.lineno} {node.name}", node)
         for path in sorted((ROOT / "src" / "fingerslip").rglob("*.py"))
@@ -22,16 +20,13 @@ def functions() -> list[tuple[str, ast.FunctionDef]]:
     ]
 
 
-def variables(function: ast.FunctionDef) -> set[str]:
+def variables(function):
     stored = {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     return stored | {argument.arg for argument in (*function.args.args, *function.args.kwonlyargs)}
 
 
-def test_few_functions_call_a_thing_by_a_word_that_says_nothing() -> None:
+def test_few_things_and_functions_have_a_name_that_says_nothing():
     vague = [where for where, function in functions() if variables(function) & VAGUE]
     assert len(vague) < 100, vague
-
-
-def test_few_functions_are_named_by_a_bare_participle() -> None:
     participles = [where for where, function in functions() if PARTICIPLE.fullmatch(function.name)]
     assert len(participles) < 60, participles

@@ -1,30 +1,31 @@
-"""The package's face: every public name loads where it is first used, and says what it is."""
-
-from __future__ import annotations
+"""The package's face: public names load where they are first used and say what they are; the module is the command."""
 
 import ast
 import dataclasses
 import importlib
 import inspect
 import re
+import runpy
 import subprocess
 import sys
-from collections.abc import Iterator
+from importlib import import_module, metadata
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 import fingerslip as fs
+from fingerslip.commands.app import app
 
 
-def test_every_public_name_can_be_loaded() -> None:
+def test_every_public_name_can_be_loaded():
     assert len(set(fs.__all__)) == len(fs.__all__)
     for name in fs.__all__:
         assert getattr(fs, name) is not None
     assert set(dir(fs)) == set(fs.__all__)
 
 
-def test_unknown_public_name_is_refused_with_the_nearest() -> None:
+def test_unknown_public_name_is_refused_with_the_nearest():
     with pytest.raises(AttributeError, match=r"^module 'fingerslip' has no attribute 'Modle'$") as caught:
         fs.Modle  # noqa: B018
     assert (caught.value.name, caught.value.obj) == ("Modle", fs)
@@ -34,7 +35,7 @@ def test_unknown_public_name_is_refused_with_the_nearest() -> None:
     assert done.stderr.splitlines()[-1].endswith("Did you mean: 'Model'?")
 
 
-def test_one_list_names_each_thing_where_it_is_for_programs_and_type_checkers() -> None:
+def test_one_list_names_each_thing_where_it_is_for_programs_and_type_checkers():
     tree = ast.parse(Path(fs.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
     listed = {alias.name: (node.module, alias.asname) for node in tree.body for alias in node.names}
     assert set(listed) == set(fs.__all__)
@@ -49,7 +50,7 @@ def test_one_list_names_each_thing_where_it_is_for_programs_and_type_checkers() 
 PUBLIC = [name for name in fs.__all__ if not name.startswith("__")]
 
 
-def sections(text: str) -> dict[str, str]:
+def sections(text):
     """Return the sections of a docstring by heading, each underlined as numpydoc wants it."""
     parts = re.split(r"^([A-Z][a-z]+(?: [A-Z][a-z]+)?)\n-+\n", text, flags=re.MULTILINE)
     for heading, rule in re.findall(r"^([A-Z][a-z]+(?: [A-Z][a-z]+)?)\n(-+)\n", text, flags=re.MULTILINE):
@@ -57,14 +58,14 @@ def sections(text: str) -> dict[str, str]:
     return {"": parts[0]} | dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-def entries(section: str) -> Iterator[tuple[str, str]]:
+def entries(section):
     """Yield name and explanation of every parameter of a section."""
     for names, text in re.findall(r"^(\w[\w, ]*) : [^\n]+\n((?:    [^\n]*\n?|\n)*)", section, flags=re.MULTILINE):
         for name in names.split(","):
             yield name.strip(), text.strip()
 
 
-def parameters_of(thing: object) -> list[str]:
+def parameters_of(thing):
     """Return what a caller may pass."""
     if dataclasses.is_dataclass(thing):
         return [field.name for field in dataclasses.fields(thing)]
@@ -74,7 +75,7 @@ def parameters_of(thing: object) -> list[str]:
     return list(inspect.signature(thing).parameters)
 
 
-def mistakes(name: str) -> Iterator[str]:
+def mistakes(name):
     """Yield what the docstring of a public name lacks."""
     thing = getattr(fs, name)
     text = inspect.getdoc(thing) or ""
@@ -99,5 +100,22 @@ def mistakes(name: str) -> Iterator[str]:
         yield "does not say what it returns"
 
 
-def test_public_names_have_docstrings_with_a_summary_all_parameters_and_what_is_returned() -> None:
+def test_public_names_have_docstrings_with_a_summary_all_parameters_and_what_is_returned():
     assert {name: found for name in PUBLIC if (found := list(mistakes(name)))} == {}
+
+
+def test_usage_names_the_command_and_not_the_file(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["/somewhere/__main__.py", "run", "--help"])
+    with pytest.raises(SystemExit) as end:
+        runpy.run_module("fingerslip", run_name="__main__")
+    assert end.value.code == 0
+    assert "Usage: fingerslip run" in capsys.readouterr().out
+
+
+def test_module_runs_as_the_command_of_the_installed_version_and_importing_it_runs_nothing(capsys):
+    done = subprocess.run([sys.executable, "-m", "fingerslip", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"fingerslip {version('fingerslip')}\n"
+    assert import_module("fingerslip.__main__").app is app
+    assert capsys.readouterr() == ("", "")
+    assert fs.__version__ == metadata.version("fingerslip")
+    assert re.match(r"\d+\.\d+", fs.__version__)

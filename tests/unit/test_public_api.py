@@ -4,8 +4,6 @@ Where one changes on purpose, make the snapshot again: python -m unit.test_publi
 changelog.
 """
 
-from __future__ import annotations
-
 import inspect
 from pathlib import Path
 
@@ -14,7 +12,7 @@ import fingerslip as fs
 SNAPSHOT = Path(__file__).with_name("public_api.txt")
 
 
-def described(name: str) -> str:
+def described(name):
     """Return a public name with its parameters and their defaults; types stand in `__init__.pyi`."""
     thing = getattr(fs, name)
     if not callable(thing) or (inspect.isclass(thing) and issubclass(thing, BaseException)):
@@ -27,11 +25,11 @@ def described(name: str) -> str:
     return f"{name}({', '.join(shown)})"
 
 
-def snapshot() -> str:
+def snapshot():
     return "".join(f"{described(name)}\n" for name in sorted(fs.__all__) if name != "__version__")
 
 
-def test_the_public_face_is_that_of_the_snapshot() -> None:
+def test_the_public_face_is_that_of_the_snapshot():
     assert snapshot() == SNAPSHOT.read_text(encoding="utf-8")
 
 

@@ -1,7 +1,5 @@
 """Published values that ship."""
 
-from __future__ import annotations
-
 import pytest
 
 from fingerslip.errors import InputError
@@ -14,33 +12,27 @@ PROGRAMME = {
     "programme.1.slide.direction.0": -1.0,
     "programme.1.slide.direction.1": 0.0,
 }
-SETS = [published_set(name) for name in published_names()]
+TABLE2 = published_set("wang2014-table2").values
 
 
-def test_table2_is_as_printed() -> None:
-    values = {value.id: (value.value, value.unit) for value in published_set("wang2014-table2").values}
+def test_table2_is_as_printed_and_latencies_and_ways_follow_from_it():
+    values = {value.id: (value.value, value.unit) for value in TABLE2}
     assert values["original-overall"] == (1.71, "s")
     assert values["scaled-latency"] == (0.29, "s")
     assert len(values) == 9
-
-
-def test_latencies_agree_with_their_events_to_the_printed_digit() -> None:
-    values = {value.id: value.value for value in published_set("wang2014-table2").values}
     for variant in ("original", "flattened", "scaled"):
-        overall, incipient, latency = (values[f"{variant}-{name}"] for name in ("overall", "incipient", "latency"))
+        overall, incipient, latency = (values[f"{variant}-{name}"][0] for name in ("overall", "incipient", "latency"))
         assert overall - incipient == pytest.approx(latency, abs=1e-9)
-
-
-def test_derived_ways_follow_from_table2() -> None:
-    overall = {v.id.split("-")[0]: v.value for v in published_set("wang2014-table2").values if v.quantity == "overall"}
     for value in published_set("wang2014-derived").values:
-        variant = value.id.split("-")[0]
-        assert (overall[variant] - 1.0) * 3.0 / (0.6 * 1.5) == pytest.approx(value.value, abs=6e-3)
+        overall, _ = values[f"{value.id.split('-')[0]}-overall"]
+        assert (overall - 1.0) * 3.0 / (0.6 * 1.5) == pytest.approx(value.value, abs=6e-3)
         assert value.kind == "derived"
+    value = next(v for v in published_set("wang2014-peaks").values if v.quantity == "three_quarter")
+    assert (value.span, value.value) == ((1.63, 1.65), pytest.approx(1.64)), "a range has its middle as value"
 
 
-def test_conditions_are_those_of_group_and_row() -> None:
-    value = published_set("wang2014-table2").values[0]
+def test_conditions_are_those_of_group_and_row():
+    value = TABLE2[0]
     run = {
         "fingertip.phalanx.variant": "original",
         "fingertip.fingerprint.enabled": False,
@@ -63,34 +55,24 @@ def test_conditions_are_those_of_group_and_row() -> None:
         ("programme.1.slide.direction.0", None),
     ],
 )
-def test_times_hold_for_the_programme_of_the_paper_alone(path: str, value: object) -> None:
-    published_value = published_set("wang2014-table2").values[0]
-    run = {**published_value.conditions, **PROGRAMME}
-    assert published_value.unmet(run) == {}
-    assert list(published_value.unmet({**run, path: value})) == [path]
+def test_times_hold_for_the_programme_of_the_paper_alone(path, value):
+    run = {**TABLE2[0].conditions, **PROGRAMME}
+    assert TABLE2[0].unmet(run) == {}
+    assert list(TABLE2[0].unmet({**run, path: value})) == [path]
 
 
-def test_finger_in_space_at_an_angle_is_not_the_published_one() -> None:
+def test_finger_in_space_at_an_angle_is_not_the_published_one():
     value = published_set("wang2014-solid").values[0]
     run = {**value.conditions, **value.programme}
     assert value.holds_for({**run, "fingertip.solid.angle": "0.0 deg"})
     assert list(value.unmet({**run, "fingertip.solid.angle": "-10 deg"})) == ["fingertip.solid.angle"]
 
 
-def test_range_has_its_middle_as_value() -> None:
-    value = next(v for v in published_set("wang2014-peaks").values if v.quantity == "three_quarter")
-    assert value.span == (1.63, 1.65)
-    assert value.value == pytest.approx(1.64)
-
-
-def test_every_row_has_an_identity_a_source_and_a_value_or_a_statement() -> None:
-    rows = [value for every in SETS for value in every.values]
+def test_every_row_has_an_identity_a_source_and_a_value_or_a_statement():
+    rows = [value for name in published_names() for value in published_set(name).values]
     assert len({value.id for value in rows}) == len(rows)
     for value in rows:
         assert value.source.startswith(("wang2014, ", "bulens2023, "))
         assert (value.value is None) == (value.kind == "qualitative") == bool(value.statement) == bool(value.check)
-
-
-def test_unknown_set_names_the_nearest() -> None:
     with pytest.raises(InputError, match="did you mean 'wang2014-table2'"):
         published_set("wang2014-table-2")

@@ -1,10 +1,9 @@
-"""What the scripts of figures and benchmarks import is there: they run for long and rarely."""
-
-from __future__ import annotations
+"""What scripts, docs and studies name is there: modules, citations, pages and figures of bearable size."""
 
 import ast
 import importlib
-from pathlib import Path
+import re
+import unicodedata
 
 import pytest
 
@@ -13,14 +12,14 @@ from places import DOCS, ROOT
 SCRIPTS = sorted([*(ROOT / "docs" / "figures").glob("*.py"), *(ROOT / "tests" / "benchmarks").glob("*.py")])
 
 
-def imported(path: Path) -> set[tuple[str, str]]:
+def imported(path):
     """Return the modules of fingerslip that a script imports from, each with the name that it wants."""
     nodes = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.ImportFrom)]
     found = {(str(node.module), alias.name) for node in nodes for alias in node.names}
     return {(module, name) for module, name in found if module.split(".")[0] == "fingerslip"}
 
 
-def is_there(module: str, name: str) -> bool:
+def is_there(module, name):
     """Tell whether a module has a name, or a package a module of that name."""
     if hasattr(importlib.import_module(module), name):
         return True
@@ -31,23 +30,65 @@ def is_there(module: str, name: str) -> bool:
     return True
 
 
-def test_there_are_scripts() -> None:
-    assert sum(bool(imported(path)) for path in SCRIPTS) > 10
-
-
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
-def test_what_a_script_imports_is_there(path: Path) -> None:
+def test_what_a_script_imports_is_there(path):
     assert not {f"{module}.{name}" for module, name in imported(path) if not is_there(module, name)}
 
 
-def test_figures_of_the_documentation_are_small() -> None:
+def test_pages_and_figures_are_of_bearable_size_and_modules_documented_once():
     large = {path.name: path.stat().st_size for path in (DOCS / "figures").glob("*") if path.stat().st_size > 150_000}
     assert large == {}, "run docs/figures/shrink.py"
-
-
-def test_pages_are_short_enough_to_be_read() -> None:
+    assert sum(bool(imported(path)) for path in SCRIPTS) > 10, "there are scripts"
     words = {
         path.name: len(path.read_text(encoding="utf-8").split()) for path in [ROOT / "README.md", *DOCS.rglob("*.md")]
     }
     assert words.pop("README.md") <= 1200
     assert max(words.values()) <= 2500
+    pages = (path.read_text(encoding="utf-8") for path in sorted((DOCS / "api").glob("*.md")))
+    modules = re.findall(r"automodule:: (\S+)", "".join(pages))
+    assert sorted(modules) == sorted(set(modules))
+
+
+REFERENCES = DOCS / "references.md"
+_NAME = r"[A-Z][a-z]{2,}"
+_CITATION = re.compile(rf"({_NAME})((?:, {_NAME})*(?: (?:&|and) {_NAME})?(?: et al\.)?),? \(?((?:18|19|20)\d\d)\b")
+
+
+# Words that stand before a year without being a name.
+_NO_NAMES = {"Journal"}
+
+
+def plain(text):
+    """Return text without accents."""
+    return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+
+
+def citations():
+    """Yield the first name, the year and the file of every citation."""
+    for folder, pattern in (("src/fingerslip", "*.py"), ("docs", "*.md"), ("studies", "*.yaml")):
+        for path in (path for path in (ROOT / folder).rglob(pattern) if path != REFERENCES):
+            for name, _, year in _CITATION.findall(plain(path.read_text(encoding="utf-8"))):
+                if name not in _NO_NAMES:
+                    yield name, year, path
+
+
+def test_every_citation_is_in_the_list():
+    entries = plain(REFERENCES.read_text(encoding="utf-8")).split("\n- ")[1:]
+    missing = {
+        f"{name} {year} ({path.relative_to(ROOT)})"
+        for name, year, path in citations()
+        if not any(name in entry.split(year)[0] for entry in entries if year in entry)
+    }
+    assert not missing
+    names = {(name, year) for name, year, _ in citations()}
+    assert {("Hilber", "1977"), ("Cattaneo", "1938"), ("Wang", "2014"), ("Barrea", "2018")} <= names, "they are found"
+
+
+def test_every_key_of_the_bibliography_is_listed():
+    """Each paper that a value names as its source can be looked up."""
+    bibliography = (ROOT / "src" / "fingerslip" / "references.bib").read_text(encoding="utf-8")
+    entries = plain(REFERENCES.read_text(encoding="utf-8")).lower().split("\n- ")[1:]
+    keys = re.findall(r"@\w+\{([a-z]+)(\d{4}),", bibliography)
+    assert len(keys) == bibliography.count("@")
+    for name, year in keys:
+        assert any(name in entry.split(year)[0] for entry in entries if year in entry), f"{name}{year}"

@@ -1,13 +1,10 @@
 """What commands and imports load before their own work begins: no time is measured, only what is loaded."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
 import sys
 from functools import cache
-from pathlib import Path
 
 import pytest
 
@@ -33,7 +30,7 @@ START = (
 
 
 @cache
-def loaded(lines: tuple[str, ...]) -> dict[str, set[str]]:
+def loaded(lines):
     """Return for each line the modules that are loaded after it."""
     done = subprocess.run(
         [sys.executable, "-c", START, json.dumps(lines)], capture_output=True, text=True, check=True, encoding="utf-8"
@@ -73,12 +70,12 @@ NOT_LOADED = (
 
 
 @pytest.mark.parametrize("line", NOT_LOADED)
-def test_a_line_loads_only_what_it_needs(line: str) -> None:
+def test_a_line_loads_only_what_it_needs(line):
     """Help needs next to nothing, a table that is read nothing that computes, a mistake nothing that is slow."""
     assert loaded(tuple(NOT_LOADED))[line] & NOT_LOADED[line] == set()
 
 
-def test_a_check_loads_what_meshes_but_nothing_that_computes_or_labels(tmp_path: Path) -> None:
+def test_a_check_loads_what_meshes_but_nothing_that_computes_or_labels(tmp_path):
     shutil.copy(STUDIES / "wang2014_table2.yaml", tmp_path)
     study = tmp_path / "one_run.yaml"
     study.write_text("base: wang2014_table2.yaml\nsweep: {time.alpha: [-0.41421]}\n", encoding="utf-8")

@@ -1,7 +1,5 @@
 """Observed orders, limits and uncertainties of series whose law is known."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -13,7 +11,7 @@ from fingerslip.uncertainty import Convergence, Refinement, Series, combine, ref
 SIZES = (1.0, 2.0 / 3.0, 0.5)
 
 
-def series(*values: float | None, sizes: tuple[float, ...] = SIZES) -> Series:
+def series(*values, sizes=SIZES):
     return Series("mesh", sizes, values)
 
 
@@ -23,9 +21,7 @@ def series(*values: float | None, sizes: tuple[float, ...] = SIZES) -> Series:
     slope=st.floats(0.1, 5.0) | st.floats(-5.0, -0.1),
     sizes=st.sampled_from([SIZES, (1.0, 0.5, 0.25), (1.0, 1.5, 2.0), (1.0, 0.7, 1.4)]),
 )
-def test_a_power_law_gives_its_order_and_its_limit(
-    order: float, limit: float, slope: float, sizes: tuple[float, ...]
-) -> None:
+def test_a_power_law_gives_its_order_and_its_limit(order, limit, slope, sizes):
     found = refine(series(*(limit + slope * size**order for size in sizes), sizes=sizes), 2.0)
     assert found.behaviour == "monotone"
     assert found.order == pytest.approx(order, rel=1e-5)
@@ -35,7 +31,7 @@ def test_a_power_law_gives_its_order_and_its_limit(
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=3), st.floats(1e-3, 1e3), st.floats(-1e3, 1e3))
-def test_uncertainty_goes_with_the_unit_and_not_with_the_zero(values: list[float], scale: float, shift: float) -> None:
+def test_uncertainty_goes_with_the_unit_and_not_with_the_zero(values, scale, shift):
     plain = refine(series(*values), 2.0)
     moved = refine(series(*(scale * value for value in values)), 2.0)
     if plain.behaviour == "unchanged" or moved.behaviour != plain.behaviour:
@@ -48,7 +44,7 @@ def test_uncertainty_goes_with_the_unit_and_not_with_the_zero(values: list[float
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=3))
-def test_uncertainty_is_never_less_than_what_was_seen(values: list[float]) -> None:
+def test_uncertainty_is_never_less_than_what_was_seen(values):
     """The finest value lies between the one in use and the limit, or the range counts threefold."""
     found = refine(series(*values), 2.0)
     assert found.uncertainty is not None
@@ -66,7 +62,7 @@ def test_uncertainty_is_never_less_than_what_was_seen(values: list[float]) -> No
         ((1.0, None, 3.0), "missing"),
     ],
 )
-def test_what_gives_no_limit_is_called_by_its_name(values: tuple[float | None, ...], behaviour: str) -> None:
+def test_what_gives_no_limit_is_called_by_its_name(values, behaviour):
     found = refine(series(*values), 2.0)
     assert (found.behaviour, found.limit) == (behaviour, None)
     if behaviour in {"oscillatory", "divergent", "slow"}:
@@ -75,7 +71,7 @@ def test_what_gives_no_limit_is_called_by_its_name(values: tuple[float | None, .
         assert not found.converges
 
 
-def test_an_order_beyond_the_elements_is_not_trusted() -> None:
+def test_an_order_beyond_the_elements_is_not_trusted():
     """h^4 fits the values, but the limit is taken with the second order, and the misfit is added."""
     values = tuple(1.0 + size**4 for size in SIZES)
     found = refine(series(*values), 2.0)
@@ -87,34 +83,26 @@ def test_an_order_beyond_the_elements_is_not_trusted() -> None:
     assert found.uncertainty == pytest.approx(1.25 * slope + misfit)
 
 
-def test_a_small_change_has_settled_whatever_its_way() -> None:
+def test_a_small_change_has_settled_whatever_its_way():
     found = refine(series(1.000, 1.001, 1.0005), 2.0)
     assert found.behaviour == "oscillatory"
     assert found.settled
     assert found.converges
 
 
-def test_a_choice_has_its_largest_change_as_uncertainty() -> None:
+def test_a_choice_has_its_largest_change_as_uncertainty_and_two_levels_are_too_few_for_an_order():
     found = refine(Series("alpha", (-0.4, -0.05, -0.3), (1.0, 1.5, 0.9)), None)
     assert found == Refinement("divergent", 0.5)
     assert refine(Series("alpha", (-0.4, -0.05), (1.0, 1.001)), None).converges
-
-
-def test_two_levels_are_too_few() -> None:
     with pytest.raises(ValueError, match="needs 3 levels"):
         refine(series(1.0, 2.0, sizes=(1.0, 0.5)), 2.0)
 
 
-def test_independent_uncertainties_add_as_squares() -> None:
-    assert combine([3.0, 4.0]) == 5.0
-    assert combine([3.0, None]) is None
-    assert combine([]) is None
-
-
-def test_a_number_converges_when_it_does_with_every_setting() -> None:
+def test_a_number_converges_when_it_does_with_every_setting_and_their_uncertainties_add_as_squares():
     good = Series("mesh", SIZES, tuple(1.0 + size for size in SIZES))
     bad = Series("step", SIZES, (2.0, 4.0, 1.0))
     assert Convergence("q", "s", 2.0, {"mesh": good}).unsettled_settings == ()
     both = Convergence("q", "s", 2.0, {"mesh": good, "step": bad})
     assert both.unsettled_settings == ("step",)
     assert both.uncertainty == pytest.approx(math.hypot(1.25, 9.0))
+    assert (combine([3.0, 4.0]), combine([3.0, None]), combine([])) == (5.0, None, None)

@@ -1,7 +1,5 @@
 """Quantities with units."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -28,29 +26,29 @@ numbers = st.floats(min_value=1e-9, max_value=1e9)
         ("180 deg", "rad", 3.141592653589793),
     ],
 )
-def test_text_becomes_si(text: str, si: str, value: float) -> None:
+def test_text_becomes_si(text, si, value):
     assert parse_quantity(text, si) == pytest.approx(value, rel=1e-14)
 
 
 @given(digits=st.integers(1, 99999), places=st.integers(0, 4))
-def test_decimal_text_stays_exact(digits: int, places: int) -> None:
+def test_decimal_text_stays_exact(digits, places):
     """Text in mm must give the very float that the same length written in m gives."""
     assert parse_quantity(f"{digits}e-{places} mm", "m") == float(f"{digits}e-{places + 3}")
 
 
 @given(value=numbers, pair=st.sampled_from(UNITS))
-def test_format_then_parse_keeps_six_digits(value: float, pair: tuple[str, str]) -> None:
+def test_format_then_parse_keeps_six_digits(value, pair):
     si, display = pair
     assert parse_quantity(format_quantity(value, si, display), si) == pytest.approx(value, rel=1e-5)
 
 
 @given(value=numbers, si=st.sampled_from([si for si, _ in UNITS]))
-def test_full_digits_survive_in_si(value: float, si: str) -> None:
+def test_full_digits_survive_in_si(value, si):
     assert parse_quantity(f"{value!r} {si}", si) == value
 
 
 @given(value=numbers, pair=st.sampled_from(UNITS))
-def test_display_value_and_text_agree(value: float, pair: tuple[str, str]) -> None:
+def test_display_value_and_text_agree(value, pair):
     unit = Unit(*pair)
     assert float(unit.format(value).split()[0]) == pytest.approx(unit.to_display(value), rel=1e-5)
 
@@ -67,24 +65,21 @@ def test_display_value_and_text_agree(value: float, pair: tuple[str, str]) -> No
         ("nan mm", "'nan mm' is not a quantity, needs a number and a unit such as '1.5 mm'"),
     ],
 )
-def test_mistakes_show_the_repair(text: str, message: str) -> None:
+def test_mistakes_show_the_repair(text, message):
     with pytest.raises(InputError) as caught:
         parse_quantity(text, "m", example="mm", where="depth")
     assert str(caught.value) == f"depth: {message}"
-
-
-def test_si_unit_is_not_offered_twice() -> None:
     with pytest.raises(InputError) as caught:
         parse_quantity("1", "s")
-    assert caught.value.repair == "write '1 s'"
+    assert caught.value.repair == "write '1 s'", "a unit of SI is not offered twice"
 
 
 @given(text=st.text(max_size=20))
 @example(text="0)")
-def test_any_text_gives_a_number_or_one_clear_error(text: str) -> None:
+def test_any_text_gives_a_number_or_one_clear_error(text):
     places = []
     try:
-        value: object = parse_quantity(text, "m")
+        value = parse_quantity(text, "m")
     except InputError as error:
         places.append(error.where)
         value = None
@@ -115,7 +110,7 @@ def test_long_text_is_shown_cut():
         assert len(str(caught.value)) < 400
 
 
-def test_known_factors_are_those_of_pint() -> None:
+def test_known_factors_are_those_of_pint():
     for unit in units._FACTORS:
         for si in units._OF_MECHANICS:
             assert units._factor(unit, si) == units._computed_factor(unit, si), (unit, si)

@@ -192,9 +192,9 @@ def compiled_settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     # In one array, which compiled code returns faster than four.
     numbers, states = np.zeros((4, count)), np.full(count, OPEN, dtype=np.int8)
     distances, since_contact, slips, limits = numbers[0], numbers[1], numbers[2], numbers[3]
-    distances[:] = slip_distance
     stored, stored_before, dissipated = 0.0, 0.0, 0.0
     for i in range(count):
+        distances[i] = slip_distance[i]
         squared = tangential = tangential_before = length = 0.0
         for k in range(1, dim):
             change = (forces[i, k] - forces_before[i, k]) / tangential_stiffness[i]

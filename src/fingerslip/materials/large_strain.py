@@ -193,9 +193,13 @@ class PowersOfStretches:
         """Young's modulus at rest [Pa], from which contact penalties are estimated."""
         return self.at_rest().youngs_modulus
 
+    @cached_property
+    def _at_rest(self) -> Elastic:
+        return linearise(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
+
     def at_rest(self) -> Elastic:
         """Return the law at small strain."""
-        return linearise(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
+        return self._at_rest
 
     def stored_energy(self, log_strain: Array) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""

@@ -11,6 +11,7 @@ the same law, such as FEBio as "neo-Hookean".
 from __future__ import annotations
 
 from dataclasses import field
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -49,14 +50,18 @@ class NeoHookean(ByYoungsModulus):
     prony: Prony = field(default=(), kw_only=True)
     law: Literal["neo_hookean"] = field(default="neo_hookean", kw_only=True, repr=False)
 
-    @property
+    @cached_property
     def first_lame(self) -> float:
         """Lame's first constant at rest [Pa]."""
         return self.at_rest().dilatational_modulus("solid")
 
+    @cached_property
+    def _at_rest(self) -> Elastic:
+        return Elastic(self.youngs_modulus, self.poisson_ratio, self.density, prony=self.prony)
+
     def at_rest(self) -> Elastic:
         """Return the law at small strain."""
-        return Elastic(self.youngs_modulus, self.poisson_ratio, self.density, prony=self.prony)
+        return self._at_rest
 
     def stored_energy(self, log_strain: Array) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""

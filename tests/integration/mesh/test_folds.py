@@ -1,7 +1,5 @@
 """Meshes of every builder lie flat, and are refused once a node of theirs is moved through a facet."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from typing import Any
@@ -10,13 +8,9 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.errors import MeshError
+import fingerslip as fs
 from fingerslip.fe.space import build_space
-from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import check_folds, turned_cells
-from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
-from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.sources import build_section, build_solid
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
 from fingerslip.specimens.tactip.tactip import PRESETS
 from places import ROOT
@@ -25,12 +19,12 @@ from unit.fingers import coarse_solid
 
 
 def section(element: str) -> Any:
-    return build_section(preset("wang2014-2d"), bulk_size=0.8e-3, element=element)
+    return fs.build_section(fs.preset("wang2014-2d"), bulk_size=0.8e-3, element=element)
 
 
 def scan() -> Any:
-    sizes = LayerSizes(1.2e-3, contact_size=4e-3, bulk_size=6e-3, contact_reach=3e-3, tolerance=0.3e-3, cut=14e-3)
-    return build_from_surfaces(ellipsoid(points=400), ellipsoid((7e-3, 3e-3, 3e-3), points=200), sizes)
+    sizes = fs.LayerSizes(1.2e-3, contact_size=4e-3, bulk_size=6e-3, contact_reach=3e-3, tolerance=0.3e-3, cut=14e-3)
+    return fs.build_from_surfaces(ellipsoid(points=400), ellipsoid((7e-3, 3e-3, 3e-3), points=200), sizes)
 
 
 def sensor_section(element: str) -> Any:
@@ -46,12 +40,12 @@ def sensor(element: str, part: str) -> Any:
 BUILDERS: dict[str, Callable[[], Any]] = {
     **{f"section {element}": functools.partial(section, element) for element in ("Q4", "T3", "T6")},
     "solid T4": coarse_solid,
-    "solid T10": lambda: build_solid(preset("wang2014-3d"), contact_size=0.8e-3, bulk_size=1.6e-3),
+    "solid T10": lambda: fs.build_solid(fs.preset("wang2014-3d"), contact_size=0.8e-3, bulk_size=1.6e-3),
     "scan": scan,
     **{f"sensor section {element}": functools.partial(sensor_section, element) for element in ("Q4", "T3", "T6")},
     "half of a sensor": functools.partial(sensor, "T4", "half"),
     "whole sensor": functools.partial(sensor, "T10", "whole"),
-    "file": lambda: read_mesh(ROOT / "meshes" / "finger_coarse.msh"),
+    "file": lambda: fs.read_mesh(ROOT / "meshes" / "finger_coarse.msh"),
 }
 
 
@@ -77,8 +71,8 @@ def test_meshes_of_builders_lie_flat_and_folded_ones_are_refused(name: str) -> N
     build_space(mesh)
     turned = turned_cells(mesh)
     turned[0] = not turned[0]
-    with pytest.raises(MeshError, match="fold over each other: 0 and "):
+    with pytest.raises(fs.MeshError, match="fold over each other: 0 and "):
         check_folds(mesh, turned)
     if not isinstance(mesh, skfem.MeshQuad1):  # quadrilaterals keep the order of their corners, and are inverted
-        with pytest.raises(MeshError, match="fold over each other"):
+        with pytest.raises(fs.MeshError, match="fold over each other"):
             build_space(folded(mesh))

@@ -1,7 +1,5 @@
 """Scans become layered meshes: names, volumes, depths, distances from the scan."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import re
@@ -29,49 +27,27 @@ def example() -> dict[str, Any]:
     return names
 
 
-@pytest.fixture(scope="module")
-def scan(example):
-    return example["scan"]
-
-
 @pytest.mark.slow
-def test_meshing_leaves_no_files_behind(example):
-    assert not example["left_behind"]
-
-
-@pytest.mark.slow
-def test_repairs_are_reported(scan):
+def test_the_example_repairs_and_meshes_a_scan_that_slips(example):
+    """Off by the tolerance, and by the decimation that goes before, at most; no files are left behind."""
+    scan, layers, events = example["scan"], SCAN.layers, example["events"]
     skin, phalanx = scan.repairs.values()
     assert len(skin.closed_holes) == len(skin.open_holes) == len(phalanx.open_holes) == 1
-    assert skin.turned_triangles > 50
-    assert phalanx.turned_triangles == 0
-
-
-@pytest.mark.slow
-def test_mesh_keeps_to_the_scan(scan):
+    assert (skin.turned_triangles > 50, phalanx.turned_triangles) == (True, 0)
     assert [deviation.boundary for deviation in scan.deviations] == ["skin", "phalanx_surface"]
     for found in scan.deviations:
-        # Off by the tolerance, and by the decimation that goes before, at most.
-        assert 0 < found.mean < 0.5 * SCAN.layers.tolerance
-        assert found.largest < 2 * SCAN.layers.tolerance
+        assert 0 < found.mean < 0.5 * layers.tolerance
+        assert found.largest < 2 * layers.tolerance
     least, mean, largest = scan.thickness
     assert mean == pytest.approx(1e-3, rel=0.03)
-    assert 1e-3 - 2 * SCAN.layers.tolerance < least < largest < 1e-3 + 2 * SCAN.layers.tolerance
-
-
-@pytest.mark.slow
-def test_cells_are_well_shaped(scan):
+    assert 1e-3 - 2 * layers.tolerance < least < largest < 1e-3 + 2 * layers.tolerance
     assert [layer.region for layer in scan.layers] == ["skin", "tissue", "phalanx"]
     assert min(layer.least_radius_ratio for layer in scan.layers) > 0.02
     assert min(layer.mean_radius_ratio for layer in scan.layers) > 0.6
-    assert max(layer.longest_edge for layer in scan.layers) < 2 * SCAN.layers.bulk_size
-
-
-@pytest.mark.slow
-def test_scan_slips(example):
-    events = example["events"]
+    assert max(layer.longest_edge for layer in scan.layers) < 2 * layers.bulk_size
     # The slide begins at 0.2 s; the edge lets go first, the whole pad before the end.
     assert 0.2 < events.incipient < events.three_quarter < events.overall < 1.0
+    assert not example["left_behind"]
 
 
 SKIN = ellipsoid(points=400, name="skin.stl")
@@ -95,7 +71,7 @@ def cap(half_axes: tuple[float, float, float]) -> float:
 
 @pytest.fixture(scope="module")
 def mesh():
-    return build_from_surfaces(SKIN, PHALANX, SIZES)
+    return build_from_surfaces(SKIN, PHALANX, COARSE)
 
 
 def volumes(mesh) -> dict[str, float]:
@@ -110,7 +86,7 @@ def facet_areas(mesh, name: str) -> np.ndarray:
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
-def test_layers_have_the_volumes_of_the_shapes(mesh):
+def test_layers_have_the_volumes_of_the_shapes_and_share_out_the_cells(mesh):
     found = volumes(mesh)
     whole, phalanx = cap((12e-3, 8e-3, 7e-3)), cap((7e-3, 3e-3, 3e-3))
     assert sum(found.values()) == pytest.approx(whole, rel=0.05)
@@ -119,24 +95,21 @@ def test_layers_have_the_volumes_of_the_shapes(mesh):
     distal = SKIN.areas[SKIN.corners[:, :, 0].mean(axis=1) > CUT].sum()
     assert 0.75 < found["skin"] / (distal * SIZES.skin_thickness) < 1.0
     assert set(found) == {"skin", "tissue", "phalanx"}
+    assert sorted(np.concatenate(list(mesh.subdomains.values()))) == list(range(mesh.t.shape[1]))
 
 
-def test_every_cell_is_in_one_region(mesh):
-    cells = np.concatenate(list(mesh.subdomains.values()))
-    assert sorted(cells) == list(range(mesh.t.shape[1]))
-
-
-def test_outside_is_skin_and_base(mesh):
+def test_outside_is_skin_on_the_scan_and_base_and_the_pad_is_the_bottom_of_the_skin(mesh):
     outside = np.concatenate([mesh.boundaries["skin"], mesh.boundaries["base"]])
     assert sorted(outside) == sorted(mesh.boundary_facets())
     assert np.abs(mesh.p[0, mesh.facets[:, mesh.boundaries["base"]]] - CUT).max() <= 2 * SIZES.tolerance
     assert facet_areas(mesh, "base").sum() == pytest.approx(np.pi * 56e-6 * (1 - (CUT / 12e-3) ** 2), rel=0.05)
-
-
-def test_skin_lies_on_the_scan(mesh):
     x = mesh.p[:, np.unique(mesh.facets[:, mesh.boundaries["skin"]])] / np.array([[12e-3], [8e-3], [7e-3]])
     # The radius of the scaled shape is off by less than the tolerance and the chords of a coarse scan together.
     assert np.abs(np.linalg.norm(x, axis=0) - 1).max() < 0.06
+    assert set(mesh.boundaries["pad"]) < set(mesh.boundaries["skin"])
+    bottom = mesh.p[1].min()
+    assert mesh.p[1, mesh.facets[:, mesh.boundaries["pad"]]].max() <= bottom + SIZES.contact_reach
+    assert bottom == pytest.approx(-8e-3, abs=0.3e-3)
 
 
 def test_interfaces_lie_between_their_regions(mesh):
@@ -148,13 +121,6 @@ def test_interfaces_lie_between_their_regions(mesh):
         assert {frozenset(side) for side in sides.T.tolist()} == {frozenset(pair)}
     depth = 1 - np.linalg.norm(mesh.p[:, mesh.facets[:, mesh.boundaries["skin_tissue"]]].mean(axis=1).T, axis=1)
     assert depth.min() > 0
-
-
-def test_pad_is_the_bottom_of_the_skin(mesh):
-    assert set(mesh.boundaries["pad"]) < set(mesh.boundaries["skin"])
-    bottom = mesh.p[1].min()
-    assert mesh.p[1, mesh.facets[:, mesh.boundaries["pad"]]].max() <= bottom + SIZES.contact_reach
-    assert bottom == pytest.approx(-8e-3, abs=0.3e-3)
 
 
 @pytest.mark.slow

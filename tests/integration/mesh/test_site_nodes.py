@@ -1,7 +1,5 @@
 """Nodes that stand for the receptors of a section."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What every specimen says of itself holds in its mesh."""
 
-from __future__ import annotations
-
 import pytest
 
 from fingerslip.mesh.facets import site_nodes

@@ -1,7 +1,5 @@
 """The mesh of a section: names, areas, sizes, quality, and the same mesh every time."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np
@@ -28,35 +26,18 @@ def built(element):
     return build_section(preset("wang2014-2d"), element=element)
 
 
-@pytest.fixture(scope="module")
-def finger():
-    return built("Q4")
-
-
-def test_default_mesh_has_the_intended_size(finger):
+def test_default_mesh_has_the_intended_size_and_names():
+    finger, across = built("Q4"), build_section(change(section="transverse"))
     assert type(finger) is skfem.MeshQuad1
     assert 7000 < finger.p.shape[1] < 7800
     assert 120 < len(finger.boundaries["pad"]) + 1 < 160
-
-
-def test_names_of_regions_and_boundaries(finger):
-    assert list(finger.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
     assert set(finger.boundaries) == {
         "skin", "pad", "base", "phalanx_base", "epidermis_dermis", "dermis_tissue", "phalanx_surface",
         "phalanx_palmar", "phalanx_dorsal"
     }  # fmt: skip
-    across = build_section(change(section="transverse"))
     assert not {"base", "phalanx_base"} & set(across.boundaries)
-
-
-def test_regions_share_out_all_cells(finger):
     cells = np.concatenate(list(finger.subdomains.values()))
     assert np.array_equal(np.sort(cells), np.arange(finger.t.shape[1]))
-
-
-def test_skin_and_base_are_the_whole_outside(finger):
-    outside = np.concatenate([finger.boundaries["skin"], finger.boundaries["base"]])
-    assert np.array_equal(np.sort(outside), np.sort(finger.boundary_facets()))
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
@@ -102,62 +83,6 @@ def test_areas_of_the_regions_are_those_of_the_curves(section, variant):
     measured = [areas(mesh)[cells].sum() for cells in mesh.subdomains.values()]
     assert measured == pytest.approx(expected, rel=0.01)
     assert areas(mesh).sum() == pytest.approx(levels[0], rel=5e-4)
-
-
-@pytest.mark.parametrize("section", [pytest.param("sagittal", marks=pytest.mark.slow), "transverse"])
-def test_ridges_do_not_change_the_mean_thickness_of_the_epidermis(section):
-    with_ridges, without = (
-        build_section(change(section=section, ridges={"enabled": enabled}), contact_size=0.1175e-3)
-        for enabled in (True, False)
-    )
-    thickness = [areas(m)[m.subdomains["epidermis"]].sum() for m in (with_ridges, without)]
-    assert thickness[0] == pytest.approx(thickness[1], rel=5e-3)
-
-
-def test_every_ridge_tip_is_a_node(finger):
-    fingertip = preset("wang2014-2d")
-    s = np.arange(-20, 11) * 0.235e-3
-    tips = at_depth(outline_curve(fingertip), s, interface_depth(fingertip, s))
-    nodes = finger.p[:, np.unique(finger.facets[:, finger.boundaries["epidermis_dermis"]])].T
-    nearest = np.linalg.norm(tips[:, None] - nodes[None], axis=2).min(axis=1)
-    assert nearest.max() < 1e-8
-
-
-def test_fingerprint_shapes_the_outer_surface():
-    rippled = build_section(change(fingerprint={"enabled": True}))
-    lowest = [m.p[1].min() for m in (built("Q4"), rippled)]
-    assert lowest[0] - lowest[1] == pytest.approx(0.05e-3, abs=1e-9)
-
-
-def test_boundaries_of_the_phalanx_face_down_and_up(finger):
-    middle = finger.p[:, finger.facets].mean(axis=1)
-    assert middle[1, finger.boundaries["phalanx_palmar"]].max() < 0.5e-3
-    assert middle[1, finger.boundaries["phalanx_dorsal"]].min() > 2.5e-3
-    assert np.all(finger.p[0, finger.facets[:, finger.boundaries["phalanx_base"]]] == pytest.approx(-16e-3))
-
-
-def test_pad_is_the_low_part_of_the_skin(finger):
-    height = finger.p[1, finger.facets[:, finger.boundaries["pad"]]]
-    # 2 mm above the lowest point, at -7 mm: the default contact_reach.
-    assert height.max() == pytest.approx(-5e-3, abs=0.1e-3)
-    assert set(finger.boundaries["pad"]) < set(finger.boundaries["skin"])
-
-
-def test_elements_grow_from_the_contact_into_the_bulk():
-    mesh = build_section(preset("wang2014-2d"), contact_size=0.12e-3, bulk_size=0.5e-3)
-    size = np.sqrt(areas(mesh))
-    middle = mesh.p[:, mesh.t].mean(axis=1)
-    contact = size[(middle[1] < -5.5e-3)]
-    assert contact.max() < 0.16e-3
-    assert size[mesh.subdomains["phalanx"]].max() > 3 * contact.max()
-    assert size.max() < 0.7e-3
-
-
-@pytest.mark.parametrize("element", ELEMENTS)
-def test_same_input_gives_the_same_mesh_bit_by_bit(element):
-    first, second = built(element), build_section(preset("wang2014-2d"), element=element)
-    assert first.doflocs.tobytes() == second.doflocs.tobytes()
-    assert first.t.tobytes() == second.t.tobytes()
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Verification problems that only the tests compute, beside those of ``fingerslip verify``."""
 
-from __future__ import annotations
-
 from fingerslip.verification.problem import Problem
 from problems.verification import (
     bodies,

@@ -4,8 +4,6 @@ Fingers are blocks whose nodes are held along the surface, without Poisson's eff
 pressure s / (L / E + 1 / k_n), and friction is that of Coulomb's law on known normal forces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any

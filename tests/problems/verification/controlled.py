@@ -1,7 +1,5 @@
 """Steps that control their own error: creep and relaxation over minutes, and an oscillator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
@@ -9,10 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.materials.elastic import Elastic, RayleighDamping
-from fingerslip.model.model import Model, Recording
-from fingerslip.model.timing import Adaptive
-from fingerslip.sites import Site
+import fingerslip as fs
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 from fingerslip.verification.viscoelastic import stretched_bar
@@ -29,17 +24,17 @@ def _order(errors: list[float]) -> float:
     return float(np.polyfit(np.log(_TOLERANCES), np.log(errors), 1)[0])
 
 
-def _loaded(damping: float, time: Adaptive) -> tuple[xr.Dataset, Array]:
+def _loaded(damping: float, time: fs.Adaptive) -> tuple[xr.Dataset, Array]:
     """Return what happens to a bar that is pulled from the start on, and its stretch over the static one."""
-    model = Model(
+    model = fs.Model(
         mesh=box("Q4", np.array([0.0, _SIZE]), np.array([0.0, _SIZE])),
-        materials={"bulk": Elastic(_MODULUS, 0.0, _DENSITY)},
+        materials={"bulk": fs.Elastic(_MODULUS, 0.0, _DENSITY)},
         formulation="plane_stress",
         supports={"left": ("x",), "bulk": ("y",)},
         tractions={"right": (_TRACTION, 0.0)},
-        damping=RayleighDamping(0.0, damping),
+        damping=fs.RayleighDamping(0.0, damping),
         time=time,
-        record=Recording(sites=(Site("end", "", (_SIZE, 0.0)),)),
+        record=fs.Recording(sites=(fs.Site("end", "", (_SIZE, 0.0)),)),
     )
     history = solve_problem(model)
     return history, history["displacement"].values[:, 0, 0] / (_TRACTION / _MODULUS * _SIZE)
@@ -52,7 +47,7 @@ def _creep() -> Iterator[Check]:
     """
     errors = list[float]()
     for tolerance in _TOLERANCES:
-        time = Adaptive(0.01, tolerance, "quasi_static", smallest=1e-5, records_per_decade=10, end=_HOLD)
+        time = fs.Adaptive(0.01, tolerance, "quasi_static", smallest=1e-5, records_per_decade=10, end=_HOLD)
         history, stretched = _loaded(_RETARDATION, time)
         errors.append(float(np.abs(stretched + np.expm1(-history["time"].values / _RETARDATION)).max()))
         yield absolute(f"tolerance {tolerance:g}: largest error / u_oo", 0.0, errors[-1], tolerance)
@@ -67,7 +62,7 @@ def _relaxation() -> Iterator[Check]:
 
     Equal steps of a fiftieth of the relaxation time, 0.1 s, would be 60,000.
     """
-    time = Adaptive(0.01, 1e-4, "quasi_static", records_per_decade=10, end=_HOLD)
+    time = fs.Adaptive(0.01, 1e-4, "quasi_static", records_per_decade=10, end=_HOLD)
     history, error = stretched_bar("plane_stress", time)
     yield absolute("largest error / elastic force", 0.0, error, 1e-4)
     yield absolute("steps / equal ones", 0.0, history.attrs["steps_taken"] * 0.1 / (50 * _HOLD), 0.02)
@@ -81,7 +76,7 @@ def _oscillator() -> Iterator[Check]:
     rotation = float(np.sqrt(3.0 * _MODULUS / _DENSITY)) / _SIZE
     period, errors = 2 * np.pi / rotation, []
     for tolerance in _TOLERANCES:
-        time = Adaptive(period / 8, 0.01 * tolerance, alpha=0.0, smallest=period / 8 / 2**12, end=6 * period)
+        time = fs.Adaptive(period / 8, 0.01 * tolerance, alpha=0.0, smallest=period / 8 / 2**12, end=6 * period)
         history, stretched = _loaded(0.0, time)
         errors.append(float(np.abs(stretched - 1.0 + np.cos(rotation * history["time"].values)).max()))
     yield absolute("order in the tolerance", 2 / 3, _order(errors), 0.15)

@@ -4,8 +4,6 @@ Blocks on a plane, in 2D and in 3D, loaded with a tangential force of 0.99 mu N 
 they move beyond their elastic slip, the stretch t / k_t of the tangential penalties, is slip: there must be none.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 

@@ -1,19 +1,10 @@
 """Refinement of the fingertip of the shipped two-dimensional study in mesh, time step and contact stiffness."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
+import fingerslip as fs
 from fingerslip.dynamics.system.checks import contact_penalties
-from fingerslip.model.model import Contact, Model
-from fingerslip.model.programme import Press, Slide
-from fingerslip.model.timing import TimeStepping
-from fingerslip.slip import Events, find_events
-from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.sources import build_section
 from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
@@ -25,21 +16,21 @@ _COMPLIANCES = (1.0, 0.25, 0.0625)
 _RESOLUTION = 0.010
 
 
-def _model(mesh_factor: float = 1.0, step_factor: float = 1.0) -> Model:
-    finger = preset("wang2014-2d")
-    return Model(
-        mesh=build_section(finger, contact_size=mesh_factor * _SIZES[0], bulk_size=mesh_factor * _SIZES[1]),
+def _model(mesh_factor: float = 1.0, step_factor: float = 1.0) -> fs.Model:
+    finger = fs.preset("wang2014-2d")
+    return fs.Model(
+        mesh=fs.build_section(finger, contact_size=mesh_factor * _SIZES[0], bulk_size=mesh_factor * _SIZES[1]),
         materials=finger.materials,
         formulation=finger.formulation,
         depth=finger.depth,
         supports={"phalanx": ("x", "y")},
-        contacts=(Contact("skin", Plane(normal=(0.0, 1.0)), Coulomb(0.6)),),
-        programme=(Press(1.5e-3, 1.5e-3), Slide(distance=3e-3, speed=3e-3, direction=(-1.0, 0.0))),
-        time=TimeStepping(5e-3 * step_factor, -0.41421),
+        contacts=(fs.Contact("skin", fs.Plane(normal=(0.0, 1.0)), fs.Coulomb(0.6)),),
+        programme=(fs.Press(1.5e-3, 1.5e-3), fs.Slide(distance=3e-3, speed=3e-3, direction=(-1.0, 0.0))),
+        time=fs.TimeStepping(5e-3 * step_factor, -0.41421),
     )
 
 
-def _softer(model: Model, compliance: float) -> Model:
+def _softer(model: fs.Model, compliance: float) -> fs.Model:
     (contact,) = model.contacts
     normal, tangential = contact_penalties(model, contact)
     stiff = dataclasses.replace(contact, normal_penalty=normal / compliance, tangential_penalty=tangential / compliance)
@@ -54,11 +45,11 @@ def _refinement() -> Iterator[Check]:
     """
     base = _model()
     events = {
-        "mesh": [find_events(solve_problem(_model(mesh_factor=factor))) for factor in _MESHES],
-        "step": [find_events(solve_problem(_model(step_factor=factor))) for factor in _STEPS],
-        "penalty": [find_events(solve_problem(_softer(base, factor))) for factor in _COMPLIANCES],
+        "mesh": [fs.find_events(solve_problem(_model(mesh_factor=factor))) for factor in _MESHES],
+        "step": [fs.find_events(solve_problem(_model(step_factor=factor))) for factor in _STEPS],
+        "penalty": [fs.find_events(solve_problem(_softer(base, factor))) for factor in _COMPLIANCES],
     }
-    times: tuple[tuple[str, Callable[[Events], float | None]], ...] = (
+    times: tuple[tuple[str, Callable[[fs.Events], float | None]], ...] = (
         ("three-quarter", lambda found: found.slip.three_quarter),
         ("overall", lambda found: found.slip.overall),
     )
@@ -72,7 +63,7 @@ def _refinement() -> Iterator[Check]:
     yield absolute("overall slip: observed order in the contact compliance", 1.0, order or 0.0, 0.2)
 
 
-def _refined(setting: str, runs: Sequence[Events], read: Callable[[Events], float | None]) -> Refinement:
+def _refined(setting: str, runs: Sequence[fs.Events], read: Callable[[fs.Events], float | None]) -> Refinement:
     sizes = {"mesh": _MESHES, "step": _STEPS, "penalty": _COMPLIANCES}[setting]
     return refine(Series(setting, sizes, tuple(map(read, runs))), ORDERS[setting])
 

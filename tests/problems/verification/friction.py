@@ -1,20 +1,12 @@
 """Friction laws against the closed form of a uniform contact, and their derivatives by finite differences."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np
 import xarray as xr
 
-from fingerslip.contact.friction import (
-    Anisotropic,
-    Coulomb,
-    FrictionLaw,
-    PressureDependent,
-    SlipWeakening,
-    StaticKinetic,
-)
+import fingerslip as fs
+from fingerslip.contact.friction import FrictionLaw
 from fingerslip.contact.states import SLIP
 from fingerslip.verification.blocks import PRESSURE, SHEAR_STIFFNESS, drag_block
 from fingerslip.verification.problem import Check, Problem, absolute, each, relative
@@ -24,12 +16,12 @@ _DEPTH = 20e-6
 # Friction that falls with the slip rate slides steadily only where it falls slowly enough: the law's slope times the
 # pressure has to be below the shear stiffness times the step, here by a factor of 0.4, which also is what each step
 # leaves of a disturbance.
-_STATIC_KINETIC = StaticKinetic(0.5, 0.45, 2e-3)
-_POWER = PressureDependent(0.5, PRESSURE, -1 / 3)
-_ELLIPSE = Anisotropic(0.6, 0.3)
+_STATIC_KINETIC = fs.StaticKinetic(0.5, 0.45, 2e-3)
+_POWER = fs.PressureDependent(0.5, PRESSURE, -1 / 3)
+_ELLIPSE = fs.Anisotropic(0.6, 0.3)
 _DIRECTION = (1.0, 1.0, 0.0)
 # A quarter of the shear stiffness, per area: slip is steady.
-_WEAKENING = SlipWeakening(0.5, 0.3, 0.4e-3)
+_WEAKENING = fs.SlipWeakening(0.5, 0.3, 0.4e-3)
 
 
 def _tractions(law: FrictionLaw, element: str, depth: float = _DEPTH, speed: float = 1e-3, step: int = -1) -> float:
@@ -43,7 +35,7 @@ def _laws() -> Iterator[Check]:
     rate = 1e-3
     falling = 0.45 + 0.05 * float(np.exp(-rate / 2e-3))
     for element in ("Q4", "H8"):
-        yield relative(f"{element} Coulomb: t / p", 0.5, _tractions(Coulomb(0.5), element) / PRESSURE, 1e-9)
+        yield relative(f"{element} Coulomb: t / p", 0.5, _tractions(fs.Coulomb(0.5), element) / PRESSURE, 1e-9)
         kinetic = _tractions(_STATIC_KINETIC, element) / PRESSURE
         yield relative(f"{element} StaticKinetic: t / p", falling, kinetic, 1e-6)
         doubled = _tractions(_POWER, element, depth=2 * _DEPTH) / (2 * PRESSURE)
@@ -58,7 +50,7 @@ def _directions() -> Iterator[Check]:
     The normal rule gives t = p (mu_1^2 d_1, mu_2^2 d_2) / sqrt(mu_1^2 d_1^2 + mu_2^2 d_2^2) for slip along d. The
     traction turns to that over slides of mu p / k = 0.25 mm; after 4 mm exp(-16) = 1e-7 is left.
     """
-    round_ = drag_block("H8", Coulomb(0.5), direction=_DIRECTION)["counterface_force"].values[-1, 0]
+    round_ = drag_block("H8", fs.Coulomb(0.5), direction=_DIRECTION)["counterface_force"].values[-1, 0]
     oval = drag_block("H8", _ELLIPSE, direction=_DIRECTION, travel=4e-3)["counterface_force"].values[-1, 0]
     scale = float(np.hypot(0.6, 0.3))
     yield relative("H8 Coulomb, diagonal: F / N", 0.5, float(np.hypot(round_[0], round_[1]) / round_[2]), 1e-9)
@@ -86,14 +78,14 @@ def _tangents() -> Iterator[Check]:
 
     for element in ("Q4", "H8"):
         # The third step of the slide, at 60 um, sticks: its traction follows the slide and not the pressure.
-        history = drag_block(element, Coulomb(0.5))
+        history = drag_block(element, fs.Coulomb(0.5))
         slid = history.isel(time=slice(1, None))  # the press moves nothing along
         moved = slid["counterface_displacement"].values[:, 0, 0]
         slopes = np.diff(slid["tangential_traction"].values[:, 0, 0]) / np.diff(moved)
         yield relative(f"{element} stick: dt / ds [MPa/m]", SHEAR_STIFFNESS / 1e6, float(slopes[2]) / 1e6, 1e-6)
         yield absolute(f"{element} slip: dt / ds [MPa/m]", 0.0, float(slopes[-1]) / 1e6, 1e-6)
-        yield absolute(f"{element} stick: dt / dp", 0.0, by_pressure(Coulomb(0.5), element, 3), 1e-6)
-        yield relative(f"{element} slip, Coulomb: dt / dp", 0.5, by_pressure(Coulomb(0.5), element, -1), 1e-6)
+        yield absolute(f"{element} stick: dt / dp", 0.0, by_pressure(fs.Coulomb(0.5), element, 3), 1e-6)
+        yield relative(f"{element} slip, Coulomb: dt / dp", 0.5, by_pressure(fs.Coulomb(0.5), element, -1), 1e-6)
         yield relative(f"{element} slip, PressureDependent: dt / dp", 1 / 3, by_pressure(_POWER, element, -1), 1e-6)
         by_rate = _slope(lambda speed, own=element: _tractions(_STATIC_KINETIC, own, speed=speed), rate)
         yield relative(f"{element} slip, StaticKinetic: dt / dv [Pa s/m]", falling, by_rate, 1e-4)

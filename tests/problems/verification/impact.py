@@ -1,7 +1,5 @@
 """A rod of two materials that strikes a rigid wall: contact must not make energy, however stiff it is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

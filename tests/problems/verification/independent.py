@@ -4,8 +4,6 @@ CalculiX's neo-Hookean law keeps shape and volume apart, with another energy of 
 file has a law of its own with CalculiX's energy.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass

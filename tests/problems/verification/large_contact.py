@@ -1,20 +1,13 @@
 """A cylinder pressed deep into a neo-Hookean block and dragged, beside a second program's result."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.contact.counterfaces import Cylinder
-from fingerslip.contact.friction import Coulomb
+import fingerslip as fs
 from fingerslip.materials.large_strain import FiniteMaterial
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.model.model import Contact, Model
-from fingerslip.model.programme import Press, Slide
-from fingerslip.model.timing import QuasiStatic
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, relative, solve_problem
 
@@ -22,7 +15,7 @@ Array = NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _RADIUS, _DEPTH, _TRAVEL = 24e-3, 8e-3, 4e-3, 2.5e-3, 3e-3
 _SHEAR, _RATIO, _PENALTY, _FRICTION = 10e3, 0.45, 1e9, 0.3
-_MATERIAL = NeoHookean(2.0 * _SHEAR * (1.0 + _RATIO), _RATIO, 1000.0)
+_MATERIAL = fs.NeoHookean(2.0 * _SHEAR * (1.0 + _RATIO), _RATIO, 1000.0)
 # What `python tests/physics/independent_block.py 12 40` prints, for shares of the press and of the slide: the force on
 # the block per depth along the slide and across it [N/m].
 REFERENCE = (
@@ -48,16 +41,16 @@ def dragged_cylinder(
     """Return the history of a block, clamped at its bottom, under a cylinder that is pressed in and dragged."""
     side = np.linspace(0.0, 1.0, cells + 1)
     half = 0.5 * _WIDTH * (0.5 * side + 0.5 * side**3)
-    face = Cylinder(_RADIUS, normal=(0.0, -1.0), centre=(0.0, _HEIGHT + _RADIUS))
-    model = Model(
+    face = fs.Cylinder(_RADIUS, normal=(0.0, -1.0), centre=(0.0, _HEIGHT + _RADIUS))
+    model = fs.Model(
         mesh=box("Q4", np.concatenate([-half[:0:-1], half]), _HEIGHT * (1.0 - (1.0 - side) ** 1.3)),
         materials={"bulk": material},
         formulation="plane_strain",
         supports={"bottom": ("x", "y")},
-        contacts=(Contact("top", face, Coulomb(friction), penalty, penalty, search_distance=_HEIGHT),),
-        programme=(Press(_DEPTH, _DEPTH), Slide(_TRAVEL, _TRAVEL, (1.0, 0.0))),
+        contacts=(fs.Contact("top", face, fs.Coulomb(friction), penalty, penalty, search_distance=_HEIGHT),),
+        programme=(fs.Press(_DEPTH, _DEPTH), fs.Slide(_TRAVEL, _TRAVEL, (1.0, 0.0))),
         kinematics="finite",
-        time=QuasiStatic(1.0 / steps),
+        time=fs.QuasiStatic(1.0 / steps),
     )
     # Under the cylinder's peak pressure of some G, the penalty gives way by tens of micrometres.
     return solve_problem(model, penetration=1e-4)

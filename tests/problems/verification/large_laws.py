@@ -1,7 +1,5 @@
 """Laws of large strain on small distorted meshes of every element: stretched, sheared, and turned round once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -11,19 +9,13 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import optimize
 
+import fingerslip as fs
 from fingerslip.fe.cell_materials import finite_cell_materials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import build_space
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import SHEARS, Formulation
-from fingerslip.materials.mooney_rivlin import MooneyRivlin
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.materials.ogden import Ogden, OgdenTerm
-from fingerslip.model.model import Model, Recording, SupportMotion, Traction
-from fingerslip.model.programme import Ramp
-from fingerslip.model.timing import QuasiStatic
-from fingerslip.sites import Site
 from fingerslip.verification.meshes import SIDES, axes_of, box, components, jiggle
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
@@ -32,7 +24,7 @@ Energy = Callable[[Any], Any]
 
 #: Size of the bodies [m].
 LENGTH, _MODULUS = 1e-2, 10e3
-_RAMP = Ramp((0.0, 1.0), (0.0, 1.0))
+_RAMP = fs.Ramp((0.0, 1.0), (0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -69,7 +61,7 @@ def _mooney_rivlin(first: float, second: float, bulk: float) -> Energy:
     return energy
 
 
-def _ogden(terms: tuple[OgdenTerm, ...], bulk: float) -> Energy:
+def _ogden(terms: tuple[fs.OgdenTerm, ...], bulk: float) -> Energy:
     """Return sum mu/alpha (sum (J^(-1/3) lambda)^alpha - 3) + K/2 (ln J)^2 (Ogden 1972)."""
 
     def energy(x: Any) -> Any:
@@ -81,14 +73,14 @@ def _ogden(terms: tuple[OgdenTerm, ...], bulk: float) -> Energy:
     return energy
 
 
-_TERMS = (OgdenTerm(2.0 * _MODULUS, 1.3), OgdenTerm(0.05 * _MODULUS, 5.0), OgdenTerm(-0.1 * _MODULUS, -2.0))
+_TERMS = (fs.OgdenTerm(2.0 * _MODULUS, 1.3), fs.OgdenTerm(0.05 * _MODULUS, 5.0), fs.OgdenTerm(-0.1 * _MODULUS, -2.0))
 CASES = (
-    Case(NeoHookean(2.96 * _MODULUS, 0.48, 1000.0), _neo_hookean(_MODULUS, 24.0 * _MODULUS)),
+    Case(fs.NeoHookean(2.96 * _MODULUS, 0.48, 1000.0), _neo_hookean(_MODULUS, 24.0 * _MODULUS)),
     Case(
-        MooneyRivlin(0.4 * _MODULUS, 1000.0, 0.1 * _MODULUS, bulk_modulus=50 * _MODULUS),
+        fs.MooneyRivlin(0.4 * _MODULUS, 1000.0, 0.1 * _MODULUS, bulk_modulus=50 * _MODULUS),
         _mooney_rivlin(0.4 * _MODULUS, 0.1 * _MODULUS, 50 * _MODULUS),
     ),
-    Case(Ogden(_TERMS, 1000.0, bulk_modulus=20 * _MODULUS), _ogden(_TERMS, 20 * _MODULUS)),
+    Case(fs.Ogden(_TERMS, 1000.0, bulk_modulus=20 * _MODULUS), _ogden(_TERMS, 20 * _MODULUS)),
 )
 
 
@@ -171,20 +163,20 @@ def _stretched(body: Body, case: Case, stretch: float, axes: int) -> tuple[xr.Da
     supports = {side: (axis,) for side, axis in zip(low, "xyz", strict=False)}
     supports |= {high[number]: ("xyz"[number],) for number in range(axes)}
     ways = (stretch - 1.0) * LENGTH * np.eye(body.dim)
-    motions = {high[number]: SupportMotion(tuple(ways[number]), _RAMP) for number in range(axes)}
+    motions = {high[number]: fs.SupportMotion(tuple(ways[number]), _RAMP) for number in range(axes)}
     gradient = np.diag([stretch, stretch if axes == 2 else 1.0, 1.0])
     free = (() if axes == 2 else (1,)) + (() if body.formulation == "plane_strain" else (2,))
     history = solve_problem(body_model(body, case.law, supports=supports, support_motions=motions))
     return history, uniform(case, gradient, free)
 
 
-def sheared(body: Body, case: Case, amount: float, factors: Ramp) -> tuple[dict[str, Any], Uniform]:
+def sheared(body: Body, case: Case, amount: float, factors: fs.Ramp) -> tuple[dict[str, Any], Uniform]:
     """Return what moves and loads a body in simple shear: its top by supports, its other sides by dead loads."""
     gradient = np.eye(3)
     gradient[0, body.dim - 1] = amount
     state = uniform(case, gradient, (2,) if body.formulation == "plane_stress" else ())
     loads = {
-        side: Traction(tuple(sign * state.nominal[: body.dim, axis]), factors)
+        side: fs.Traction(tuple(sign * state.nominal[: body.dim, axis]), factors)
         for axis, sides in enumerate(SIDES[body.dim][:-1])
         for side, sign in zip(sides, (-1, 1), strict=True)
     }
@@ -192,12 +184,12 @@ def sheared(body: Body, case: Case, amount: float, factors: Ramp) -> tuple[dict[
     return {"supports": supports, "tractions": loads}, state
 
 
-def moved_top(body: Body, along: float, up: float, ramp: Ramp) -> dict[str, Any]:
+def moved_top(body: Body, along: float, up: float, ramp: fs.Ramp) -> dict[str, Any]:
     """Return the motion of the top of a body along x and upwards [m]."""
-    return {"support_motions": {"top": SupportMotion(components(body.element, along, 0.0, up), ramp)}}
+    return {"support_motions": {"top": fs.SupportMotion(components(body.element, along, 0.0, up), ramp)}}
 
 
-def body_model(body: Body, law: FiniteMaterial, **changes: Any) -> Model:
+def body_model(body: Body, law: FiniteMaterial, **changes: Any) -> fs.Model:
     """Return the model of a body of one law, of which one corner is recorded."""
     values: dict[str, Any] = {
         "mesh": body.mesh(),
@@ -205,11 +197,11 @@ def body_model(body: Body, law: FiniteMaterial, **changes: Any) -> Model:
         "formulation": body.formulation,
         "integration": body.integration,
         "kinematics": "finite",
-        "time": QuasiStatic(0.25, end=1.0),
-        "record": Recording(sites=(Site("corner", "", (LENGTH,) * body.dim),)),
+        "time": fs.QuasiStatic(0.25, end=1.0),
+        "record": fs.Recording(sites=(fs.Site("corner", "", (LENGTH,) * body.dim),)),
         "depth": 1.0 if body.dim == 3 else LENGTH,
     }
-    return Model(**(values | changes))
+    return fs.Model(**(values | changes))
 
 
 def _errors(body: Body, history: xr.Dataset, expected: Uniform) -> tuple[float, float, float]:

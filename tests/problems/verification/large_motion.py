@@ -1,7 +1,5 @@
 """Large strain against small strain, a free block that tumbles, and steps that are halved."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,14 +7,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.simulation import simulate
+import fingerslip as fs
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix
 from fingerslip.fe.space import build_space
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.model.model import Model, Recording, SupportMotion, Traction
-from fingerslip.model.programme import Ramp
-from fingerslip.model.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import axes_of, box, components
 from fingerslip.verification.problem import Check, Problem, absolute, each, solve_problem
 from problems.verification.large_laws import BODIES, CASES, LENGTH, Body, Case, body_model
@@ -32,10 +26,10 @@ def _bent_block(body: Body, case: Case, load: float, kinematics: Any) -> Array:
         supports={"bottom": axes_of(body.element)},
         tractions={"top": components(body.element, 0.6 * load, 0.3 * load, -0.4 * load)},
         kinematics=kinematics,
-        time=QuasiStatic(1.0, end=1.0),
-        record=Recording(snapshots_every=1.0),
+        time=fs.QuasiStatic(1.0, end=1.0),
+        record=fs.Recording(snapshots_every=1.0),
     )
-    return np.asarray(simulate(model)["snapshot_displacement"].values[-1])
+    return np.asarray(fs.simulate(model)["snapshot_displacement"].values[-1])
 
 
 def _small_limit(body: Body, case: Case) -> Iterator[Check]:
@@ -59,23 +53,23 @@ PAIRS = {
 _TUMBLE_STEP, _PUSHED = 2e-4, 0.02
 
 
-def _tumbled(alpha: float, steps: int) -> tuple[Model, xr.Dataset]:
+def _tumbled(alpha: float, steps: int) -> tuple[fs.Model, xr.Dataset]:
     """Return a free block that dead loads on its ends push and turn for 0.02 s, and its history."""
-    ramp = Ramp((0.0, 0.5 * _PUSHED, _PUSHED), (0.0, 1.0, 0.0))
-    model = Model(
+    ramp = fs.Ramp((0.0, 0.5 * _PUSHED, _PUSHED), (0.0, 1.0, 0.0))
+    model = fs.Model(
         mesh=box("Q4", np.linspace(0.0, 2.0 * LENGTH, 5), np.linspace(0.0, LENGTH, 3)),
-        materials={"bulk": NeoHookean(30e3, 0.45, 1000.0)},
+        materials={"bulk": fs.NeoHookean(30e3, 0.45, 1000.0)},
         formulation="plane_strain",
-        tractions={"left": Traction((0.0, -400.0), ramp), "right": Traction((0.0, 480.0), ramp)},
+        tractions={"left": fs.Traction((0.0, -400.0), ramp), "right": fs.Traction((0.0, 480.0), ramp)},
         kinematics="finite",
         depth=LENGTH,
-        time=TimeStepping(_TUMBLE_STEP, alpha, end=steps * _TUMBLE_STEP),
-        record=Recording(snapshots_every=50 * _TUMBLE_STEP),
+        time=fs.TimeStepping(_TUMBLE_STEP, alpha, end=steps * _TUMBLE_STEP),
+        record=fs.Recording(snapshots_every=50 * _TUMBLE_STEP),
     )
-    return model, simulate(model)
+    return model, fs.simulate(model)
 
 
-def _momenta(model: Model, history: xr.Dataset) -> tuple[Array, Array]:
+def _momenta(model: fs.Model, history: xr.Dataset) -> tuple[Array, Array]:
     """Return the momentum (n, 2) [N s] and the angular momentum about the origin (n,) [N m s] of all snapshots."""
     space = build_space(model.mesh)
     mass = mass_matrix(space, cell_materials(space, model.materials, model.formulation), model.depth)
@@ -109,16 +103,16 @@ def _tumbling(alpha: float, allowed: float) -> Iterator[Check]:
 def _crushed(element: str, steps: int) -> xr.Dataset:
     """Return the history of a block whose top is pressed to half its height."""
     grid = np.linspace(0.0, LENGTH, 7)
-    model = Model(
+    model = fs.Model(
         mesh=box(element, grid, grid),
-        materials={"bulk": NeoHookean(34e3, 0.48, 1000.0)},
+        materials={"bulk": fs.NeoHookean(34e3, 0.48, 1000.0)},
         formulation="plane_strain",
         supports={"bottom": ("x", "y"), "top": ("x", "y")},
-        support_motions={"top": SupportMotion((0.0, -0.4 * LENGTH), Ramp((0.0, 1.0), (0.0, 1.0)))},
+        support_motions={"top": fs.SupportMotion((0.0, -0.4 * LENGTH), fs.Ramp((0.0, 1.0), (0.0, 1.0)))},
         integration="nodal" if element == "T3" else "selective",
         kinematics="finite",
-        time=QuasiStatic(1.0 / steps, end=1.0),
-        record=Recording(snapshots_every=1.0),
+        time=fs.QuasiStatic(1.0 / steps, end=1.0),
+        record=fs.Recording(snapshots_every=1.0),
     )
     return solve_problem(model)
 

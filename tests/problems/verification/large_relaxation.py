@@ -6,8 +6,6 @@ shear by dead loads the volume stays, so that all of the stress is R(t) of the e
 is hardly compressible likewise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -16,18 +14,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.simulation import simulate
+import fingerslip as fs
 from fingerslip.fe.cell_materials import finite_cell_materials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.space import build_space
 from fingerslip.materials.large_strain import FiniteMaterial
-from fingerslip.materials.mooney_rivlin import MooneyRivlin
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.materials.ogden import Ogden
-from fingerslip.materials.prony import Prony, PronyTerm
-from fingerslip.model.model import Kinematics, SupportMotion
-from fingerslip.model.programme import Ramp
-from fingerslip.model.timing import QuasiStatic, TimeStepping
+from fingerslip.materials.prony import Prony
+from fingerslip.model.model import Kinematics
 from fingerslip.verification.meshes import SIDES, axes_of, components
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solve_problem
 from fingerslip.verification.viscoelastic import ramp_response
@@ -47,7 +40,7 @@ from problems.verification.large_motion import PAIRS
 
 Array = NDArray[np.float64]
 
-_TERMS: Prony = (PronyTerm(0.3, 0.1), PronyTerm(0.25, 0.4))
+_TERMS: Prony = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.25, 0.4))
 _STEP, _END = 0.05, 1.0
 
 
@@ -60,21 +53,21 @@ def relaxed_law(law: FiniteMaterial, share: float) -> FiniteMaterial:
     """Return the elastic law that is left when a share of the energy of the shape has relaxed."""
     left = 1.0 - share
     match law:
-        case NeoHookean():
+        case fs.NeoHookean():
             bulk = law.first_lame + 2.0 * law.shear_modulus / 3.0
             shear = left * law.shear_modulus
             ratio = (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
-            return NeoHookean(9.0 * bulk * shear / (3.0 * bulk + shear), ratio, law.density)
-        case MooneyRivlin():
+            return fs.NeoHookean(9.0 * bulk * shear / (3.0 * bulk + shear), ratio, law.density)
+        case fs.MooneyRivlin():
             return replace(law, c10=left * law.c10, c01=left * law.c01, bulk_modulus=law.bulk, poisson_ratio=None)
-        case Ogden():
+        case fs.Ogden():
             terms = tuple(replace(term, modulus=left * term.modulus) for term in law.terms)
             return replace(law, terms=terms, bulk_modulus=law.bulk, poisson_ratio=None)
     raise ValueError(f"no law of this file: {law}")
 
 
-_TIME = QuasiStatic(_STEP, end=_END)
-_AT_ONCE = Ramp((0.0, _STEP), (0.0, 1.0))
+_TIME = fs.QuasiStatic(_STEP, end=_END)
+_AT_ONCE = fs.Ramp((0.0, _STEP), (0.0, 1.0))
 
 
 def _held_shear(body: Body, case: Case, amount: float) -> tuple[float, float]:
@@ -84,7 +77,7 @@ def _held_shear(body: Body, case: Case, amount: float) -> tuple[float, float]:
     """
     times: Array = np.linspace(0.0, _END, round(_END / _STEP) + 1)
     response = ramp_response(_TERMS, _STEP, times)
-    fields, state = sheared(body, case, amount, Ramp(tuple(times.tolist()), tuple(response.tolist())))
+    fields, state = sheared(body, case, amount, fs.Ramp(tuple(times.tolist()), tuple(response.tolist())))
     fields |= moved_top(body, amount * LENGTH, 0.0, _AT_ONCE)
     history = solve_problem(body_model(body, relaxing(case.law), time=_TIME, **fields))
     expected = response[:, None] * stress_row(state.cauchy, body.dim)
@@ -106,14 +99,14 @@ def _shear(case: Case) -> Iterator[Check]:
 
 
 _SOFT = 10e3
-_OGDEN: Ogden = CASES[2].law  # type: ignore[assignment]
+_OGDEN: fs.Ogden = CASES[2].law  # type: ignore[assignment]
 
 
 def _nearly_incompressible(ratio: float) -> tuple[FiniteMaterial, ...]:
     """Return the laws with a Poisson's ratio at rest [-]."""
     return (
-        NeoHookean(2.0 * _SOFT * (1.0 + ratio), ratio, 1000.0),
-        MooneyRivlin(0.4 * _SOFT, 1000.0, 0.1 * _SOFT, poisson_ratio=ratio),
+        fs.NeoHookean(2.0 * _SOFT * (1.0 + ratio), ratio, 1000.0),
+        fs.MooneyRivlin(0.4 * _SOFT, 1000.0, 0.1 * _SOFT, poisson_ratio=ratio),
         replace(_OGDEN, bulk_modulus=None, poisson_ratio=ratio),
     )
 
@@ -122,12 +115,12 @@ _PLANE_STRESS = tuple(body for body in BODIES if body.formulation == "plane_stre
 _3D = tuple(body for body in BODIES if body.formulation == "solid" and body.integration != "full")
 
 
-def _pulled(body: Body, law: FiniteMaterial, stretch: float, ramp: Ramp, step: float = _STEP) -> xr.Dataset:
+def _pulled(body: Body, law: FiniteMaterial, stretch: float, ramp: fs.Ramp, step: float = _STEP) -> xr.Dataset:
     """Pull a body along x, free to become thinner."""
     supports = {low: (axis,) for (low, _), axis in zip(SIDES[body.dim], axes_of(body.element), strict=True)}
     moved = components(body.element, (stretch - 1.0) * LENGTH, 0.0, 0.0)
-    fields: dict[str, Any] = {"supports": supports | {"right": ("x",)}, "time": QuasiStatic(step, end=_END)}
-    return solve_problem(body_model(body, law, support_motions={"right": SupportMotion(moved, ramp)}, **fields))
+    fields: dict[str, Any] = {"supports": supports | {"right": ("x",)}, "time": fs.QuasiStatic(step, end=_END)}
+    return solve_problem(body_model(body, law, support_motions={"right": fs.SupportMotion(moved, ramp)}, **fields))
 
 
 def _missed(history: xr.Dataset, expected: Array) -> float:
@@ -190,7 +183,7 @@ def _superposed(law: FiniteMaterial, stretch: Any, times: Array) -> Array:
 def _swung(body: Body, law: FiniteMaterial, step: float) -> float:
     """Return the largest error of the force that pulls to and fro by a third of the length, over the largest force."""
     knots = step * np.arange(round(_END / step) + 1)
-    ramp = Ramp(tuple(knots.tolist()), tuple((0.5 - 0.5 * np.cos(2 * np.pi * knots)).tolist()))
+    ramp = fs.Ramp(tuple(knots.tolist()), tuple((0.5 - 0.5 * np.cos(2 * np.pi * knots)).tolist()))
     history = _pulled(body, relaxing(law), 4.0 / 3.0, ramp, step)
     times = history["time"].values
     expected = LENGTH**2 * _superposed(law, lambda t: 1.0 + (0.5 - 0.5 * np.cos(2 * np.pi * t)) / 3.0, times)
@@ -215,11 +208,11 @@ def _bent(
 ) -> Array:
     """Return the force of the top over time that is moved aside and down within a second, over the largest [-]."""
     end = 4.0 if slow else _END
-    time = QuasiStatic(0.1 if slow else _STEP, end=end) if still else TimeStepping(_STEP, alpha=-0.1, end=end)
-    moved = moved_top(body, amount * LENGTH, -0.5 * amount * LENGTH, Ramp((0.0, 0.5), (0.0, 1.0)))
+    time = fs.QuasiStatic(0.1 if slow else _STEP, end=end) if still else fs.TimeStepping(_STEP, alpha=-0.1, end=end)
+    moved = moved_top(body, amount * LENGTH, -0.5 * amount * LENGTH, fs.Ramp((0.0, 0.5), (0.0, 1.0)))
     supports = dict.fromkeys(("bottom", "top"), axes_of(body.element))
     model = body_model(body, law, supports=supports, kinematics=kinematics, time=time, **moved)
-    return np.asarray(simulate(model)["support_force"].sel(support="top").values)
+    return np.asarray(fs.simulate(model)["support_force"].sel(support="top").values)
 
 
 def _limits() -> Iterator[Check]:
@@ -231,10 +224,10 @@ def _limits() -> Iterator[Check]:
     for number, (body, case) in enumerate(PAIRS.values()):
         law, still = case.law, number % 2 == 0
         elastic = _bent(body, law, "finite", 0.3, still=still)
-        bent = _bent(body, relaxing(law, (PronyTerm(0.6, 1e7),)), "finite", 0.3, still=still)
+        bent = _bent(body, relaxing(law, (fs.PronyTerm(0.6, 1e7),)), "finite", 0.3, still=still)
         late.append(np.abs(bent - elastic).max() / np.abs(elastic).max())
         rest = _bent(body, relaxed_law(law, 0.6), "finite", 0.3, slow=True)[-1]
-        bent = _bent(body, relaxing(law, (PronyTerm(0.6, 0.05),)), "finite", 0.3, slow=True)[-1]
+        bent = _bent(body, relaxing(law, (fs.PronyTerm(0.6, 0.05),)), "finite", 0.3, slow=True)[-1]
         early.append(np.abs(bent - rest).max() / np.abs(rest).max())
     yield absolute("relaxed long after the end: force, largest difference / elastic force", 0.0, max(late), 1e-5)
     name = "relaxed long before the end: force, difference / force of the relaxed law"
@@ -281,8 +274,8 @@ def _objectivity() -> Iterator[Check]:
 def _balance() -> Iterator[Check]:
     """Strain a block and let go: the energy of its springs in the end is that of the relaxed law, the rest is lost."""
     body, law = _3D[0], CASES[2].law
-    history = _pulled(body, relaxing(law, (PronyTerm(0.6, 0.05),)), 1.5, Ramp((0.0, 0.2), (0.0, 1.0)))
-    elastic = _pulled(body, relaxed_law(law, 0.6), 1.5, Ramp((0.0, 0.2), (0.0, 1.0)))
+    history = _pulled(body, relaxing(law, (fs.PronyTerm(0.6, 0.05),)), 1.5, fs.Ramp((0.0, 0.2), (0.0, 1.0)))
+    elastic = _pulled(body, relaxed_law(law, 0.6), 1.5, fs.Ramp((0.0, 0.2), (0.0, 1.0)))
     stored, lost = history["strain_energy"].values, history["viscous_dissipation"].values
     shares = (
         stored[-1] / elastic["strain_energy"].values[-1],

@@ -4,8 +4,6 @@ A quarter of a thick ring under inner pressure, in plane strain or as a slice in
 Quadratic cells are curved, so that no error of geometry hides theirs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache

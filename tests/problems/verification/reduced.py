@@ -1,26 +1,17 @@
 """The reduced basis against the mesh: the same motion of the fingertip, in both."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
-from fingerslip.model.model import Contact, Model, Recording, ReducedBasis
-from fingerslip.model.programme import Press, Slide
-from fingerslip.model.timing import QuasiStatic, TimeStepping, Timing
-from fingerslip.sites import Site
-from fingerslip.slip import find_events
-from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.sources import build_section
+import fingerslip as fs
+from fingerslip.model.timing import Timing
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solve_problem
 
 _SIZES = (0.15e-3, 0.4e-3)
-_LOOSE, _TIGHT = ReducedBasis(1e-4, 5e-3), ReducedBasis(1e-5, 1e-3)
+_LOOSE, _TIGHT = fs.ReducedBasis(1e-4, 5e-3), fs.ReducedBasis(1e-5, 1e-3)
 _WEIGHT = (0.0, -9.81)
 # Numerical damping of the shipped studies, and the default one; a weight that acts at once is not in the basis.
 _CASES = {
@@ -36,20 +27,20 @@ _FOLLOWING = {
 _ACCELERATIONS = {"acceleration of the contact": "contact_acceleration", "acceleration of sites": "acceleration"}
 
 
-def _model(time: Timing, gravity: tuple[float, float] | None = None) -> Model:
+def _model(time: Timing, gravity: tuple[float, float] | None = None) -> fs.Model:
     """Return the fingertip of Table 2, pressed and slid until it slips as a whole, on a coarse mesh."""
-    finger = preset("wang2014-2d")
-    sites = tuple(Site(f"below {x:g} mm", "", (1e-3 * x, -5e-3), None) for x in (-8, -5, -2))
-    return Model(
-        mesh=build_section(finger, contact_size=_SIZES[0], bulk_size=_SIZES[1]),
+    finger = fs.preset("wang2014-2d")
+    sites = tuple(fs.Site(f"below {x:g} mm", "", (1e-3 * x, -5e-3), None) for x in (-8, -5, -2))
+    return fs.Model(
+        mesh=fs.build_section(finger, contact_size=_SIZES[0], bulk_size=_SIZES[1]),
         materials=finger.materials,
         formulation=finger.formulation,
         depth=finger.depth,
         supports={"phalanx": ("x", "y")},
-        contacts=(Contact("skin", Plane(normal=(0.0, 1.0)), Coulomb(0.6)),),
-        programme=(Press(1.5e-3, 1.5e-3), Slide(distance=3e-3, speed=3e-3)),
+        contacts=(fs.Contact("skin", fs.Plane(normal=(0.0, 1.0)), fs.Coulomb(0.6)),),
+        programme=(fs.Press(1.5e-3, 1.5e-3), fs.Slide(distance=3e-3, speed=3e-3)),
         time=time,
-        record=Recording(sites),
+        record=fs.Recording(sites),
         gravity=gravity,
     )
 
@@ -60,17 +51,17 @@ def _size(found: xr.Dataset, expected: xr.Dataset, name: str) -> float:
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
 
-def _solved_both(full: Model, basis: ReducedBasis) -> tuple[xr.Dataset, xr.Dataset]:
+def _solved_both(full: fs.Model, basis: fs.ReducedBasis) -> tuple[xr.Dataset, xr.Dataset]:
     reduced = solve_problem(dataclasses.replace(full, basis=basis))
     if reduced.attrs["basis"] != "reduced":
         raise VerificationError("the motion was not computed in a reduced basis")
     return solve_problem(full), reduced
 
 
-def _dynamic(alpha: float, gravity: tuple[float, float] | None, basis: ReducedBasis) -> Iterator[Check]:
+def _dynamic(alpha: float, gravity: tuple[float, float] | None, basis: fs.ReducedBasis) -> Iterator[Check]:
     """Hold the errors of a motion in a reduced basis against the tolerances that it was given."""
-    full, reduced = _solved_both(_model(TimeStepping(5e-3, alpha), gravity), basis)
-    overall = [find_events(history).displacement.overall for history in (full, reduced)]
+    full, reduced = _solved_both(_model(fs.TimeStepping(5e-3, alpha), gravity), basis)
+    overall = [fs.find_events(history).displacement.overall for history in (full, reduced)]
     if None in overall:
         raise VerificationError("the fingertip did not slip as a whole")
     for words, name in (_MOTIONS | _FOLLOWING | _ACCELERATIONS).items():
@@ -83,7 +74,7 @@ def _dynamic(alpha: float, gravity: tuple[float, float] | None, basis: ReducedBa
 
 def _static() -> Iterator[Check]:
     """Without inertia the constraint modes are all there is, and the basis is exact."""
-    full, reduced = _solved_both(_model(QuasiStatic(5e-3), _WEIGHT), _LOOSE)
+    full, reduced = _solved_both(_model(fs.QuasiStatic(5e-3), _WEIGHT), _LOOSE)
     for words, name in (_MOTIONS | _FOLLOWING).items():
         yield absolute(f"{words}, rms error / rms", 0.0, _size(reduced, full, name), 1e-8)
 

@@ -6,8 +6,6 @@ forces at the start of a step are dropped follows node by node from :mod:`finger
 plate below the body, with the last axis as its normal, HHT-alpha steps and Coulomb friction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,17 +1,12 @@
 """Blocks without inertia that only gravity and friction hold on a plate."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Coulomb
-from fingerslip.materials.elastic import Elastic
-from fingerslip.model.model import Component, Contact, Model
-from fingerslip.model.timing import QuasiStatic
+import fingerslip as fs
+from fingerslip.model.model import Component
 from fingerslip.verification.meshes import box, components, formulation_of
 from fingerslip.verification.problem import Check, Problem, each, relative, solve_problem
 
@@ -25,15 +20,15 @@ _ALLOWED = 1e-8
 def _rested(element: str, *, pull: float = 0.0, held: tuple[Component, ...] = ()) -> xr.Dataset:
     """Return the history of a block that is dropped from 0.1 mm and pulled on its right side by `pull` [Pa]."""
     up, side = components(element, 0.0, 0.0, 1.0), np.linspace(0.0, _LENGTH, 9)
-    model = Model(
+    model = fs.Model(
         mesh=box(element, side, side, np.linspace(0.0, _HEIGHT, 5)),
-        materials={"bulk": Elastic(_MODULUS, 0.0, _DENSITY)},
+        materials={"bulk": fs.Elastic(_MODULUS, 0.0, _DENSITY)},
         formulation=formulation_of(element),
         supports={"left": held} if held else {},
-        contacts=(Contact("bottom", Plane(up, -1e-4), Coulomb(_MU), _PENALTY, _PENALTY),),
+        contacts=(fs.Contact("bottom", fs.Plane(up, -1e-4), fs.Coulomb(_MU), _PENALTY, _PENALTY),),
         gravity=tuple(-_GRAVITY * component for component in up),
         tractions={"right": components(element, pull, 0.0, 0.0)},
-        time=QuasiStatic(0.1, end=0.3),
+        time=fs.QuasiStatic(0.1, end=0.3),
     )
     return solve_problem(model)
 

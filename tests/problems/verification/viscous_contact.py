@@ -18,8 +18,6 @@ stiff: 1.7 % with half the size, 1.1 % more with cells that grow by 1.8, and cel
 change 0.2 %. So 2 % are allowed. The half width of contact is known to a cell, and the end of contact to a step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -28,20 +26,16 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import optimize
 
-from fingerslip.contact.counterfaces import Cylinder, Sphere
-from fingerslip.contact.friction import Coulomb
-from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.prony import Prony, PronyTerm
-from fingerslip.model.model import Contact, Model
-from fingerslip.model.programme import Hold, Lift, Phase, Press
-from fingerslip.model.timing import QuasiStatic
+import fingerslip as fs
+from fingerslip.materials.prony import Prony
+from fingerslip.model.programme import Phase
 from fingerslip.verification.line import HALF_WIDTH, RADIUS, line_model
 from fingerslip.verification.meshes import box, grade
 from fingerslip.verification.problem import Check, Problem, absolute, solve_problem
 
 Array = NDArray[np.float64]
 
-_TERMS: Prony = (PronyTerm(0.4, 0.2), PronyTerm(0.3, 2.0))
+_TERMS: Prony = (fs.PronyTerm(0.4, 0.2), fs.PronyTerm(0.3, 2.0))
 _PRESS, _HOLD, _LIFT = 1.0, 0.5, 1.0
 
 
@@ -54,7 +48,7 @@ class Pressed:
     @property
     def programme(self) -> tuple[Phase, ...]:
         """The phases."""
-        return Press(self.depth, self.depth / _PRESS), Hold(_HOLD), Lift(self.depth, self.depth / _LIFT)
+        return fs.Press(self.depth, self.depth / _PRESS), fs.Hold(_HOLD), fs.Lift(self.depth, self.depth / _LIFT)
 
     def approach(self, time: Array) -> Array:
         """Return the approach at times (n,) [s], shape (n,) [m]."""
@@ -92,7 +86,7 @@ def remembered_force(elastic: Callable[[Array], Array], time: float) -> float:
     return float((np.diff(elastic(knots)) * relaxed / length).sum())
 
 
-def _computed(model: Callable[[Prony], Model]) -> tuple[xr.Dataset, xr.Dataset]:
+def _computed(model: Callable[[Prony], fs.Model]) -> tuple[xr.Dataset, xr.Dataset]:
     """Return the histories of a body that does not relax and of one that does."""
     return solve_problem(model(())), solve_problem(model(_TERMS))
 
@@ -114,7 +108,7 @@ def _line() -> Iterator[Check]:
     """Press a cylinder on a block, hold and lift it."""
     pressed, cells = Pressed(3e-6), 16
     size = HALF_WIDTH / cells
-    face, programme = Cylinder(RADIUS), pressed.programme
+    face, programme = fs.Cylinder(RADIUS), pressed.programme
     histories = _computed(
         lambda prony: line_model("Q4", lambda x: 0.0 * x, face, programme, cells=cells, mu=0.0, prony=prony)
     )
@@ -153,27 +147,27 @@ _APPROACH = _CONTACT_RADIUS**2 / _BALL
 _OUTER, _GROWTH = 200 * _CONTACT_RADIUS, 1.5
 
 
-def _ball_model(cells: int, prony: Prony) -> Model:
+def _ball_model(cells: int, prony: Prony) -> fs.Model:
     """Return a ball that is pressed on a quarter of a block, held and lifted, with `cells` in the contact radius."""
     size = _CONTACT_RADIUS / cells
     along = grade(1.25 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
     heights = grade(0.75 * _CONTACT_RADIUS, size, _OUTER, _GROWTH)
-    contact = Contact(
+    contact = fs.Contact(
         boundary="bottom",
-        counterface=Sphere(_BALL, centre=(0.0, 0.0, -_BALL)),
-        friction=Coulomb(0.0),
+        counterface=fs.Sphere(_BALL, centre=(0.0, 0.0, -_BALL)),
+        friction=fs.Coulomb(0.0),
         normal_penalty=1e3 * _MODULUS / size,
         tangential_penalty=1e3 * _MODULUS / size,
         search_distance=(1.25 * _CONTACT_RADIUS) ** 2 / (2 * _BALL),
     )
-    return Model(
+    return fs.Model(
         mesh=box("H8", along, along, heights),
-        materials={"bulk": Elastic(_MODULUS, _RATIO, 1000.0, prony=prony)},
+        materials={"bulk": fs.Elastic(_MODULUS, _RATIO, 1000.0, prony=prony)},
         formulation="solid",
         supports={"top": ("x", "y", "z"), "left": ("x",), "front": ("y",)},
         contacts=(contact,),
         programme=Pressed(_APPROACH).programme,
-        time=QuasiStatic(1.0 / 20),
+        time=fs.QuasiStatic(1.0 / 20),
     )
 
 

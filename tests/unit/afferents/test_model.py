@@ -1,7 +1,5 @@
 """Spikes of a history by models of one's own and of the project."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -61,48 +59,35 @@ def test_rates_count_spikes_per_second_and_afferent():
     rates = spikes.rates(0.1)
     np.testing.assert_allclose(rates.sel(kind="SA-I"), [5.0, 15.0])
     np.testing.assert_allclose(rates.time, [0.05, 0.15])
-
-
-def test_an_unknown_stimulus_is_refused(history):
-    model = Once()
-    model.stimulus = "tickle"
-    with pytest.raises(fs.InputError, match="'tickle' is not known"):
-        spikes_of(history, {"SA-I": model})
-
-
-def test_the_last_window_holds_what_is_left_and_a_window_has_a_length():
+    # The last window holds what is left.
     spikes = Spikes(("a",), ("SA-I",), (np.array([0.05, 0.95]),), 0.0, 1.0)
     np.testing.assert_allclose(spikes.rates(0.3).sel(kind="SA-I"), [1.0 / 0.3, 0.0, 0.0, 1.0 / 0.3])
     with pytest.raises(fs.InputError, match="window: got 0 s, must be above 0 s"):
         spikes.rates(0.0)
 
 
-def test_a_stimulus_that_is_not_known_gives_no_train_without_spikes(history):
+def test_a_stimulus_that_is_not_known_and_a_model_that_forgets_a_receptor_are_refused(history):
     unknown = history.assign(strain=history.strain * np.nan)
     with pytest.raises(fs.ResultError, match=r"history\.equivalent_strain: is not known"):
         spikes_of(unknown, {"SA-I": Once()})
     with pytest.raises(fs.ResultError, match="has 1 values, needs two or more"):
         spikes_of(history.isel(time=[0]), {"SA-I": Once()})
-
-
-def test_a_model_that_forgets_a_receptor_is_refused(history):
-    model = Once()
-    model.spikes = lambda times, _: [times[:1]]
-    with pytest.raises(fs.InputError, match="gave 1 arrays, needs 2, one a receptor"):
-        spikes_of(history, {"SA-I": model})
+    tickled, forgetful = Once(), Once()
+    tickled.stimulus = "tickle"
+    forgetful.spikes = lambda times, _: [times[:1]]
+    for model, message in ((tickled, "'tickle' is not known"), (forgetful, "gave 1 arrays, needs 2, one a receptor")):
+        with pytest.raises(fs.InputError, match=message):
+            spikes_of(history, {"SA-I": model})
+    with pytest.raises(fs.InputError, match="least_steady"):
+        afferent(least_steady=None)
 
 
 TIMES = np.linspace(0.0, 2.0, 401)
 
 
 def afferent(**changes):
-    given_values = {
-        "stimulus": "equivalent_strain",
-        "highest_frequency": 1e9,
-        "membrane_time": 0.02,
-        "least_steady": 0.1,
-    }
-    return IntegrateAndFire(**(given_values | changes))
+    values = {"stimulus": "equivalent_strain", "highest_frequency": 1e9, "membrane_time": 0.02, "least_steady": 0.1}
+    return IntegrateAndFire(**(values | changes))
 
 
 @given(drive=st.floats(1.05, 20.0), membrane=st.floats(1e-3, 0.1), rest=st.floats(1e-3, 5e-3))
@@ -115,9 +100,12 @@ def test_a_steady_stimulus_fires_with_the_period_of_the_closed_form(drive, membr
     np.testing.assert_allclose(np.diff(found), period, atol=2.0 * step)
 
 
-def test_below_the_least_stimulus_it_is_silent():
-    (found,) = afferent().spikes(TIMES, np.full((TIMES.size, 1), 0.0999))
-    assert found.size == 0
+def test_below_the_least_stimulus_it_is_silent_and_the_delay_moves_all_spikes():
+    (silent,) = afferent().spikes(TIMES, np.full((TIMES.size, 1), 0.0999))
+    assert silent.size == 0
+    steady = np.full((TIMES.size, 2), 0.3)
+    now, later = afferent().spikes(TIMES, steady), afferent(delay=5e-3).spikes(TIMES, steady)
+    np.testing.assert_allclose(later[1], now[1] + 5e-3)
 
 
 def test_a_ramp_fires_an_afferent_of_rates_and_a_hold_does_not():
@@ -128,22 +116,11 @@ def test_a_ramp_fires_an_afferent_of_rates_and_a_hold_does_not():
     assert found.max() < 1.01
 
 
-def test_the_delay_moves_all_spikes():
-    steady = np.full((TIMES.size, 2), 0.3)
-    now, later = afferent().spikes(TIMES, steady), afferent(delay=5e-3).spikes(TIMES, steady)
-    np.testing.assert_allclose(later[1], now[1] + 5e-3)
-
-
 def test_the_low_pass_takes_what_is_fast():
     fast = (0.2 * np.sign(np.sin(2.0 * np.pi * 100.0 * TIMES)))[:, None]
     (kept,), (lost,) = afferent().spikes(TIMES, fast), afferent(highest_frequency=2.0).spikes(TIMES, fast)
     assert kept.size > 0
     assert lost.size == 0
-
-
-def test_an_afferent_that_responds_to_nothing_is_refused():
-    with pytest.raises(fs.InputError, match="least_steady"):
-        afferent(least_steady=None)
 
 
 def test_every_type_ships_with_a_known_stimulus_and_a_source_for_every_value():

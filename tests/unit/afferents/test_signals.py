@@ -1,9 +1,5 @@
 """Stimuli against what a homogeneous strain makes of them; filters and spectra against sines."""
 
-from __future__ import annotations
-
-import warnings
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -53,20 +49,18 @@ PLANE, SPACE = ["xx", "yy", "zz", "xy"], ["xx", "yy", "zz", "xy", "yz", "xz"]
         ([0.0, 0.0, 0.0, 0.0, 0.1, 0.0], SPACE, 0.2 / np.sqrt(3.0), 0.1, -0.1),
         ([0.0, 0.0, 0.0, 0.0, 0.0, 0.1], SPACE, 0.2 / np.sqrt(3.0), 0.1, -0.1),
         ([0.1, 0.1, 0.1, 0.0, 0.0, 0.0], SPACE, 0.0, 0.1, 0.1),
+        ([0.2, -0.1, np.nan, 0.0], PLANE, np.nan, np.nan, np.nan),
     ],
 )
-def test_strains_of_known_tensors(strain, components, equivalent, largest, smallest):
-    found = receptor_stimuli(uniform(strain, components)).isel(time=-1, site=0)
-    assert float(found.equivalent_strain) == pytest.approx(equivalent, abs=1e-15)
-    assert float(found.largest_strain) == pytest.approx(largest)
-    assert float(found.smallest_strain) == pytest.approx(smallest)
-    assert float(found.pressure) == pytest.approx(-1e4 * np.mean(strain[:3]))
-
-
-def test_rates_are_differences_over_time():
-    found = receptor_stimuli(uniform([0.2, -0.1, -0.1, 0.0], PLANE))
-    np.testing.assert_allclose(found.equivalent_strain_rate, 0.4)
-    assert found.equivalent_strain_rate.attrs["units"] == "1/s"
+def test_strains_of_known_tensors_and_their_rates(strain, components, equivalent, largest, smallest):
+    stimuli = receptor_stimuli(uniform(strain, components))
+    found = stimuli.isel(time=-1, site=0)
+    assert float(found.equivalent_strain) == pytest.approx(equivalent, abs=1e-15, nan_ok=True)
+    assert float(found.largest_strain) == pytest.approx(largest, nan_ok=True)
+    assert float(found.smallest_strain) == pytest.approx(smallest, nan_ok=True)
+    assert float(found.pressure) == pytest.approx(-1e4 * np.mean(strain[:3]), nan_ok=True)
+    np.testing.assert_allclose(stimuli.equivalent_strain_rate, equivalent / 0.5, atol=1e-15)
+    assert stimuli.equivalent_strain_rate.attrs["units"] == "1/s"
 
 
 def test_every_stimulus_of_a_simulation_has_units_and_is_finite():
@@ -80,17 +74,11 @@ def test_every_stimulus_of_a_simulation_has_units_and_is_finite():
 
 def test_missing_receptors_and_missing_strain_are_said():
     history = uniform([0.2, -0.1, -0.1, 0.0], PLANE)
-    with pytest.raises(
-        fs.ResultError, match=r"^history: has no receptor of the types SA-II, needs one; record receptors$"
-    ):
+    message = r"^history: has no receptor of the types SA-II, needs one; record receptors$"
+    with pytest.raises(fs.ResultError, match=message):
         receptor_stimuli(history, ("SA-II",))
     with pytest.raises(fs.ResultError, match="run the study again"):
         receptor_stimuli(history.drop_vars("strain"))
-
-
-def test_a_strain_that_is_not_known_has_no_principal_strain():
-    found = receptor_stimuli(uniform([0.2, -0.1, np.nan, 0.0], PLANE)).isel(time=-1, site=0)
-    assert np.isnan(found[["equivalent_strain", "largest_strain", "smallest_strain"]].to_array()).all()
 
 
 TIMES = np.arange(4000) * 1e-3
@@ -137,12 +125,9 @@ def test_the_spectrum_has_the_power_of_a_sine_at_its_frequency():
 @pytest.mark.parametrize(
     ("low", "high", "message"), [(0.0, None, "above 0"), (None, 600.0, "below 500"), (9.0, 8.0, "below high")]
 )
-def test_impossible_bands_are_refused(low, high, message):
+def test_impossible_bands_and_unequal_steps_are_refused(low, high, message):
     with pytest.raises(fs.InputError, match=message):
         filter_band(sines((5.0, 1.0)), low, high)
-
-
-def test_unequal_steps_are_refused():
     with pytest.raises(fs.InputError, match="interpolate"):
         spectrum(xr.DataArray(np.zeros(3), {"time": [0.0, 1.0, 3.0]}, ("time",)))
 
@@ -151,32 +136,24 @@ def records(step):
     return xr.Dataset(coords={"time": np.arange(11) * step})
 
 
-def test_records_resolve_a_twentieth_of_their_rate():
+def test_records_resolve_a_twentieth_of_their_rate_at_the_longest_step():
     assert record_bandwidth(records(2.5e-3)) == pytest.approx(20.0)
     assert record_bandwidth(xr.Dataset(coords={"time": [0.0]})) == 0.0
-
-
-def test_the_longest_step_counts():
     assert record_bandwidth(xr.Dataset(coords={"time": [0.0, 1e-3, 1.1e-2]})) == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(("dim", "edge"), [(2, 1e-3), (3, 2e-3)])
 def test_mesh_carries_waves_of_ten_edges(dim, edge):
-    axes = [np.linspace(0.0, 4e-3, round(4e-3 / edge) + 1)] * dim
+    mesh = box("Q4" if dim == 2 else "H8", *[np.linspace(0.0, 4e-3, round(4e-3 / edge) + 1)] * dim)
     material = fs.Elastic(youngs_modulus=30e3, poisson_ratio=0.49, density=1000.0)
     formulation = "plane_strain" if dim == 2 else "solid"
-    mesh = box("Q4" if dim == 2 else "H8", *axes)
-    region = next(iter(mesh.subdomains))
-    model = fs.Model(mesh, {region: material}, formulation, fs.QuasiStatic(1e-3, 1e-3))
+    model = fs.Model(mesh, {"bulk": material}, formulation, fs.QuasiStatic(1e-3, 1e-3))
     speed = np.sqrt(30e3 / 3.0 / 1000.0)
-    assert mesh_bandwidth(model)[region] == pytest.approx(speed / (10.0 * edge))
+    assert mesh_bandwidth(model)["bulk"] == pytest.approx(speed / (10.0 * edge))
 
 
 def test_a_question_beyond_the_records_is_warned_of():
-    with pytest.warns(
-        BandwidthWarning, match=r"the question reaches 50 Hz, and the records resolve 20 Hz; a step of 0.001 s"
-    ):
+    message = r"the question reaches 50 Hz, and the records resolve 20 Hz; a step of 0.001 s"
+    with pytest.warns(BandwidthWarning, match=message):
         warn_beyond(records(2.5e-3), 50.0, "the question")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warn_beyond(records(2.5e-3), 19.0, "the question")
+    warn_beyond(records(2.5e-3), 19.0, "the question")

@@ -13,14 +13,23 @@ from typer.testing import CliRunner
 from fingerslip.commands.app import app
 from fingerslip.mesh.io import write_mesh
 from unit.study.block import block_mesh, block_values
+from unit.study.conftest import fails
+
+__all__ = ["fails"]
 
 
 @pytest.fixture
 def invoke(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
-    """Return a function that calls the command in an empty folder."""
+    """Return a function that calls the command in an empty folder, and holds that it ends with an exit code."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
-    return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+    def call(*arguments: object, code: int = 0) -> Any:
+        result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        assert result.exit_code == code, result.output
+        return result
+
+    return call
 
 
 @pytest.fixture
@@ -42,3 +51,8 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     from fingerslip.study.running import runner
 
     monkeypatch.setattr(runner, "write_report", lambda *_: None)
+
+
+def contents(folder: Path) -> list[str]:
+    """Return the relative paths of all files and folders below a folder, sorted."""
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))

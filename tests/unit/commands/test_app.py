@@ -1,7 +1,5 @@
 """The command line: every verb is found, has help, completes names, and turns errors into lines and exit codes."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os
@@ -10,9 +8,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.main import get_command
@@ -21,85 +18,64 @@ from typer.testing import CliRunner
 from fingerslip import commands
 from fingerslip.commands import shared
 from fingerslip.commands.app import app, command_line
+from fingerslip.commands.shared import exit_code
+from fingerslip.errors import ConvergenceError, InputError, ResultError
 from fingerslip.storage.files import new_folder
+from fingerslip.study.running import build as prepare
+from fingerslip.study.running.compute import WorkerLostError
+from fingerslip.study.running.runner import StudyFailedError
 from places import ROOT, parsed
 
 FOLDER = Path(commands.__file__).parent
-
-
 VERBS = sorted(get_command(app).commands)
 
 
-FIRST_STEPS = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
-
-
-def test_every_file_of_the_folder_is_a_verb() -> None:
+def test_every_file_of_the_folder_is_a_documented_verb_of_arguments_and_one_call():
     files = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "app", "shared"}
     assert files == set(VERBS) >= {"check", "converge", "mesh", "report", "run", "show", "validate", "verify", "view"}
-
-
-def test_the_documentation_lists_every_verb_and_no_other() -> None:
-    assert sorted(re.findall(r"^\| `fingerslip (\w+)[^`]*` \|", FIRST_STEPS, re.MULTILINE)) == VERBS
-
-
-def test_a_verb_is_arguments_and_one_call() -> None:
+    first_steps = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^\| `fingerslip (\w+)[^`]*` \|", first_steps, re.MULTILINE)) == VERBS
     for verb in VERBS:
         tree = parsed(FOLDER / f"{verb}.py")
         function = next(node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == verb)
         assert len(function.body) <= 7, f"{verb} does more than call into the package"
 
 
-def test_help_names_every_verb_and_exit_code(invoke: Callable[..., Any]) -> None:
-    result = invoke("--help")
-    assert result.exit_code == 0
-    for word in (*VERBS, "Exit codes", "130"):
-        assert word in result.output
+def test_help_names_every_verb_and_exit_code_and_the_version_is_said(invoke):
+    text = invoke("--help").output
+    assert all(word in text for word in (*VERBS, "Exit codes", "130"))
+    assert invoke("--version").output == f"fingerslip {metadata.version('fingerslip')}\n"
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_every_verb_has_help(invoke: Callable[..., Any], verb: str) -> None:
-    result = invoke(verb, "--help")
-    assert result.exit_code == 0
-    assert "Usage" in result.output
-
-
-def test_version(invoke: Callable[..., Any]) -> None:
-    from importlib.metadata import version
-
-    assert invoke("--version").output == f"fingerslip {version('fingerslip')}\n"
+def test_every_verb_has_help(invoke, verb):
+    assert "Usage" in invoke(verb, "--help").output
 
 
 @pytest.mark.parametrize(
     "arguments", [["fly"], ["run"], ["run", "a.yaml", "--workers", "0"], ["check", "--slow", "a.yaml"]]
 )
-def test_wrong_use_is_exit_code_2(invoke: Callable[..., Any], arguments: list[str]) -> None:
-    assert invoke(*arguments).exit_code == 2
+def test_wrong_use_is_exit_code_2(invoke, arguments):
+    invoke(*arguments, code=2)
 
 
-def test_not_enough_memory_is_one_line(
-    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from fingerslip.study.running import build as prepare
-
-    def failing(*_: object) -> None:
+def test_not_enough_memory_is_one_line(invoke, block, monkeypatch):
+    def failing(*_):
         raise MemoryError
 
     monkeypatch.setattr(prepare, "build_mesh", failing)
-    result = invoke("run", block())
-    assert result.exit_code == 2
+    result = invoke("run", block(), code=2)
     assert result.stderr.strip() == "error: not enough memory; use larger elements or fewer --workers"
 
 
 @pytest.mark.parametrize("ending", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_every_verb_that_is_ended_leaves_nothing_half_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
-) -> None:
-    def train() -> None:
+def test_every_verb_that_is_ended_leaves_nothing_half_written(tmp_path, monkeypatch, ending):
+    def train():
         with new_folder(tmp_path / "detector"):
             os.kill(os.getpid(), getattr(signal, ending))
             time.sleep(10.0)
 
-    def other() -> None:
+    def other():
         pass
 
     monkeypatch.setattr("fingerslip.commands.app._verbs", lambda: iter([(train, ()), (other, ())]))
@@ -112,16 +88,13 @@ def test_every_verb_that_is_ended_leaves_nothing_half_written(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_debug_shows_where_an_error_comes_from(invoke: Callable[..., Any]) -> None:
-    from fingerslip.errors import InputError
-
-    result = invoke("--debug", "run", "gone.yaml")
-    assert isinstance(result.exception, InputError)
+def test_debug_shows_where_an_error_comes_from(invoke):
+    assert isinstance(invoke("--debug", "run", "gone.yaml", code=1).exception, InputError)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("words", [("show", "wang2014-2d"), ("--version",), ("--help",)])
-def test_output_that_has_no_room_is_one_line(words: tuple[str, ...]) -> None:
+def test_output_that_has_no_room_is_one_line(words):
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         command = [sys.executable, "-m", "fingerslip", *words]
         made = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -129,12 +102,7 @@ def test_output_that_has_no_room_is_one_line(words: tuple[str, ...]) -> None:
     assert made.stderr.strip() == "error: standard output: takes no more, needs room; write to another disk"
 
 
-def test_exit_code_is_that_of_what_the_user_can_repair() -> None:
-    from fingerslip.commands.shared import exit_code
-    from fingerslip.errors import ConvergenceError, InputError, ResultError
-    from fingerslip.study.running.compute import WorkerLostError
-    from fingerslip.study.running.runner import StudyFailedError
-
+def test_exit_code_is_that_of_what_the_user_can_repair():
     solved = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
     full = ResultError("no space")
     assert [exit_code(error) for error in (solved, full, InputError("a", "b", "c"))] == [1, 2, 2]
@@ -143,20 +111,18 @@ def test_exit_code_is_that_of_what_the_user_can_repair() -> None:
     assert exit_code(StudyFailedError({"a": solved, "b": WorkerLostError()}, ())) == 1
 
 
-def test_tables_in_a_pipe_are_not_cut(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_in_a_pipe_are_not_cut_and_are_json_as_the_schema_is(invoke, monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     lines = invoke("show", "wang2014-2d").output.splitlines()
     assert max(len(line) for line in lines) > 100
     assert any("phalanx.sagittal.concavity_position" in line for line in lines)
+    for verb in (["show", "wang2014-2d"], ["examples"]):
+        tables = json.loads(invoke(*verb, "--json").output)
+        assert all(table["rows"] and len(table["rows"][0]) == len(table["columns"]) for table in tables)
+    assert json.loads(invoke("schema").output)["title"] == "Study"
 
 
-@pytest.mark.parametrize("verb", [["show", "wang2014-2d"], ["examples"]])
-def test_tables_are_printed_as_json(invoke: Callable[..., Any], verb: list[str]) -> None:
-    tables = json.loads(invoke(*verb, "--json").output)
-    assert all(table["rows"] and len(table["rows"][0]) == len(table["columns"]) for table in tables)
-
-
-def test_shells_complete_the_names_that_commands_take() -> None:
+def test_shells_complete_the_names_that_commands_take():
     assert shared.specimens("wang") == ["wang2014-2d", "wang2014-3d"]
     assert shared.shipped_studies("creep") == ["creep"]
     assert shared.cameras("o") == ["oblique"]
@@ -165,7 +131,7 @@ def test_shells_complete_the_names_that_commands_take() -> None:
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh"])
-def test_a_shell_is_told_presets(shell: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_shell_is_told_presets(shell, monkeypatch):
     more = {"bash": {"COMP_WORDS": "fingerslip show wang", "COMP_CWORD": "2"}, "zsh": {}}[shell]
     for name, value in {**more, "_TYPER_COMPLETE_ARGS": "fingerslip show wang"}.items():
         monkeypatch.setenv(name, value)

@@ -1,69 +1,51 @@
 """The verb detect: a data set to a detector, tables and scores."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from fingerslip.detect.labels import write_onsets
 from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trials import TrialSet, open_trials, write_trials
+from fingerslip.detect.trials import open_trials, write_trials
 
 SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("detect") / "slides"
     write_trials(synthetic_slides((3e-3, 4e-3), directions=4, repeats=1, seed=1, travel=8e-3), path, "Analytic slides")
     return path
 
 
-def test_from_trials_to_events(invoke: Callable[..., Any], folder: Path) -> None:
+def test_from_trials_to_events_and_scores(invoke, folder):
     trained = invoke("detect", "train", folder, "--classifier", "logistic", *SETTINGS)
-    assert trained.exit_code == 0, trained.output
     assert "detector: logistic" in trained.output
-    ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc")
-    assert ran.exit_code == 0, ran.output
-    assert "frames a second" in ran.output
-
-
-def test_recordings_are_collected(invoke: Callable[..., Any], folder: Path) -> None:
+    assert "frames a second" in invoke("detect", "run", folder / "slide-0000" / "tracks.nc").output
     Path("table.csv").write_text("file,indentation [mm]\ntracks.nc,3\n")
     found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest-frames", "20", "--output", "mine")
-    assert found.exit_code == 0, found.output
     assert "mine: 1 trials" in found.output
     assert Path("mine/tracks/labels.csv").is_file()
+    trials = open_trials(folder)
+    tests = benchmark_test_trials(trials.names)
+    write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
+    found = invoke("detect", "score", folder, "mine.csv", "--rest-frames", "20", "--markdown")
+    assert "| onset error [s] | 0.000" in found.output
 
 
-def test_evaluation_prints_and_writes_tables(invoke: Callable[..., Any], folder: Path) -> None:
+def test_evaluation_prints_and_writes_tables(invoke, folder):
     asked = ("--classifier", "time_threshold", "--folds", "2", "--output", "tables")
-    found = invoke("detect", "evaluate", folder, *asked, *SETTINGS)
-    assert found.exit_code == 0, found.output
-    assert "Accuracy on frames" in found.output
+    assert "Accuracy on frames" in invoke("detect", "evaluate", folder, *asked, *SETTINGS).output
     assert len(list(Path("tables").glob("*.csv"))) == 5
     assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
     assert "| classifier |" in invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown").output
 
 
-def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> None:
-    trials = open_trials(folder)
-    tests = benchmark_test_trials(trials.names)
-    write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
-    found = invoke("detect", "score", folder, "mine.csv", "--rest-frames", "20", "--markdown")
-    assert found.exit_code == 0, found.output
-    assert "| onset error [s] | 0.000" in found.output
-
-
 @pytest.mark.slow
-def test_an_inquiry_is_printed_and_written(invoke: Callable[..., Any], folder: Path) -> None:
+def test_an_inquiry_is_printed_and_written(invoke, folder):
     asked = ("--classifier", "time_threshold", "--lost", "0", "--noise", "", "--slower", "2", "--output", "asked")
     found = invoke("detect", "inquire", folder, *asked, *SETTINGS)
-    assert found.exit_code == 0, found.output
     assert "Learning curve" in found.output
     assert "Robustness" in found.output
     assert len(list(Path("asked").glob("*.png"))) == 2
@@ -80,11 +62,8 @@ def test_an_inquiry_is_printed_and_written(invoke: Callable[..., Any], folder: P
         (("score", "{folder}", "none.csv"), "cannot be read"),
     ],
 )
-def test_mistakes_are_one_line_and_nothing_is_written(
-    arguments: tuple[str, ...], message: str, invoke: Callable[..., Any], folder: Path
-) -> None:
-    found = invoke("detect", *(part.format(folder=folder) for part in arguments))
-    assert found.exit_code == 2
+def test_mistakes_are_one_line_and_nothing_is_written(arguments, message, invoke, folder):
+    found = invoke("detect", *(part.format(folder=folder) for part in arguments), code=2)
     assert found.stderr.count("error:") == 1
     assert message in " ".join(found.stderr.split())
     assert list(Path.cwd().iterdir()) == []
@@ -94,35 +73,29 @@ def test_mistakes_are_one_line_and_nothing_is_written(
     "arguments",
     [("evaluate", "{folder}"), ("vary", "{folder}"), ("inquire", "{folder}"), ("transfer", "none", "{folder}")],
 )
-def test_a_file_in_the_place_of_the_output_is_told_at_once(
-    arguments: tuple[str, ...], invoke: Callable[..., Any], folder: Path
-) -> None:
+def test_a_file_in_the_place_of_the_output_is_told_at_once(arguments, invoke, folder):
     Path("mine").write_text("mine")
-    found = invoke("detect", *(part.format(folder=folder) for part in arguments), "--output", "mine")
-    assert found.exit_code == 2
+    found = invoke("detect", *(part.format(folder=folder) for part in arguments), "--output", "mine", code=2)
     assert "mine: is a file, needs a folder" in found.stderr
     assert [path.name for path in Path.cwd().iterdir()] == ["mine"]
 
 
-def test_every_action_has_help(invoke: Callable[..., Any]) -> None:
+def test_every_action_has_help(invoke):
     group = invoke("detect", "--help").output
     for action in ("collect", "train", "evaluate", "inquire", "vary", "run", "score"):
         assert action in group
         assert "Usage" in invoke("detect", action, "--help").output
 
 
-def test_trials_of_a_study_are_simulated(
-    invoke: Callable[..., Any], folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_trials_of_a_study_are_simulated(invoke, folder, monkeypatch):
     asked = []
 
-    def simulated(*given: Any, **options: Any) -> TrialSet:
+    def simulated(*given, **options):
         asked.append((*given, options["workers"]))
         return open_trials(folder)
 
     monkeypatch.setattr("fingerslip.study.trials.simulate.simulate_trials", simulated)
     found = invoke("detect", "simulate", "s.yaml", "--output", "made", "--workers", "1", "--parquet", "all.parquet")
-    assert found.exit_code == 0, found.output
     assert "made: 8 trials" in found.output
     assert asked == [(Path("s.yaml"), Path("made"), 1)]
     assert Path("all.parquet").is_file()

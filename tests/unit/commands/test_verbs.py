@@ -1,184 +1,164 @@
 """The verbs that read, show and convert: each is called once as a user calls it."""
 
-from __future__ import annotations
-
 import json
 import re
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from fingerslip import validation
+from fingerslip.errors import ConvergenceError
 from fingerslip.history import write_history
+from fingerslip.mesh.io import read_mesh
 from fingerslip.published import published_set
 from fingerslip.study.inspection import show as inspection
+from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Column, Table
 from fingerslip.validation import Comparison, Stored
 from fingerslip.validation.rows import GeometryRow, number_row
+from fingerslip.verification import catalogue, verify
+from fingerslip.verification.problem import Problem, relative
 from fingerslip.vision.tracks import read_tracks
 from fingerslip.vision.video import video_info, write_video
 from problems import clips
-from unit.commands.folders import contents
+from unit.commands.conftest import contents
 from unit.report.scenes import block_history
 
 
-def test_check_counts_runs_steps_and_unknowns(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
-) -> None:
+def test_check_counts_runs_steps_and_unknowns(invoke, block, tmp_path):
     path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
     before = contents(tmp_path)
     result = invoke("check", path)
-    assert result.exit_code == 0
     assert "2 runs" in result.output
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
     assert re.search(r"friction_coefficient-0.2 +to do +90 +30 ", result.output)
     assert contents(tmp_path) == before
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("report", ".", "-o", "page.html"), "it is where a comparison goes"),
+        (("track", "clip.mp4"), "error: clip.mp4: cannot be read as a video"),
+        (("validate", "--studies", "nowhere"), "validate needs the study wang2014_table2"),
+        (("validate", "--only", "wang2014", "--detection"), "--detection: is of bulens2023"),
+    ],
+)
+def test_wrong_input_is_exit_code_2_and_leaves_nothing(invoke, tmp_path, arguments, words):
+    (tmp_path / "clip.mp4").write_text("no video")
+    assert words in invoke(*arguments, code=2).stderr
+    assert contents(tmp_path) == ["clip.mp4"]
+
+
 @pytest.mark.usefixtures("no_report")
-def test_converge_gives_the_events_their_uncertainty(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
-) -> None:
+def test_converge_gives_the_events_their_uncertainty(invoke, block, tmp_path):
     study = block(curvature=2.0)
     found = invoke("converge", study, "--results", tmp_path / "r", "--workers", "1")
-    assert found.exit_code == 0, found.stderr
     assert "Numerical uncertainty, run" in found.stdout
     assert "overall slip (accumulated slip)" in found.stdout
     again = invoke("converge", study, "--results", tmp_path / "r", "--markdown")
     assert again.stdout.startswith("## Numerical uncertainty, run")
     assert "computed" not in again.stderr
-    shown = invoke("show", tmp_path / "r" / "block")
-    assert "After ±" in shown.stdout
+    assert "After ±" in invoke("show", tmp_path / "r" / "block").stdout
 
 
 @pytest.mark.usefixtures("no_report")
-def test_diff_shows_what_differs_and_by_how_much(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+def test_diff_shows_what_differs_and_by_how_much(invoke, block):
     invoke("run", "--workers", "1", block(sweep={"contact.friction_coefficient": [0.2, 0.4]}))
     result = invoke("diff", *(f"results/block/friction_coefficient-{friction}" for friction in (0.2, 0.4)))
-    assert result.exit_code == 0
     assert re.search(r"contact\.friction_coefficient +0\.2 +0\.4", result.output)
     assert re.search(r"friction over normal force at the end of the slide +0\.2 +0\.4 +0\.2", result.output)
 
 
-def test_examples_are_listed_and_copied(invoke: Callable[..., Any]) -> None:
+def test_examples_are_listed_and_copied(invoke):
     assert "wang2014_table2" in invoke("examples").output
     assert invoke("examples", "wang2014_table2").output.strip() == "wang2014_table2.yaml"
     assert Path("wang2014_table2.yaml").is_file()
 
 
 @pytest.mark.usefixtures("no_report")
-def test_export_says_where_it_wrote(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+def test_export_and_figure_say_where_they_wrote_and_list_the_kinds(invoke, block, tmp_path):
     invoke("run", "--workers", "1", block())
-    result = invoke("export", "results/block", "--format", "mat")
-    assert result.exit_code == 0
-    assert Path(result.output.strip()).joinpath("runs.mat").is_file()
-    assert invoke("export", "results/block", "--format", "xls").exit_code == 2
-
-
-@pytest.mark.usefixtures("no_report")
-def test_figure_says_where_it_wrote_and_lists_its_kinds(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
-) -> None:
-    invoke("run", "--workers", "1", block())
-    result = invoke("figure", "results/block", "--kind", "slip-maps", "-o", str(tmp_path / "e.svg"))
-    assert result.exit_code == 0, result.output
-    assert Path(result.output.strip()).read_bytes().startswith(b"<?xml")
+    written = invoke("export", "results/block", "--format", "mat").output.strip()
+    assert Path(written).joinpath("runs.mat").is_file()
+    invoke("export", "results/block", "--format", "xls", code=2)
+    written = invoke("figure", "results/block", "--kind", "slip-maps", "-o", str(tmp_path / "e.svg")).output.strip()
+    assert Path(written).read_bytes().startswith(b"<?xml")
     assert "film: a film, as MP4" in invoke("figure", "results/block").output
-    assert invoke("figure", "results/block", "--kind", "x").exit_code == 2
+    invoke("figure", "results/block", "--kind", "x", code=2)
 
 
-def test_mesh_of_a_study_is_written(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
-    from fingerslip.mesh.io import read_mesh
-
-    result = invoke("mesh", block(), "-o", "copy.msh")
-    assert result.exit_code == 0
-    assert "45 nodes, 32 cells" in result.output
+def test_mesh_of_a_study_is_written(invoke, block, tmp_path):
+    assert "45 nodes, 32 cells" in invoke("mesh", block(), "-o", "copy.msh").output
     assert set(read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
 
 
-def test_a_new_study_can_be_checked(invoke: Callable[..., Any]) -> None:
+def test_a_new_study_can_be_checked(invoke):
     result = invoke("new", "friction", "--template", "sweep")
     assert "friction.yaml: look at it with fingerslip check friction.yaml" in " ".join(result.output.split())
     assert Path("friction.yaml").is_file()
-    assert invoke("new", "friction").exit_code == 2
+    invoke("new", "friction", code=2)
 
 
-def test_values_and_outputs_are_passed_on(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Any] = []
-    table = Table("Predicted", (Column("output"),), (("latency",),))
-    monkeypatch.setattr(inspection, "predict_table", lambda *own: asked.append(own) or table)
-    printed = invoke("predict", "results/x", "--at", "a.b=1", "--at", "c=2 mm", "--json").output
-    assert json.loads(printed)[0]["rows"] == [["latency"]]
-    assert asked[0][1:] == (["a.b=1", "c=2 mm"], ["incipient_slip", "overall_slip", "latency"])
-
-
-def test_a_page_to_write_is_for_two_studies(invoke: Callable[..., Any], tmp_path: Path) -> None:
-    result = invoke("report", tmp_path, "-o", tmp_path / "page.html")
-    assert result.exit_code == 2
-    assert "it is where a comparison goes" in result.stderr
+@pytest.mark.parametrize(
+    ("arguments", "asked", "expected"),
+    [
+        (
+            ("predict", "results/x", "--at", "a.b=1", "--at", "c=2 mm"),
+            "predict_table",
+            [["a.b=1", "c=2 mm"], ["incipient_slip", "overall_slip", "latency"]],
+        ),
+        (
+            ("sensitivity", "results/x", "--of", "overall_slip", "--method", "morris"),
+            "write_sensitivities",
+            ["overall_slip", "morris"],
+        ),
+    ],
+)
+def test_what_is_asked_for_is_passed_on_and_printed(invoke, monkeypatch, arguments, asked, expected):
+    calls = []
+    table = Table("What moves it", (Column("output"),), (("latency",),))
+    answer = table if asked == "predict_table" else (table,)
+    monkeypatch.setattr(inspection, asked, lambda *own: calls.append(own) or answer)
+    assert json.loads(invoke(*arguments, "--json").output)[0]["rows"] == [["latency"]]
+    assert [str(calls[0][0]), *calls[0][1:]] == ["results/x", *expected]
 
 
 @pytest.mark.usefixtures("no_report")
-def test_report_is_made_again_without_computing(
-    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from fingerslip.study.storage import reporting
-
+def test_report_is_made_again_without_computing(invoke, block, tmp_path, monkeypatch):
     invoke("run", block())
-    made: list[Path] = []
+    made = []
     monkeypatch.setattr(reporting, "write_report", lambda stored: made.append(stored.folder))
     monkeypatch.delattr("fingerslip.dynamics.simulation.simulate")
-    result = invoke("report", "results/block")
-    assert result.exit_code == 0
-    assert "Slip events from accumulated slip" in result.output
+    assert "Slip events from accumulated slip" in invoke("report", "results/block").output
     assert made == [Path("results/block")]
 
 
-def test_schema_is_json(invoke: Callable[..., Any]) -> None:
-    assert json.loads(invoke("schema").output)["title"] == "Study"
-
-
-def test_what_is_asked_for_is_passed_on_and_printed(
-    invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[object] = []
-    table = Table("What moves it", (Column("value"),), (("friction",),))
-    monkeypatch.setattr(inspection, "write_sensitivities", lambda *own: asked.append(own) or (table,))
-    output = invoke("sensitivity", "results/x", "--of", "overall_slip", "--method", "morris").output
-    assert "What moves" in output
-    assert [str(one) for one in asked[0]] == ["results/x", "overall_slip", "morris"]  # type: ignore[union-attr]
-
-
-def test_folder_has_tracks_overlay_and_page(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_folder_has_tracks_overlay_and_page(invoke, tmp_path):
     frames = clips.filmed(clips.slide(clips.field(), 0.3, count=12, rest=6))
     write_video(tmp_path / "clip.avi", frames, 60.0)
     done = invoke("track", "clip.avi", "--markers", 81, "--rest", 6)
-    assert done.exit_code == 0, done.stderr
     assert "tracks of 81 markers in 12 frames, 100.00 % of the positions found" in done.stdout
     folder = tmp_path / "clip_tracks"
     assert sorted(path.name for path in folder.iterdir()) == ["overlay.avi", "quality.html", "tracks.csv", "tracks.nc"]
     assert read_tracks(folder / "tracks.nc").sizes["marker"] == 81
     assert video_info(folder / "overlay.avi").frame_count == 12
     assert "following its markers" in done.stderr
-    again = invoke("track", "clip.avi", "--markers", 81, "--rest", 6, "--quiet")
-    assert (again.stdout, again.stderr) == (done.stdout, "")
 
 
-def test_partial_tracks_are_called_so(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_partial_tracks_are_called_so(invoke, tmp_path):
     write_video(tmp_path / "images", clips.filmed(clips.still(clips.field()[:75], 6)), 60.0)
-    done = invoke("track", "images", "--markers", 81, "--rest", 4, "--layout", "free", "--dark", "--out", "there")
-    assert done.exit_code == 0, done.stderr
+    done = invoke("track", "images", "--markers", 81, "--rest", 4, "--layout", "free", "--dark", "--out", "there", "-q")
+    assert done.stderr == ""
     assert "warning: found 75 of 81 markers in the first frames" in done.stdout
     assert "partial tracks of 75 markers" in done.stdout
     assert "These tracks are partial." in (tmp_path / "there" / "quality.html").read_text()
 
 
-def test_a_broken_mp4_is_one_line(tmp_path: Path) -> None:
+def test_a_broken_mp4_is_one_line(tmp_path):
     # FFmpeg would add lines of its own on the process's standard error, which only another process shows.
     (tmp_path / "cut.mp4").write_bytes(b"\x00\x00\x00\x18ftypmp42\x00\x00\x00\x00mp42isom" + bytes(range(256)) * 9)
     track = [sys.executable, "-m", "fingerslip", "track", "cut.mp4", "--quiet"]
@@ -188,21 +168,13 @@ def test_a_broken_mp4_is_one_line(tmp_path: Path) -> None:
     assert line.startswith("error: cut.mp4: cannot be read as a video, needs a whole file")
 
 
-def test_wrong_input_is_one_line_and_leaves_nothing(invoke: Callable[..., Any], tmp_path: Path) -> None:
-    (tmp_path / "clip.mp4").write_text("no video")
-    done = invoke("track", "clip.mp4")
-    assert done.exit_code == 2
-    assert "error: clip.mp4: cannot be read as a video" in done.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["clip.mp4"]
-
-
-def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_come_as_table_json_and_markdown(invoke, monkeypatch):
     value = published_set("wang2014-table2").values[0]
     rows = (number_row("overall slip", value, 1.75, 0.01, resolution=0.01),)
     allowed = Stored((GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),), "Stored.")
-    asked: list[tuple[Any, ...]] = []
+    asked = []
 
-    def compare(*given: Any, **chosen: Any) -> Comparison:
+    def compare(*given, **chosen):
         asked.append((*given[:3], chosen))
         return Comparison(rows, ("Rows are stored.",), allowed)
 
@@ -220,100 +192,59 @@ def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkey
     assert "unknown geometry" not in page
 
 
-def test_a_missing_study_is_wrong_input(invoke: Callable[..., Any]) -> None:
-    done = invoke("validate", "--studies", "nowhere")
-    assert done.exit_code == 2
-    assert "validate needs the study wang2014_table2" in done.stderr
-
-
-def test_parts_of_another_paper_are_wrong_input(invoke: Callable[..., Any]) -> None:
-    done = invoke("validate", "--only", "wang2014", "--detection")
-    assert done.exit_code == 2
-    assert "--detection: is of bulens2023" in done.stderr
-
-
-def replace_problems(monkeypatch: pytest.MonkeyPatch, *problems: Any) -> None:
-    from fingerslip.verification import catalogue, verify
-
+def replace_problems(monkeypatch, *problems):
     known = {one.name: one for one in problems}
     monkeypatch.setattr(catalogue, "FILES", {"made": tuple(known)})
     monkeypatch.setattr(verify, "problem", known.__getitem__)
 
 
-def test_verify_prints_one_table_and_fails_where_a_check_does(
-    invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from fingerslip.verification.problem import Problem, relative
-
-    def problem(name: str, got: float) -> Problem:
+def test_verify_prints_one_table_and_fails_where_a_check_does(invoke, monkeypatch):
+    def problem(name, got):
         return Problem(name, "Half", "Arithmetic", slow=False, compute=lambda: (relative("half", 0.5, got, 1e-3),))
 
     replace_problems(monkeypatch, problem("right", 0.5), problem("wrong", 0.6))
     assert invoke("verify", "--only", "right").stderr
     assert not invoke("verify", "--only", "right", "--quiet").stderr
     right = invoke("verify", "--only", "right", "--markdown")
-    assert right.exit_code == 0
     assert "| right | half | 0.5 | 0.5 | 0.0e+00 | 1.0e-03 | yes |" in right.stdout
-    wrong = invoke("verify")
-    assert wrong.exit_code == 1
-    assert "1 of 2 checks passed" in wrong.stdout
-    unknown = invoke("verify", "--only", "rihgt")
-    assert unknown.exit_code == 2
-    assert "may be one of right, wrong" in unknown.stderr
+    assert "1 of 2 checks passed" in invoke("verify", code=1).stdout
+    assert "may be one of right, wrong" in invoke("verify", "--only", "rihgt", code=2).stderr
 
 
-def test_verify_goes_on_where_a_problem_cannot_be_computed(
-    invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from fingerslip.errors import ConvergenceError
-    from fingerslip.verification.problem import Problem, relative
-
-    def fail() -> Any:
+def test_verify_goes_on_where_a_problem_cannot_be_computed(invoke, monkeypatch):
+    def fail():
         raise ConvergenceError(0.5, 7, 1e-3, 1e-10, "try a smaller time step")
 
     whole = Problem("whole", "One", "Arithmetic", slow=False, compute=lambda: (relative("one", 1.0, 1.0, 1e-3),))
     replace_problems(monkeypatch, Problem("lost", "Lost", "None", slow=False, compute=fail), whole)
-    done = invoke("verify")
-    assert done.exit_code == 1
+    done = invoke("verify", code=1)
     assert "could not be computed" in done.stdout
     assert "1 of 2 checks passed" in done.stdout
 
 
-def test_json_has_numbers_and_nothing_else_is_printed(invoke: Callable[..., Any]) -> None:
+def test_json_has_numbers_and_nothing_else_is_printed_and_names_are_listed_without_computing(invoke):
     done = invoke("verify", "--only", "patch", "--json")
     (table,) = json.loads(done.stdout, parse_constant=pytest.fail)
-    assert [column["name"] for column in table["columns"]][2:7] == [
-        "expected",
-        "got",
-        "error",
-        "allowed",
-        "kind of error",
-    ]
+    names = [column["name"] for column in table["columns"]][2:7]
+    assert names == ["expected", "got", "error", "allowed", "kind of error"]
     assert all(isinstance(cell, float) for row in table["rows"] for cell in row[2:6])
-
-
-def test_names_are_listed_without_computing(invoke: Callable[..., Any]) -> None:
     done = invoke("verify", "--list")
-    assert (done.exit_code, done.stderr) == (0, "")
     assert {"patch", "cattaneo", "cook"} <= set(done.stdout.split())
+    assert done.stderr == ""
 
 
-def test_options_reach_the_picture_and_its_path_is_printed(invoke: Callable[..., Any], tmp_path: Path) -> None:
+def test_options_reach_the_picture_and_its_path_is_printed(invoke, tmp_path):
     (tmp_path / "run").mkdir()
     write_history(block_history(), tmp_path / "run" / "history.nc")
     done = invoke("view", "run", "--screenshot", "p.png", "--scalar", "region", "--time", "50 ms")
-    assert done.exit_code == 0, done.stderr
     assert done.stdout == "p.png\n"
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
-    wrong = invoke("view", "run", "--screenshot", "q.png", "--cut", "w")
-    assert wrong.exit_code == 2
+    wrong = invoke("view", "run", "--screenshot", "q.png", "--cut", "w", code=2)
     assert "view: cut: got 'w', needs 'none', 'x', 'y' or 'z'" in wrong.stderr
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
-def test_where_nothing_can_be_shown_one_line_says_so(
-    invoke: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_nothing_can_be_shown_one_line_says_so(invoke, tmp_path, monkeypatch):
     write_history(block_history(), tmp_path / "history.nc")
     monkeypatch.setenv("DISPLAY", "")
     with socket.create_server(("127.0.0.1", 0)) as other:
@@ -325,7 +256,6 @@ def test_where_nothing_can_be_shown_one_line_says_so(
             (): "view: found no display to open a window on, needs one that answers; write --web for a browser",
         }
         for options, words in tried.items():
-            done = invoke("view", "history.nc", *options)
-            assert done.exit_code == 2
+            done = invoke("view", "history.nc", *options, code=2)
             assert words in done.stderr
             assert (done.stdout, done.stderr.count("\n")) == ("", 1)

@@ -1,7 +1,5 @@
 """Contact candidates: who may touch, their frames, areas and penalties."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -14,6 +12,7 @@ from fingerslip.contact.candidates import (
     node_operator,
 )
 from fingerslip.contact.counterfaces import Cylinder, Plane
+from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
 from fingerslip.errors import InputError, SlipOutsideContactError
 
@@ -90,8 +89,12 @@ def test_surfaces_give_gaps_frames_and_coefficients_body_by_body():
     ],
 )
 def test_anisotropic_friction_stretches_the_second_tangent_and_other_laws_take_the_counterfaces(law, frame):
-    surfaces = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (law,))
-    np.testing.assert_allclose(surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0], frame, atol=1e-15)
+    surfaces, counterface = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (law,)), np.zeros(1, dtype=int)
+    frames = surfaces.frames(np.zeros((1, 3)), counterface)
+    np.testing.assert_allclose(frames[0], frame, atol=1e-15)
+    np.testing.assert_allclose(tangent_lengths(frames), [[1.0, law.frame.stretch]])
+    at_rest = Conditions(np.ones(1), np.zeros(1), np.zeros(1), 0.0)
+    np.testing.assert_array_equal(surfaces.coefficients(at_rest, counterface), 0.4)
 
 
 def test_the_node_operator_picks_displacements():

@@ -1,35 +1,21 @@
 """Friction laws: coefficients in closed form, the frames in which they hold, and values that they refuse."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
 import pytest
 
-from fingerslip.contact.friction import (
-    Anisotropic,
-    Conditions,
-    Coulomb,
-    PressureDependent,
-    SlipWeakening,
-    StaticKinetic,
-    TangentFrame,
-    TimeDependent,
-    weakens,
-)
-from fingerslip.contact.states import SLIP
-from fingerslip.errors import InputError
+import fingerslip as fs
+from fingerslip.contact.friction import Conditions, TangentFrame, weakens
 from fingerslip.parameters import from_mapping
-from fingerslip.verification.blocks import drag_block
 
 LAWS = {
-    "coulomb": Coulomb(0.4),
-    "static-kinetic": StaticKinetic(0.8, 0.3, 2e-3),
-    "pressure": PressureDependent(0.5, 1e4, -1 / 3),
-    "weakening": SlipWeakening(0.8, 0.3, 2e-5),
-    "time": TimeDependent((1.0, 2.0), (0.6, 0.3)),
-    "anisotropic": Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),
+    "coulomb": fs.Coulomb(0.4),
+    "static-kinetic": fs.StaticKinetic(0.8, 0.3, 2e-3),
+    "pressure": fs.PressureDependent(0.5, 1e4, -1 / 3),
+    "weakening": fs.SlipWeakening(0.8, 0.3, 2e-5),
+    "time": fs.TimeDependent((1.0, 2.0), (0.6, 0.3)),
+    "anisotropic": fs.Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),
 }
 
 
@@ -56,15 +42,16 @@ def test_coefficients_are_those_of_the_formula(law, at, expected):
     np.testing.assert_allclose(LAWS[law].coefficients(conditions(**at)), expected, rtol=1e-12)
 
 
-def test_the_coefficient_of_a_law_is_that_before_anything_changes_it():
-    assert [law.coefficient for law in LAWS.values()] == [0.4, 0.8, 0.5, 0.8, 0.6, 0.4]
-
-
 def test_isotropic_laws_hold_in_2d_and_3d_along_any_tangent_and_anisotropic_ones_in_3d_in_their_own_frame():
     for name, law in LAWS.items():
         own = name == "anisotropic"
         assert law.dims == ((3,) if own else (2, 3))
         assert law.frame == (TangentFrame((0.0, 1.0, 0.0), 2.0) if own else TangentFrame(direction=None, stretch=1.0))
+    # The coefficient is that before anything changes it; contact without friction is allowed.
+    assert [law.coefficient for law in LAWS.values()] == [0.4, 0.8, 0.5, 0.8, 0.6, 0.4]
+    assert fs.Coulomb(0.0).coefficient == 0.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        LAWS["coulomb"].coefficient = 1.0
 
 
 def test_conditions_at_some_nodes_keep_the_time():
@@ -76,7 +63,7 @@ def test_conditions_at_some_nodes_keep_the_time():
 
 
 def test_friction_weakens_where_it_falls_with_slip_or_its_rate():
-    never = StaticKinetic(0.6, 0.6, 1e-3), StaticKinetic(0.5, 0.6, 1e-3), SlipWeakening(0.6, 0.6, 1e-5)
+    never = fs.StaticKinetic(0.6, 0.6, 1e-3), fs.StaticKinetic(0.5, 0.6, 1e-3), fs.SlipWeakening(0.6, 0.6, 1e-5)
     others = (law for name, law in LAWS.items() if name not in {"static-kinetic", "weakening"})
     assert weakens(LAWS["static-kinetic"])
     assert weakens(LAWS["weakening"])
@@ -86,48 +73,34 @@ def test_friction_weakens_where_it_falls_with_slip_or_its_rate():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Coulomb(-0.2), r"Coulomb.coefficient: got -0.2, needs a number >= 0"),
-        (lambda: Coulomb(float("nan")), r"Coulomb.coefficient"),
-        (lambda: Coulomb(float("inf")), r"Coulomb.coefficient"),
-        (lambda: Coulomb("much"), r"Coulomb.coefficient"),
-        (lambda: SlipWeakening(0.8, 0.3, 0.0), r"SlipWeakening.distance: got 0"),
-        (lambda: Anisotropic(0.4, 0.8, (0.0, 0.0, 0.0)), "direction"),
-        (lambda: TimeDependent((), ()), r"TimeDependent.times: got \[\], needs ascending times"),
-        (lambda: TimeDependent((1.0, 1.0), (0.5, 0.5)), r"TimeDependent.times: got \[1.0, 1.0\], needs ascending"),
-        (lambda: TimeDependent((0.0, 1.0), (0.5,)), r"TimeDependent.values: got 1 for 2 times"),
-        (lambda: TimeDependent((0.0,), (-0.5,)), r"TimeDependent.values.*-0.5"),
+        (lambda: fs.Coulomb(-0.2), r"Coulomb.coefficient: got -0.2, needs a number >= 0"),
+        (lambda: fs.Coulomb(float("nan")), r"Coulomb.coefficient"),
+        (lambda: fs.Coulomb(float("inf")), r"Coulomb.coefficient"),
+        (lambda: fs.Coulomb("much"), r"Coulomb.coefficient"),
+        (lambda: fs.SlipWeakening(0.8, 0.3, 0.0), r"SlipWeakening.distance: got 0"),
+        (lambda: fs.Anisotropic(0.4, 0.8, (0.0, 0.0, 0.0)), "direction"),
+        (lambda: fs.TimeDependent((), ()), r"TimeDependent.times: got \[\], needs ascending times"),
+        (lambda: fs.TimeDependent((1.0, 1.0), (0.5, 0.5)), r"TimeDependent.times: got \[1.0, 1.0\], needs ascending"),
+        (lambda: fs.TimeDependent((0.0, 1.0), (0.5,)), r"TimeDependent.values: got 1 for 2 times"),
+        (lambda: fs.TimeDependent((0.0,), (-0.5,)), r"TimeDependent.values.*-0.5"),
     ],
 )
 def test_values_that_make_no_law_are_refused(make, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fs.InputError, match=message):
         make()
 
 
 @pytest.mark.parametrize(
     ("kind", "values", "law"),
     [
-        (Coulomb, {"coefficient": 0.6}, Coulomb(0.6)),
-        (SlipWeakening, {"static": 0.8, "kinetic": 0.3, "distance": "20 um"}, SlipWeakening(0.8, 0.3, 2e-5)),
-        (TimeDependent, {"times": ["0 s", "500 ms"], "values": [0.6, 0.3]}, TimeDependent((0.0, 0.5), (0.6, 0.3))),
+        (fs.Coulomb, {"coefficient": 0.6}, fs.Coulomb(0.6)),
+        (fs.SlipWeakening, {"static": 0.8, "kinetic": 0.3, "distance": "20 um"}, fs.SlipWeakening(0.8, 0.3, 2e-5)),
+        (
+            fs.TimeDependent,
+            {"times": ["0 s", "500 ms"], "values": [0.6, 0.3]},
+            fs.TimeDependent((0.0, 0.5), (0.6, 0.3)),
+        ),
     ],
 )
 def test_a_file_gives_lengths_and_times_with_units_and_coefficients_without(kind, values, law):
     assert from_mapping(kind, values, "f") == law
-
-
-def test_contact_without_friction_is_allowed_and_a_law_is_frozen():
-    law = Coulomb(0.0)
-    assert law.coefficient == 0.0
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        law.coefficient = 1.0
-
-
-def test_a_sliding_block_follows_the_coefficient():
-    """Pressed and dragged steadily, friction over normal force is the coefficient at the end of every step."""
-    law = TimeDependent((0.0, 0.5, 1.0), (0.5, 0.5, 0.2))
-    history = drag_block("Q4", law, speed=1e-3, travel=1e-3)
-    sliding = (history["contact_state"].values == SLIP).all(axis=1)
-    assert sliding.sum() > 20
-    force = history["counterface_force"].values[sliding, 0]
-    expected = np.interp(history["time"].values[sliding], law.times, law.values)
-    np.testing.assert_allclose(np.abs(force[:, 0] / force[:, 1]), expected, rtol=1e-9)

@@ -1,7 +1,5 @@
 """The contact law over steps: stick, slip, reversal, landing, and its energies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -60,46 +58,53 @@ def test_histories_store_the_states_as_these_numbers():
     assert history.VARIABLES["contact_state"].long_name == "0 open, 1 stick, 2 slip"
 
 
-def test_rest_is_open_at_the_initial_gap():
+def test_at_rest_and_open_a_node_has_no_force_and_no_slip_nor_traction_without_friction():
     state = rest_state(candidates(3), np.full(3, 0.2))
     np.testing.assert_array_equal(state.relative, [[0.2, 0.0]] * 3)
     assert not state.forces.any()
     assert (state.state == OPEN).all()
-
-
-def test_an_open_node_has_no_force_and_no_slip():
     outcome = follow([(0.1, 0.0), (0.1, 5.0)], gap=0.1)[-1]
     assert outcome.state.state[0] == OPEN
     assert not outcome.state.forces.any()
-    assert outcome.state.slip_distance[0] == 0.0
-    assert (outcome.stored, outcome.friction) == (0.0, 0.0)
+    assert (outcome.state.slip_distance[0], outcome.stored, outcome.friction) == (0.0, 0.0, 0.0)
+    smooth = follow([(-0.01, 0.0), (-0.01, 0.05)], mu=0.0)[-1]
+    assert (smooth.state.forces[0, 1], smooth.friction) == (0.0, 0.0)
 
 
-def test_a_stuck_node_is_two_springs():
-    outcome = follow([(-0.01, 0.0), (-0.01, 0.015)])[-1]
-    np.testing.assert_allclose(outcome.state.forces[0], [4.0, -1.5], rtol=1e-12)
-    assert outcome.state.state[0] == STICK
-    assert outcome.state.slip_distance[0] == 0.0
-    assert outcome.friction == pytest.approx(0.0, abs=1e-15)
-    assert outcome.stored == pytest.approx(0.5 * 4.0**2 / NORMAL + 0.5 * 1.5**2 / TANGENTIAL, rel=1e-12)
-
-
-def test_a_slipping_node_returns_to_the_cone():
-    """Return mapping: |r_t| = mu r_n = 2, elastic slip 0.02, so 0.05 - 0.02 has slipped and cost 2 N times that."""
-    outcome = follow([(-0.01, 0.0), (-0.01, 0.05)])[-1]
-    np.testing.assert_allclose(outcome.state.forces[0], [4.0, -2.0], rtol=1e-12)
-    assert outcome.state.state[0] == SLIP
-    assert outcome.state.slip_distance[0] == pytest.approx(0.03, rel=1e-12)
-    assert outcome.friction == pytest.approx(2.0 * 0.03, rel=1e-12)
-
-
-def test_reversal_unloads_elastically_before_it_slips_back():
-    path = [(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.03), (-0.01, 0.01), (-0.01, 0.0)]
-    states = [outcome.state for outcome in follow(path)]
-    # The last but one comes to the limit, and does not slip yet.
-    assert [int(state.state[0]) for state in states] == [STICK, SLIP, STICK, STICK, SLIP]
-    np.testing.assert_allclose([state.forces[0, 1] for state in states], [0, -2.0, 0.0, 2.0, 2.0], atol=1e-12)
-    np.testing.assert_allclose([state.slip_distance[0] for state in states], [0, 0.03, 0.03, 0.03, 0.04], rtol=1e-12)
+@pytest.mark.parametrize(
+    ("path", "states", "forces", "slips"),
+    [
+        # Two springs, whose force unloads until it is at the limit.
+        (
+            [(-0.01, 0.0), (-0.01, 0.015), (-0.01, 0.018), (-0.005, 0.018)],
+            [STICK, STICK, STICK, SLIP],
+            [[4.0, 0.0], [4.0, -1.5], [4.0, -1.8], [2.0, -1.0]],
+            [0.0, 0.0, 0.0, 0.008],
+        ),
+        # The elastic slip at the limit of 2 N is 0.02. On the way back the last but one comes to it, and does not slip.
+        (
+            [(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.03), (-0.01, 0.01), (-0.01, 0.0)],
+            [STICK, SLIP, STICK, STICK, SLIP],
+            [[4.0, 0.0], [4.0, -2.0], [4.0, 0.0], [4.0, 2.0], [4.0, 2.0]],
+            [0.0, 0.03, 0.03, 0.03, 0.04],
+        ),
+    ],
+    ids=["unloaded", "reversed"],
+)
+def test_a_node_sticks_by_two_springs_and_returns_to_the_cone(path, states, forces, slips):
+    """Stored is what the springs hold, and slip costs the limit times its way; many steps make the way of one."""
+    outcomes = follow(path)
+    after = [outcome.state for outcome in outcomes]
+    assert [int(state.state[0]) for state in after] == states
+    np.testing.assert_allclose([state.forces[0] for state in after], forces, atol=1e-12)
+    np.testing.assert_allclose([state.slip_distance[0] for state in after], slips, atol=1e-13)
+    stored = 0.5 * np.square(forces) @ [1.0 / NORMAL, 1.0 / TANGENTIAL]
+    np.testing.assert_allclose([outcome.stored for outcome in outcomes], stored, rtol=1e-12)
+    cost = np.abs(forces)[1:, 1] * np.diff(slips)
+    np.testing.assert_allclose([outcome.friction for outcome in outcomes[1:]], cost, atol=1e-14)
+    often = follow([*path[:1], *((path[1][0], x) for x in np.linspace(path[0][1], path[1][1], 51))])
+    np.testing.assert_allclose(often[-1].state.forces[0], forces[1], rtol=1e-12)
+    assert sum(outcome.friction for outcome in often) == pytest.approx(cost[0], abs=1e-12)
 
 
 def test_slip_since_contact_is_kept_where_the_node_sticks_and_starts_again_where_it_leaves():
@@ -121,22 +126,6 @@ def test_laws_see_pressure_and_slip_of_the_last_step_and_the_time_of_the_next():
     assert conditions(nodes, before, step=0.0, time=0.1).slip_rate.tolist() == [0.0], "before the first step"
 
 
-def test_one_step_or_many_give_the_same_slip_along_a_straight_path():
-    steps = [(-0.01, x) for x in np.linspace(0.0, 0.05, 51)]
-    many, one = follow(steps), follow([(-0.01, 0.0), (-0.01, 0.05)])
-    np.testing.assert_allclose(many[-1].state.forces, one[-1].state.forces, rtol=1e-12)
-    assert many[-1].state.slip_distance[0] == pytest.approx(one[-1].state.slip_distance[0], rel=1e-10)
-    assert sum(out.friction for out in many) == pytest.approx(one[-1].friction, rel=1e-10)
-
-
-def test_unloading_the_normal_force_makes_a_stuck_node_slip():
-    before, after = follow([(-0.01, 0.0), (-0.01, 0.018), (-0.005, 0.018)])[1:]
-    assert before.state.state[0] == STICK
-    assert after.state.state[0] == SLIP
-    np.testing.assert_allclose(after.state.forces[0], [2.0, -1.0], rtol=1e-12)
-    assert after.state.slip_distance[0] == pytest.approx(0.018 - 0.01, rel=1e-12)
-
-
 def test_a_node_that_leaves_and_lands_elsewhere_starts_afresh():
     """What it moved by in the air is no slip, be it before the first contact or after another one."""
     left, landed = follow([(-0.01, 0.05), (0.01, 0.5), (-0.01, 0.5)])[1:]
@@ -147,24 +136,17 @@ def test_a_node_that_leaves_and_lands_elsewhere_starts_afresh():
     assert (first.forces[0, 0], first.slip_distance[0]) == (pytest.approx(4.0), 0.0)
 
 
-def test_without_friction_there_is_no_traction_and_no_loss():
-    outcomes = follow([(-0.01, 0.0), (-0.01, 0.05)], mu=0.0)
-    assert outcomes[-1].state.forces[0, 1] == 0.0
-    assert outcomes[-1].friction == 0.0
-
-
 @settings(max_examples=200, deadline=None, derandomize=True)
-@given(
-    st.lists(st.tuples(st.floats(-0.02, 0.01), st.floats(-0.1, 0.1)), min_size=1, max_size=8),
-    st.floats(0.0, 2.0),
-)
+@given(st.lists(st.tuples(st.floats(-0.02, 0.01), st.floats(-0.1, 0.1)), min_size=1, max_size=8), st.floats(0.0, 2.0))
 def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
     nodes = candidates()
     before = rest_state(nodes, np.zeros(1))
     stored = 0.0
     for relative in path:
+        copies = {name: value.copy() for name, value in vars(before).items()}
         outcome = move(nodes, before, relative, mu)
         after = outcome.state
+        assert all(np.array_equal(getattr(before, name), value) for name, value in copies.items())
         assert outcome.friction >= -1e-14
         mean = 0.5 * (before.forces + after.forces)
         work = -float(np.sum(mean * (after.relative - before.relative)))
@@ -174,11 +156,3 @@ def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
         assert abs(after.forces[0, 1]) <= limit * (1 + 1e-12) + 1e-15
         assert (after.state[0] == OPEN) == (after.forces[0, 0] == 0.0)
         before, stored = after, outcome.stored
-
-
-def test_the_state_before_is_left_as_it_was():
-    nodes, before = candidates(), rest_state(candidates(), np.zeros(1))
-    copies = {name: value.copy() for name, value in vars(before).items()}
-    move(nodes, before, (-0.01, 0.05))
-    for name, value in copies.items():
-        np.testing.assert_array_equal(getattr(before, name), value)

@@ -1,7 +1,5 @@
 """The frictional contact problem: every solver meets the conditions, and none passes a wrong solution off."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -17,7 +15,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.projection import derivative, project, step_lengths
-from problems.contact import TOLERANCE, assert_conditions, friction_residual, random_problem
+from problems.contact import TOLERANCE, assert_conditions, friction_residual, pressed_row, random_problem
 
 ORDINARY = st.sampled_from([0.0, 0.1, 0.3, 0.6, 1.0, 1.5]) | st.floats(0.0, 1.5)
 
@@ -85,17 +83,6 @@ def test_any_step_in_2d_is_solved_from_any_other(problem, seed):
         if solution.response is not None:
             np.testing.assert_allclose(solution.response, compliance.response(solution.forces), atol=1e-9)
         start, problem = solution.forces, replace(problem, free=rng.normal(size=problem.free.shape))
-
-
-@settings(max_examples=150, deadline=None, derandomize=True)
-@given(random_problems(friction=st.floats(1.5, 5.0), most=12))
-def test_great_friction_is_solved_or_the_residual_says_that_it_is_not(problem):
-    """Beyond mu of about 1.5 with arbitrary coupling a solution need not be found, but never may a wrong one pass."""
-    solution = problem.solution()
-    residual = np.abs(friction_residual(*problem.arguments, solution.forces)).max()
-    assert solution.residual * np.abs(solution.forces).max() == pytest.approx(residual, rel=1e-6, abs=1e-13)
-    if solution.residual <= TOLERANCE:
-        assert_conditions(problem, solution)
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
@@ -233,20 +220,13 @@ def test_a_residual_that_is_no_number_is_not_below_the_tolerance():
 # Steps in 2D.
 
 
-def pressed_row(count):
-    """Return a shallow arch of nodes on an elastic row, pressed."""
-    x = np.linspace(-1.0, 1.0, count)
-    body = np.kron(0.1 / (np.abs(x[:, None] - x) + 0.5 / count), np.eye(2) + 0.1 * (np.eye(2, k=1) + np.eye(2, k=-1)))
-    free = np.column_stack([x**2 - 0.5, np.zeros(count)])
-    return Compliance(body, np.full((count, 2), 0.1)), free, np.full(count, 0.6)
-
-
 def pulled(row, slides):
     """Yield the solution of each step of a row that is pulled sideways, with what the step before leaves."""
-    (compliance, free, friction), start, past = row, None, None
+    (compliance, penalty, free, friction), start, past = row, None, None
+    body = Compliance(compliance - np.diag(penalty.ravel()), penalty)
     for slide in slides:
         moved = free + np.array([0.0, slide])
-        solution, past = solved(compliance, moved, friction, start, 1e-12, working_set=past)
+        solution, past = solved(body, moved, friction, start, 1e-12, working_set=past)
         start = solution.forces
         yield solution
 

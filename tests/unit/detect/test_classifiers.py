@@ -1,12 +1,23 @@
-from __future__ import annotations
+"""Classifiers, and how their chances become events and alarms."""
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from fingerslip.detect.alarms import (
+    ForwardFilter,
+    Hysteresis,
+    Thresholds,
+    false_alarm_threshold,
+    lead_bound,
+    least_trials,
+    onsets_from,
+)
 from fingerslip.detect.classifiers import CLASSIFIERS, SVM_GRID, Candidate, fit, probabilities, union_of_sets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.optional import optional
 from fingerslip.detect.samples import columns_of
 from fingerslip.errors import InputError
@@ -18,7 +29,7 @@ GROUPS = np.repeat(np.arange(12), 20)
 
 
 @pytest.mark.parametrize("name", CLASSIFIERS)
-def test_every_classifier_learns_what_is_plain(name: str) -> None:
+def test_every_classifier_learns_what_is_plain(name):
     one = CLASSIFIERS[name]
     values = VALUES[:, :1] if name.endswith("threshold") else VALUES
     estimator = fit(one, values, CLASSES, GROUPS)
@@ -29,31 +40,24 @@ def test_every_classifier_learns_what_is_plain(name: str) -> None:
     assert found[:5] == pytest.approx(probabilities(estimator, values[:5]), abs=1e-6)
 
 
-def test_the_forest_is_the_published_one() -> None:
+def test_the_forest_is_the_published_one_and_its_probabilities_its_own():
     forest = CLASSIFIERS["forest"].make(0)
     assert (forest.max_depth, forest.min_samples_leaf, forest.n_estimators) == (20, 5, 50)
     assert CLASSIFIERS["forest"].sets == ("displacement", "speed")
-
-
-def test_probabilities_of_a_forest_are_its_own() -> None:
     estimator = fit(CLASSIFIERS["forest"], VALUES, CLASSES, GROUPS)
     assert probabilities(estimator, VALUES) == pytest.approx(estimator.predict_proba(VALUES), abs=1e-12)
 
 
-def test_parameters_of_the_machines_come_from_the_grid() -> None:
+def test_parameters_of_the_machines_come_from_the_grid_and_a_threshold_has_two_values():
     estimator = fit(CLASSIFIERS["svm_rbf"], VALUES, CLASSES, GROUPS)
     assert estimator.get_params()["linearsvc__C"] in SVM_GRID["C"]
     assert estimator.get_params()["nystroem__gamma"] in [gamma / 6 for gamma in SVM_GRID["gamma"]]
     alone = fit(CLASSIFIERS["svm_linear"], VALUES, CLASSES, np.zeros(240, dtype=np.intp))
     assert alone.get_params()["linearsvc__C"] == 0.1
+    assert fit(CLASSIFIERS["time_threshold"], VALUES[:, :1], CLASSES, GROUPS).get_n_leaves() == 3
 
 
-def test_a_threshold_has_two_values() -> None:
-    tree = fit(CLASSIFIERS["time_threshold"], VALUES[:, :1], CLASSES, GROUPS)
-    assert tree.get_n_leaves() == 3
-
-
-def test_missing_classes_and_nan_are_refused() -> None:
+def test_missing_classes_nan_and_a_classifier_that_does_not_converge_are_refused():
     with pytest.raises(InputError, match=r"training: has the classes \[0, 1\], needs 0, 1 and 2"):
         fit(CLASSIFIERS["forest"], VALUES, np.minimum(CLASSES, 1), GROUPS)
     broken = VALUES.copy()
@@ -61,26 +65,130 @@ def test_missing_classes_and_nan_are_refused() -> None:
     with pytest.raises(InputError, match="training: has features that are not finite"):
         fit(CLASSIFIERS["forest"], broken, CLASSES, GROUPS)
 
-
-def test_a_classifier_that_does_not_converge_is_refused() -> None:
-    def hurried(seed: int) -> Any:
-        estimator = CLASSIFIERS["logistic"].make(seed)
-        return estimator.set_params(logisticregression__max_iter=1)
+    def hurried(seed):
+        return CLASSIFIERS["logistic"].make(seed).set_params(logisticregression__max_iter=1)
 
     one = dataclasses.replace(CLASSIFIERS["logistic"], make=hurried)
     with pytest.raises(InputError, match="classifier logistic: does not converge"):
         fit(one, VALUES, CLASSES, GROUPS)
 
 
-def test_columns_of_sets() -> None:
+def test_columns_of_sets_and_a_module_that_is_missing():
     names = ("mean/a", "time/seconds", "mean/b")
     assert columns_of(names, ("time", "mean")).tolist() == [1, 0, 2]
     with pytest.raises(InputError, match="features: have no 'polar'"):
         columns_of(names, ("polar",))
     two = [Candidate(name, sets, "", lambda seed: seed) for name, sets in (("a", ("x", "y")), ("b", ("y", "z")))]
     assert union_of_sets(two) == ("x", "y", "z")
-
-
-def test_a_module_that_is_missing_names_the_command_that_installs_it() -> None:
     with pytest.raises(InputError, match=r'detect: no_such_module is missing .*pip install "fingerslip\[detect\]"'):
         optional("no_such_module")
+
+
+FILTER = ForwardFilter((3.0, 1.0), (0.25, 0.5, 0.25), 0.2)
+TIME = np.arange(100) / 30.0
+STEP = np.diff(TIME, prepend=0.0)
+
+
+def phases(flicker=False):
+    chances = np.tile([0.9, 0.08, 0.02], (100, 1))
+    chances[50:] = [0.1, 0.8, 0.1]
+    chances[80:] = [0.02, 0.08, 0.9]
+    if flicker:
+        chances[20] = [0.1, 0.8, 0.1]
+    return chances
+
+
+@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5)])
+def test_one_odd_frame_is_no_event(smoother):
+    scores, _ = smoother.scores(smoother.start(), STEP, phases(flicker=True))
+    found = onsets_from(TIME, scores)
+    assert TIME[50] <= found.incipient < TIME[65]
+    assert TIME[80] <= found.gross < TIME[90]
+
+
+@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5), Hysteresis(1)])
+@given(seed=st.integers(0, 1000), cut=st.integers(0, 60))
+@settings(max_examples=20)
+def test_frame_by_frame_is_the_same_as_all_at_once(smoother, seed, cut):
+    draw = np.random.default_rng(seed)
+    chances = draw.dirichlet(np.ones(3), 60)
+    chances[draw.random(60) < 0.2] = np.nan
+    whole, _ = smoother.scores(smoother.start(), STEP[:60], chances)
+    first, state = smoother.scores(smoother.start(), STEP[:cut], chances[:cut])
+    rest, _ = smoother.scores(state, STEP[cut:60], chances[cut:])
+    assert np.array_equal(np.concatenate([first, rest]), whole)
+    assert not np.isnan(whole).any()
+
+
+def test_the_filter_is_that_of_the_textbook():
+    chances = np.random.default_rng(0).dirichlet(np.ones(3), 30)
+    one = ForwardFilter((2.0, 1.5), (0.3, 0.4, 0.3), 1.0)
+    scores, _ = one.scores(one.start(), STEP[:30], chances)
+    belief, found = np.array([0.998, 0.001, 0.001]), []
+    for interval, chance in zip(STEP[:30], np.maximum(chances, 1e-3), strict=True):
+        first, second = -np.expm1(-interval / np.array([2.0, 1.5]))
+        belief = np.array([[1 - first, first, 0], [0, 1 - second, second], [0, 0, 1]]).T @ belief
+        belief *= chance / np.array([0.3, 0.4, 0.3])
+        belief /= belief.sum()
+        found.append([np.log((1 - belief[0]) / belief[0]), np.log(belief[2] / (1 - belief[2]))])
+    assert scores == pytest.approx(np.array(found), rel=1e-6, abs=1e-6)
+
+
+def test_frames_that_could_not_be_classified_change_little():
+    chances = phases()
+    chances[60:64] = np.nan
+    scores, _ = FILTER.scores(FILTER.start(), STEP, chances)
+    assert abs(scores[63, 0] - scores[59, 0]) < 0.6
+    hard, _ = Hysteresis(3).scores(Hysteresis(3).start(), STEP, chances)
+    assert (hard[60:64] == hard[59]).all()
+
+
+def test_thresholds_delay_events_or_prevent_them_and_gross_slip_is_never_found_before_slip():
+    scores, _ = FILTER.scores(FILTER.start(), STEP, phases())
+    early, late = onsets_from(TIME, scores), onsets_from(TIME, scores, Thresholds(slip=5.0, gross=1e9))
+    assert early.incipient < late.incipient
+    assert late.gross is None
+    assert onsets_from(TIME[:10], scores[:10]) == Onsets(None, None)
+    # Else an alarm of gross slip would go round the threshold that bounds false alarms.
+    scores = np.array([[1.0, 0.5], [2.0, -1.0], [5.0, -1.0], [4.0, 2.0]])
+    assert onsets_from(np.arange(4.0), scores, Thresholds(slip=3.0)) == Onsets(2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2), "smoothing: dwell"),
+        (lambda: ForwardFilter((1.0, 1.0), (0.0, 0.5, 0.5), 0.2), "smoothing: prior"),
+        (lambda: ForwardFilter((1.0, 1.0), (0.2, 0.4, 0.4), float("nan")), "smoothing: weight"),
+        (lambda: Hysteresis(0), "smoothing: frames"),
+        (lambda: false_alarm_threshold([0.0] * 18), "got 18 trials for a guarantee of 0.95, needs at least 19"),
+        (lambda: lead_bound([1.0]), "needs at least 19"),
+        (lambda: least_trials(0.0), "share: got 0"),
+    ],
+)
+def test_what_cannot_be_is_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+@given(st.lists(st.floats(-10, 10), min_size=20, max_size=80, unique=True))
+def test_each_trial_in_turn_raises_an_alarm_in_at_most_5_percent(values):
+    """With every order equally likely, leaving each out in turn is the whole distribution: the bound is exact."""
+    alarms = [values[i] > false_alarm_threshold(values[:i] + values[i + 1 :]) for i in range(len(values))]
+    assert np.mean(alarms) <= 0.05 + 1e-12
+
+
+@given(st.lists(st.floats(-1, 3), min_size=20, max_size=80, unique=True))
+def test_each_trial_in_turn_has_the_lead_in_at_least_95_percent(values):
+    bounds = [lead_bound(values[:i] + values[i + 1 :]) for i in range(len(values))]
+    kept = [bound is not None and lead >= bound for lead, bound in zip(values, bounds, strict=True)]
+    assert np.mean(kept) >= 0.95 - 1e-12
+
+
+def test_the_ranks_and_how_many_trials_they_need():
+    assert [least_trials(share) for share in (0.5, 0.1, 0.05, 0.01)] == [1, 9, 19, 99]
+    assert false_alarm_threshold(list(range(19))) == 18
+    assert false_alarm_threshold(list(range(39))) == 37
+    assert lead_bound([float(one) for one in range(39)]) == 1.0
+    assert lead_bound([None, *map(float, range(1, 39))]) == 1.0
+    assert lead_bound([None, None, *map(float, range(37))]) is None

@@ -1,8 +1,4 @@
-from __future__ import annotations
-
 import inspect
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,7 +26,7 @@ SETTINGS = LabelSettings(rest_frames=20)
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     write_tracks(TRIAL.tracks, tmp_path / "first.nc")
     write_tracks_csv(TRIAL.tracks, tmp_path / "second.csv")
     table = "file,indentation [mm],direction [deg],surface,repeat\nfirst.nc,3,90,acrylic,1\nsecond.csv,4,,acrylic,2\n"
@@ -38,7 +34,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_recordings_become_a_data_set(folder: Path) -> None:
+def test_recordings_become_a_data_set(folder):
     own = {"second": Onsets(1.0, None)}
     made = recorded_trials(folder, folder / "conditions.csv", onsets=own, settings=SETTINGS)
     trials = write_trials(made, folder / "set", "Recordings")
@@ -55,7 +51,7 @@ def test_recordings_become_a_data_set(folder: Path) -> None:
     assert trials.trial("second").provenance == {"recording": "second.csv"}
 
 
-def test_another_reader_takes_other_files(folder: Path) -> None:
+def test_another_reader_takes_other_files(folder):
     (folder / "film.mkv").write_bytes(b"")
     (folder / "films.csv").write_text("file\nfilm.mkv\n")
     (found,) = recorded_trials(folder, folder / "films.csv", settings=SETTINGS, read=lambda path: TRIAL.tracks)  # noqa: ARG005
@@ -76,13 +72,13 @@ def test_another_reader_takes_other_files(folder: Path) -> None:
         ("file,[mm]\na,1\n", r"has the column '\[mm\]'"),
     ],
 )
-def test_bad_tables_give_one_clear_error(text: str, message: str, tmp_path: Path) -> None:
+def test_bad_tables_give_one_clear_error(text, message, tmp_path):
     (tmp_path / "c.csv").write_text(text)
     with pytest.raises(InputError, match=message):
         read_conditions(tmp_path / "c.csv")
 
 
-def test_missing_recordings_and_labels_are_named(folder: Path) -> None:
+def test_missing_recordings_and_labels_are_named(folder):
     with pytest.raises(InputError, match="cannot be read as a table"):
         read_conditions(folder / "none.csv")
     (folder / "more.csv").write_text("file\nthird.nc\n")
@@ -98,7 +94,7 @@ INNER = [(40.0, 30.0), (80.0, 30.0), (120.0, 30.0), (60.0, 60.0), (100.0, 60.0),
 OUTER = [(80.0, 60.0), (50.0, 30.0), (110.0, 30.0), (50.0, 90.0), (110.0, 90.0)]
 
 
-def film(path: Path, places: list[tuple[float, float]], moves: dict[int, int], frames: int = 40) -> None:
+def film(path, places, moves, frames=40):
     """Write a video of dark markers; those in `moves` go along x from a frame on, a pixel a frame."""
     rows, columns = np.mgrid[:120, :160]
     noise, made = np.random.default_rng(0), []
@@ -112,7 +108,7 @@ def film(path: Path, places: list[tuple[float, float]], moves: dict[int, int], f
 
 
 @pytest.fixture(scope="module")
-def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recordings(tmp_path_factory):
     """Return a folder of two trials by two cameras: outer markers move from frame 14 on, the central one from 24 on."""
     folder = tmp_path_factory.mktemp("recordings")
     for name in ("one", "two"):
@@ -124,20 +120,19 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def collect(recordings: Path, tmp_path: Path) -> Callable[..., str]:
+def collect(recordings, tmp_path):
     """Return a function that makes a data set of some of the recordings."""
 
-    def made(**more) -> str:
+    def made(**more):
         options = {"labels": None, "title": "Recorded", "rest_frames": REST, "markers": (6, 5), "layout": "free"}
         return collect_trials(recordings, recordings / "conditions.csv", tmp_path / "trials", **{**options, **more})
 
     return made
 
 
-def test_videos_of_both_cameras_become_a_data_set(collect: Callable[..., str], tmp_path: Path) -> None:
+def test_videos_of_both_cameras_become_a_data_set(collect, tmp_path):
     assert collect() == f"{tmp_path / 'trials'}: 2 trials"
-    trials = open_trials(tmp_path / "trials")
-    found = trials.trial("one")
+    found = open_trials(tmp_path / "trials").trial("one")
     assert found.tracks["kind"].values.tolist() == ["internal"] * 6 + ["external"] * 5
     # More than 2 px beside the central marker, and more than 1 px of it.
     label = found.labels["external_markers"]
@@ -149,7 +144,7 @@ def test_videos_of_both_cameras_become_a_data_set(collect: Callable[..., str], t
     assert moved[-1] - moved[0] == pytest.approx(np.tile([29.0, 0.0], (6, 1)), abs=0.3)
 
 
-def test_the_layout_is_found_by_itself(tmp_path: Path) -> None:
+def test_the_layout_is_found_by_itself(tmp_path):
     places = np.array([80.0, 60.0]) + hexagonal_layout(20.0, 2).position
     film(tmp_path / "hexagon.mkv", list(map(tuple, places)), {}, frames=REST + 2)
     (tmp_path / "table.csv").write_text("file\nhexagon.mkv\n")
@@ -161,12 +156,12 @@ def test_the_layout_is_found_by_itself(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("function", [read_recording, collect_trials, run_detector, commands.collect, commands.run])
-def test_the_layout_is_found_unless_it_is_said(function: Callable[..., object]) -> None:
+def test_the_layout_is_found_unless_it_is_said(function):
     track = inspect.signature(track_markers).parameters["layout"].default
     assert inspect.signature(function).parameters["layout"].default == track == "auto"
 
 
-def test_a_users_own_labels_stand_beside_them(collect: Callable[..., str], tmp_path: Path) -> None:
+def test_a_users_own_labels_stand_beside_them(collect, tmp_path):
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\none,0.5,0.9\ntwo,0.6,\n")
     collect(labels=tmp_path / "mine.csv")
     trials = open_trials(tmp_path / "trials")
@@ -174,7 +169,7 @@ def test_a_users_own_labels_stand_beside_them(collect: Callable[..., str], tmp_p
     assert set(trials.labels("two")) == {"user", "external_markers"}
 
 
-def test_what_is_wrong_with_a_video_is_said_and_kept(recordings: Path, tmp_path: Path) -> None:
+def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
     film(recordings / "early.mkv", INNER, dict.fromkeys(range(6), 3))
     (tmp_path / "table.csv").write_text("file\nearly.mkv\n")
     (tmp_path / "mine.csv").write_text("trial,incipient_s,gross_s\nearly,0.5,0.9\n")
@@ -191,19 +186,16 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings: Path, tmp_path:
     assert "the reference is no rest" in open_trials(tmp_path / "trials").trial("early").provenance["warnings"]
 
 
-def test_files_of_tracks_are_read_as_they_are(tmp_path: Path) -> None:
+def test_tracks_are_read_as_they_are_and_another_number_of_markers_is_an_error(tmp_path, collect):
     tracks = make_tracks(np.zeros((3, 2, 2)), np.arange(3) / RATE, units="px")
     write_tracks(tracks, tmp_path / "tracks.nc")
     assert read_recording(tmp_path / "tracks.nc", n_markers=81).equals(tracks)
-
-
-def test_another_number_of_markers_is_an_error(collect: Callable[..., str], tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"one\.mkv: .*needs 40"):
         collect(markers=(40, 5))
     assert not (tmp_path / "trials").exists()
 
 
-def test_recordings_of_two_cameras_have_to_fit(recordings: Path, tmp_path: Path) -> None:
+def test_recordings_of_two_cameras_have_to_fit(recordings, tmp_path):
     inner = make_tracks(np.zeros((31, 2, 2)), np.arange(31) / RATE, units="px")
     with pytest.raises(InputError, match=r"external: lasts 0\.5 s beside 1 s, needs two recordings that begin and end"):
         with_external(inner, inner.isel(time=slice(0, 16)))

@@ -1,9 +1,6 @@
 """A detector that learns, and what it finds in trials and data sets that it did not learn from."""
 
-from __future__ import annotations
-
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +8,9 @@ import pytest
 from fingerslip.detect.evaluation.crossval import on_unseen
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.samples import Samples
 from fingerslip.detect.session import unseen_tables
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import (
-    Detector,
     calibration_count,
     candidate_of_name,
     detect,
@@ -24,12 +19,12 @@ from fingerslip.detect.training import (
     largest_before,
     train,
 )
-from fingerslip.detect.trials import TrialSet, write_trials
+from fingerslip.detect.trials import write_trials
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 
 
-def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials: TrialSet) -> None:
+def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials):
     onsets, unseen = trials.onsets(), trials.names[-4:]
     made = train(trials, onsets, "logistic", motion=MOTION, sampling=SAMPLING, names=trials.names[:-4])
     assert made.calibration.trials == 0
@@ -38,24 +33,24 @@ def test_a_detector_finds_slip_in_trials_that_it_has_not_seen(trials: TrialSet) 
         time, scores, found = detect(made, trials.tracks(name))
         assert scores.shape == (len(time), 2)
         assert onsets[name].gross is not None
-        assert abs(found.incipient - onsets[name].incipient) < 1.0  # type: ignore[operator]
+        assert abs(found.incipient - onsets[name].incipient) < 1.0
 
 
-def test_a_threshold_is_set_by_trials_that_were_kept(trials: TrialSet) -> None:
+def test_thresholds_are_set_by_the_largest_score_before_slip_of_trials_that_were_kept(trials):
     made = train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING, share=0.2)
     assert made.calibration.trials == 5
+    assert [calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
     assert made.provenance["trials"] == 19
     assert made.data == trials.digest
+    time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
+    largest = [largest_before(time, scores, Onsets(*at)) for at in ((2.5, 3.0), (None, None), (0.0, 1.0))]
+    assert largest == [3.0, 8.0, -np.inf]
 
 
-def test_how_many_trials_are_kept() -> None:
-    assert [calibration_count(count, 0.05) for count in (24, 37, 38, 95, 256)] == [0, 0, 19, 19, 51]
-
-
-def test_the_smoother_has_the_times_of_the_training_trials(samples: Samples, trials: TrialSet) -> None:
+def test_the_smoother_has_the_times_of_the_training_trials(samples, trials):
     onsets = trials.onsets()
     made = forward_filter(samples, onsets, 5)
-    partial = [one.gross - one.incipient for one in onsets.values()]  # type: ignore[operator]
+    partial = [one.gross - one.incipient for one in onsets.values()]
     assert made.dwell[1] == pytest.approx(np.mean(partial))
     assert sum(made.prior) == pytest.approx(1.0)
     assert made.weight == 0.2
@@ -63,14 +58,7 @@ def test_the_smoother_has_the_times_of_the_training_trials(samples: Samples, tri
     assert one.dwell[1] == pytest.approx(partial[0])
 
 
-def test_the_largest_score_before_slip() -> None:
-    time, scores = np.arange(4.0), np.array([[0.0, 9.0], [3.0, 9.0], [1.0, 9.0], [8.0, 9.0]])
-    assert largest_before(time, scores, Onsets(2.5, 3.0)) == 3.0
-    assert largest_before(time, scores, Onsets(None, None)) == 8.0
-    assert largest_before(time, scores, Onsets(0.0, 1.0)) == -np.inf
-
-
-def test_scores_of_frames_start_anew(samples: Samples, trials: TrialSet) -> None:
+def test_scores_of_frames_start_anew(samples, trials):
     made = forward_filter(samples, trials.onsets(), 5)
     chances, motion = (
         np.tile([0.8, 0.1, 0.1], (5, 1)),
@@ -80,7 +68,7 @@ def test_scores_of_frames_start_anew(samples: Samples, trials: TrialSet) -> None
     assert frame_scores(made, motion, chances) == pytest.approx(frame_scores(made, later, chances), abs=1e-12)
 
 
-def test_unknown_classifiers_and_other_markers_are_refused(trials: TrialSet) -> None:
+def test_unknown_classifiers_and_other_markers_are_refused(trials):
     with pytest.raises(InputError, match=r"classifier: got 'magic', needs one of forest, svm_linear"):
         candidate_of_name("magic")
     made = train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING)
@@ -89,7 +77,7 @@ def test_unknown_classifiers_and_other_markers_are_refused(trials: TrialSet) -> 
         detect(made, fewer)
 
 
-def test_a_classifier_takes_other_features_than_its_own() -> None:
+def test_a_classifier_takes_other_features_than_its_own():
     one = candidate_of_name("logistic:displacement+strain")
     assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
     assert one.make is candidate_of_name("logistic").make
@@ -100,12 +88,12 @@ def test_a_classifier_takes_other_features_than_its_own() -> None:
 
 
 @pytest.fixture(scope="module")
-def others(tmp_path_factory: pytest.TempPathFactory) -> TrialSet:
+def others(tmp_path_factory):
     slides = synthetic_slides((3.5e-3,), directions=3, repeats=1, seed=9, travel=8e-3)
     return write_trials(slides, tmp_path_factory.mktemp("others") / "slides", "Other slides")
 
 
-def test_onsets_are_read_with_and_without_smoothing(detector: Detector, others: TrialSet) -> None:
+def test_onsets_are_read_with_and_without_smoothing(detector, others):
     found = on_unseen(detector, others, others.onsets())
     assert list(found.onsets) == list(found.scores) == ["detector", "single frames"]
     assert found.matrices.shape == (3, 3, 3)
@@ -116,27 +104,22 @@ def test_onsets_are_read_with_and_without_smoothing(detector: Detector, others: 
     assert titles == ["Onset of slip", "Classes, on trials that were not seen", "Confusion, frames"]
 
 
-def test_slip_that_never_comes_is_no_mistake(detector: Detector, others: TrialSet) -> None:
-    never = dict.fromkeys(others.names, Onsets(None, None))
-    found = on_unseen(detector, others, never)
+def test_slip_that_never_comes_is_no_mistake(detector, others):
+    found = on_unseen(detector, others, dict.fromkeys(others.names, Onsets(None, None)))
     assert found.scores["detector"].trials == 0
     assert found.scores["detector"].at_rest.value == 1.0
     assert found.matrices[:, 1:].sum() == 0
 
 
-def test_what_a_detector_learned_from_is_not_unseen(detector: Detector, trials: TrialSet, others: TrialSet) -> None:
+def test_what_a_detector_learned_from_is_not_unseen_and_other_markers_are_refused(detector, trials, others, tmp_path):
     with pytest.raises(InputError, match="is what the detector learned from, needs another data set"):
         on_unseen(detector, trials, trials.onsets())
     with pytest.raises(InputError, match=r"labels: have no trial slide-0000, needs every trial"):
         on_unseen(detector, others, {})
-
-
-def test_other_markers_are_refused(detector: Detector, others: TrialSet, tmp_path: Path) -> None:
-    def fewer():
-        for name in others.names:
-            trial = others.trial(name)
-            yield type(trial)(name, trial.tracks.isel(marker=slice(0, 40)), trial.labels)
-
-    small = write_trials(fewer(), tmp_path / "small", "Fewer markers")
+    fewer = (
+        dataclasses.replace(others.trial(name), tracks=others.tracks(name).isel(marker=slice(0, 40)))
+        for name in others.names
+    )
+    small = write_trials(fewer, tmp_path / "small", "Fewer markers")
     with pytest.raises(InputError, match="needs the markers that the detector learned from"):
         on_unseen(detector, small, others.onsets())

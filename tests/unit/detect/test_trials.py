@@ -1,10 +1,6 @@
 """Trials on disk, data sets of them, and one table of all frames."""
 
-from __future__ import annotations
-
 import dataclasses
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,7 +11,6 @@ from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthet
 from fingerslip.detect.trials import (
     MANIFEST,
     Trial,
-    TrialSet,
     check_conditions,
     check_labels,
     layout_digest,
@@ -33,7 +28,7 @@ from fingerslip.storage.files import read_json, write_json
 SHORT = SyntheticSlide(travel=2e-3)
 
 
-def test_a_data_set_is_opened_lazily_with_all_it_needs(trials: TrialSet) -> None:
+def test_a_data_set_is_opened_lazily_with_all_it_needs(trials):
     assert len(trials.names) == 24
     assert trials.conditions["slide-0000"]["indentation"] == 3e-3
     assert trials.trial("slide-0001").labels == trials.labels("slide-0001")
@@ -45,7 +40,7 @@ def test_a_data_set_is_opened_lazily_with_all_it_needs(trials: TrialSet) -> None
         trials.onsets("mine")
 
 
-def test_the_hash_of_a_data_set_is_that_of_its_files(trials: TrialSet, tmp_path: Path) -> None:
+def test_the_hash_of_a_data_set_is_that_of_its_files(trials, tmp_path):
     again = write_trials([synthetic_trial("a", SHORT)], tmp_path / "a", "A")
     assert write_trials([synthetic_trial("a", SHORT)], tmp_path / "b", "B").digest == again.digest != trials.digest
 
@@ -58,7 +53,7 @@ def test_the_hash_of_a_data_set_is_that_of_its_files(trials: TrialSet, tmp_path:
         ("", "trials: got none"),
     ],
 )
-def test_a_set_of_other_trials_is_refused_and_nothing_is_left(names: str, message: str, tmp_path: Path) -> None:
+def test_a_set_of_other_trials_is_refused_and_nothing_is_left(names, message, tmp_path):
     sensors = {"a": SyntheticSensor(), "b": SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8)))}
     with pytest.raises(InputError, match=message):
         write_trials((synthetic_trial(name, SHORT, sensors[name]) for name in names), tmp_path / "set", "Set")
@@ -85,19 +80,16 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage: str, copied: Callable[[], Path]) -> None:
+def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage, copied):
     folder, (make, message) = copied(), DAMAGES[damage]
     make(folder)
     with pytest.raises(ResultError if damage == "no labels" else DamagedError, match=message):
         open_trials(folder)
 
 
-def test_a_folder_without_a_manifest_is_no_data_set(tmp_path: Path) -> None:
+def test_a_folder_without_a_manifest_and_a_label_that_never_comes_are_named(tmp_path):
     with pytest.raises(InputError, match=r"has no manifest.json, needs the folder of a data set"):
         open_trials(tmp_path)
-
-
-def test_a_label_that_never_comes_is_named() -> None:
     with pytest.raises(InputError, match="trial a: has no gross slip, needs both onsets here"):
         check_labels({"a": Onsets(1.0, None)}, ["a"])
     check_labels({"a": Onsets(1.0, None)}, ["a"], ("incipient",))
@@ -108,7 +100,7 @@ def test_a_label_that_never_comes_is_named() -> None:
 TRIAL = synthetic_trial("one", SyntheticSlide(travel=2e-3))
 
 
-def test_a_trial_is_read_back_as_it_was_written(tmp_path: Path) -> None:
+def test_a_trial_is_read_back_as_it_was_written(tmp_path):
     folder = tmp_path / "one"
     folder.mkdir()
     write_trial(TRIAL, folder)
@@ -123,22 +115,19 @@ def test_a_trial_is_read_back_as_it_was_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "../up", "a/b", ".hidden", "a" * 101])
-def test_a_name_has_to_be_that_of_a_folder(name: str) -> None:
+def test_a_name_has_to_be_that_of_a_folder(name):
     with pytest.raises(InputError, match="trial: is named"):
         Trial(name, TRIAL.tracks, {})
 
 
 @pytest.mark.parametrize("wrong", [{"speed": "fast"}, {"speed": True}, {"mine": [1]}, {"mine": float("nan")}])
-def test_conditions_are_plain_values(wrong: dict[str, object]) -> None:
+def test_conditions_are_plain_values_also_of_a_users_own(wrong):
+    check_conditions({"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}, "trial x")
     with pytest.raises(InputError, match=r"trial x: .*: got"):
         check_conditions(wrong, "trial x")
 
 
-def test_conditions_of_a_users_own_are_kept() -> None:
-    check_conditions({"surface": "acrylic", "wet": False, "task": "pour", "note": None, "speed": 3e-4}, "trial x")
-
-
-def test_layouts_are_told_apart() -> None:
+def test_layouts_are_told_apart():
     tracks = TRIAL.tracks
     assert layout_text(tracks) == "81 internal and 19 external markers in px"
     assert layout_digest(tracks) == layout_digest(tracks.isel(time=slice(0, 3)))
@@ -147,7 +136,7 @@ def test_layouts_are_told_apart() -> None:
     assert len({layout_digest(one) for one in (tracks, fewer, others)}) == 3
 
 
-def test_the_table_has_a_row_for_each_frame(trials: TrialSet, tmp_path: Path) -> None:
+def test_the_table_has_a_row_for_each_frame_and_nothing_for_what_was_not_seen(trials, tmp_path):
     write_parquet(trials, tmp_path / "all.parquet")
     table = pd.read_parquet(tmp_path / "all.parquet")
     assert table["trial"].nunique() == 24
@@ -158,18 +147,14 @@ def test_the_table_has_a_row_for_each_frame(trials: TrialSet, tmp_path: Path) ->
     assert one["class"].tolist() == found
     assert set(one["condition_task"]) == {"slide"}
     assert one["condition_friction_coefficient"].iloc[0] == trials.conditions["slide-0004"]["friction_coefficient"]
-
-
-def test_what_was_not_seen_is_empty(tmp_path: Path) -> None:
     trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
     trial.tracks["position"].values[3, 2] = np.nan
     trial.tracks["quality"].values[3, 2] = 0.0
-    made = write_trials([trial], tmp_path / "set", "One")
-    write_parquet(made, tmp_path / "a.parquet")
+    write_parquet(write_trials([trial], tmp_path / "set", "One"), tmp_path / "a.parquet")
     assert pd.read_parquet(tmp_path / "a.parquet")["external_2_x"].isna().to_numpy().nonzero()[0].tolist() == [3]
 
 
-def test_conditions_of_two_kinds_leave_no_file(tmp_path: Path) -> None:
+def test_conditions_of_two_kinds_leave_no_file(tmp_path):
     trial = synthetic_trial("a", SyntheticSlide(travel=1e-3))
     made = [
         dataclasses.replace(trial, name=name, conditions={"wet": value}) for name, value in (("a", True), ("b", "very"))

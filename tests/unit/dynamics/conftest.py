@@ -1,7 +1,5 @@
 """Ways of computing that the size of a model decides, so that small ones go each of them."""
 
-from __future__ import annotations
-
 import pytest
 
 from fingerslip.dynamics.step import stepper

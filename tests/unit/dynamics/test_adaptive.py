@@ -1,7 +1,5 @@
 """Motions with steps that control their own error: where they are recorded, how long they are, what they leave."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -83,12 +81,9 @@ def test_a_hold_in_which_a_load_changes_is_even_and_after_the_programme_nothing_
     assert not is_even(records(10.235, 100.0, **changes))
 
 
-def test_records_end_at_a_given_end_and_too_many_are_refused_before_there_are_any():
+def test_records_end_at_a_given_end():
     assert records(0.1, 0.31, settings={"end": 0.31})[-1] == 0.31
-    model = push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))
-    assert step_times(model).size < 150
-    with pytest.raises(fs.InputError, match=r"time\.output: .* GB are available"):
-        step_times(push_and_slide(time=fs.Adaptive(1e-12)))
+    assert step_times(push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))).size < 150
 
 
 # The motion.
@@ -98,7 +93,7 @@ def test_records_end_at_a_given_end_and_too_many_are_refused_before_there_are_an
 @pytest.mark.parametrize("scheme", ["quasi_static", "hht_alpha"])
 def test_shortest_steps_are_those_of_a_fixed_step(scheme, changes):
     """Every second state is recorded; forces of supports and stresses know of the steps between."""
-    step, damping = 2.5e-3, fs.RayleighDamping(0.0, 1e-3)
+    step, damping = 5e-3 if scheme == "quasi_static" else 2.5e-3, fs.RayleighDamping(0.0, 1e-3)
     fixed = fs.simulate(push_and_slide(time=timed(scheme, step), damping=damping, **changes))
     time = fs.Adaptive(2 * step, NEVER, scheme, smallest=step)
     history = fs.simulate(push_and_slide(time=time, damping=damping, **changes))
@@ -122,9 +117,9 @@ FAST = (("quasi_static", "relaxing"), ("hht_alpha", "elastic"))
     ],
 )
 def test_a_press_and_slide_is_that_of_fine_steps(scheme, changes):
-    fine = fs.simulate(push_and_slide(time=timed(scheme, 0.25e-3), **changes))
+    fine = fs.simulate(push_and_slide(time=timed(scheme, 0.5e-3), **changes))
     history = fs.simulate(push_and_slide(time=fs.Adaptive(10e-3, 1e-3, scheme), **changes))
-    at = np.rint(history["time"].values / 0.25e-3).astype(int)
+    at = np.rint(history["time"].values / 0.5e-3).astype(int)
     assert fine["time"].values[at] == pytest.approx(history["time"].values)
     for name in ("counterface_force", "contact_displacement"):
         expected = fine[name].values[at]
@@ -143,10 +138,8 @@ def test_at_large_strain_the_way_does_not_matter_to_a_press_without_friction():
 
 
 def creep(tolerance, **changes):
-    time = fs.Adaptive(**({"output": 0.02, "scheme": "quasi_static", "smallest": 1e-5, "end": 60.0} | changes))
-    time = dataclasses.replace(time, tolerance=tolerance, records_per_decade=10)
-    model = dataclasses.replace(oscillator(1.0, 0.0, 1.0), damping=fs.RayleighDamping(0.0, 0.5), time=time)
-    return fs.simulate(model)
+    time = fs.Adaptive(0.02, tolerance, "quasi_static", smallest=1e-5, end=20.0, records_per_decade=10, **changes)
+    return fs.simulate(dataclasses.replace(oscillator(1.0, 0.0, 1.0), damping=fs.RayleighDamping(0.0, 0.5), time=time))
 
 
 def test_creep_follows_the_tolerance_with_few_steps():
@@ -159,19 +152,21 @@ def test_creep_follows_the_tolerance_with_few_steps():
         assert history.attrs["steps_above_tolerance"] == 0
         assert errors[-1] < tolerance
     assert 4 < errors[0] / errors[1] < 25
-    assert steps[1] < 60.0 / 0.5 * 100, "not a hundred steps for each retardation time"
+    assert steps[1] < 20.0 / 0.5 * 100, "not a hundred steps for each retardation time"
     assert history.attrs["factorisations"] < 0.2 * steps[1], "those of the last lengths are kept"
+    assert creep(1e-2, largest=0.5).attrs["longest_step"] <= 0.5 < history.attrs["longest_step"]
 
 
 def test_dynamic_steps_are_judged_by_their_change_of_acceleration():
     """The error (beta - 1/6) h^2 (a_1 - a_0) grows with h^3: a thousandth of it allows a tenth of the step.
 
-    Where the oscillator is fastest to change, a_1 - a_0 = h STATIC, over the largest displacement, 2 STATIC.
+    Where the oscillator is fastest to change, a_1 - a_0 = h STATIC, over the largest displacement, 2 STATIC. At rest
+    steps are the longest ones.
     """
-    longest, errors = [], []
+    model, longest, errors = oscillator(1.0, 0.0, 1.0), [], []
     for tolerance, most in ((1e-3, 75), (1e-6, 640)):
         time = fs.Adaptive(0.5, tolerance, alpha=0.0, smallest=1e-3, end=10.0)
-        history = fs.simulate(dataclasses.replace(oscillator(1.0, 0.0, 1.0), time=time))
+        history = fs.simulate(dataclasses.replace(model, time=time))
         exact = STATIC * (1.0 - np.cos(FREQUENCY * history.time.values))
         longest.append(history.attrs["longest_step"])
         assert history.attrs["steps_taken"] < most, "they are not shorter where the displacement passes zero"
@@ -179,16 +174,8 @@ def test_dynamic_steps_are_judged_by_their_change_of_acceleration():
         assert 0.5 < longest[-1] / (tolerance * 2.0 / (1 / 4 - 1 / 6)) ** (1 / 3) < 4.0
     assert errors[0] < 20e-3
     assert 30 < errors[0] / errors[1] < 300, "of second order in a tenth of the step"
-
-
-def test_a_body_at_rest_takes_the_longest_steps():
-    model = dataclasses.replace(oscillator(1.0, 0.0, 1.0), tractions={}, time=fs.Adaptive(1.0, 1e-3, end=20.0))
-    history = fs.simulate(model)
-    assert (history.attrs["longest_step"], history.attrs["steps_rejected"]) == (1.0, 0)
-
-
-def test_steps_are_no_longer_than_the_largest():
-    assert creep(1e-2, largest=0.5).attrs["longest_step"] <= 0.5 < creep(1e-2).attrs["longest_step"]
+    rest = fs.simulate(dataclasses.replace(model, tractions={}, time=fs.Adaptive(1.0, 1e-3, end=20.0))).attrs
+    assert (rest["longest_step"], rest["steps_rejected"]) == (1.0, 0)
 
 
 class Watched(fs.Coulomb):
@@ -247,7 +234,7 @@ def test_a_step_that_is_not_solved_is_halved_and_the_shortest_one_is_refused():
 
 
 def test_models_that_are_simulated_together_are_computed_one_by_one():
-    time = fs.Adaptive(5e-3, 1e-3)
+    time = fs.Adaptive(5e-3, 1e-2)
     models = [push_and_slide(friction=friction, time=time) for friction in (0.2, 0.6)]
     for model, history in zip(models, fs.simulate_together(models), strict=True):
         alone = fs.simulate(model)
@@ -255,19 +242,3 @@ def test_models_that_are_simulated_together_are_computed_one_by_one():
         np.testing.assert_array_equal(history["counterface_force"], alone["counterface_force"])
     with pytest.raises(fs.InputError, match=r"models\.1\.time"):
         fs.simulate_together([models[0], push_and_slide(time=fs.TimeStepping(5e-3))])
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda time: push_and_slide(time=time, basis=fs.ReducedBasis()), r"basis: .* fixed length"),
-        (lambda time: fs.Simulation(push_and_slide(time=time)), "time: controls its own steps"),
-        (
-            lambda _: fs.simulate(push_and_slide(time=fs.Adaptive(20e-3, smallest=10e-3), **RELAXING)),
-            r"materials\.bulk\.prony\.0\.time: got 0\.004 s for a step of 0\.01 s",
-        ),
-    ],
-)
-def test_what_needs_a_fixed_or_a_shorter_step_is_refused(make, message):
-    with pytest.raises(fs.InputError, match=message):
-        make(fs.Adaptive(5e-3))

@@ -1,7 +1,5 @@
 """Steps of a reduced body in compiled code: those of the mesh, steered, saved, and handed over where they fail."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import fingerslip as fs
 from fingerslip.dynamics.compact import integrator
-from fingerslip.verification.meshes import box
+from unit.dynamics.models import assert_same_history, contact, slid_block, solved_by_steps
 
 # What is compared with the mesh, over the largest value of each.
 COMPARED = (
@@ -32,24 +31,22 @@ COMPARED = (
 
 def a_model(law: Any | None = None, **changes: object) -> fs.Model:
     """Return a block that is pressed and slid to and fro until all of it slips: 48 steps, all modes in the basis."""
-    model = fs.Model(
-        mesh=box("Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)),
-        materials={"bulk": fs.Elastic(50e3, 0.45, 1000.0)},
-        formulation="plane_strain",
-        depth=0.01,
-        supports={"top": ("x", "y")},
-        contacts=(fs.Contact("bottom", fs.Plane((0.0, 1.0)), law or fs.Coulomb(0.4)),),
-        programme=(
+    values = {
+        "materials": {"bulk": fs.Elastic(50e3, 0.45, 1000.0)},
+        "contacts": contact(counterface=fs.Plane((0.0, 1.0)), friction=law or fs.Coulomb(0.4)),
+        "programme": (
             fs.Press(0.3e-3, 5e-3),
             fs.Slide(0.4e-3, 5e-3, (1.0, 0.0)),
             fs.Slide(0.4e-3, 5e-3, (-1.0, 0.0)),
             fs.Lift(0.1e-3, 5e-3),
         ),
-        time=fs.TimeStepping(5e-3),
-        record=fs.Recording(sites=(fs.Site("inside", "probe", (4e-3, 1e-3)),), snapshots_every=20e-3),
-        basis=fs.ReducedBasis(1e-12, 1e-10),
-    )
-    return replace(model, **changes)
+        "basis": fs.ReducedBasis(1e-12, 1e-10),
+    }
+    return slid_block(**(values | changes))
+
+
+def assert_same(history: xr.Dataset, expected: xr.Dataset, share: float) -> None:
+    assert_same_history(history[[*COMPARED]], expected[[*COMPARED]], share)
 
 
 class Bases(dict[str, Mapping[str, Any]]):
@@ -73,10 +70,8 @@ CHANGES = {
     "gravity and a moving start": {"gravity": (0.0, -9.81), "initial_velocity": (0.0, -1e-3)},
     "two counterfaces": {
         "supports": {"left": ("x", "y")},
-        "contacts": (
-            fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.4)),
-            fs.Contact("top", fs.Plane((0.0, -1.0)), fs.Coulomb(0.2)),
-        ),
+        "contacts": contact(counterface=fs.Plane((0.0, 1.0)))
+        + contact(boundary="top", counterface=fs.Plane((0.0, -1.0)), friction=fs.Coulomb(0.2)),
     },
 }
 
@@ -92,9 +87,7 @@ def test_histories_are_those_of_the_mesh(model: fs.Model, monkeypatch: pytest.Mo
     monkeypatch.setattr(integrator.Compact, "advance", lambda *step: calls.append(1) or advance(*step))
     history, expected = fs.simulate(model), fs.simulate(replace(model, basis=None))
     assert (history.attrs["basis"], len(calls) > 0) == ("reduced", True)
-    for name in COMPARED:
-        values, wanted = history[name].values, expected[name].values
-        np.testing.assert_allclose(values, wanted, atol=1e-10 * np.abs(wanted).max(initial=1e-30), err_msg=name)
+    assert_same(history, expected, 1e-10)
     np.testing.assert_array_equal(history["contact_state"], expected["contact_state"])
     works = history["external_work"].values
     assert np.abs(history["energy_imbalance"].values).max() < 1e-12 * np.abs(works).max()
@@ -116,17 +109,15 @@ def test_steps_from_outside_are_those_of_a_simulation_and_of_a_restored_one(law:
         while not sim.is_finished:
             sim.step()
         restored = sim.history()
-    for name in COMPARED:
-        np.testing.assert_array_equal(restored[name].values, history[name].values, err_msg=name)
-        wanted = expected[name].values
-        np.testing.assert_allclose(history[name].values, wanted, atol=1e-11 * np.abs(wanted).max(initial=1e-30))
+    assert_same(restored, history, 0.0)
+    assert_same(history, expected, 1e-11)
     assert restored.attrs["basis_error"] == history.attrs["basis_error"]
 
 
 def test_commands_steer_a_basis_as_they_steer_the_mesh() -> None:
     """The plate is pressed by a force, which a command doubles, and stopped on the way."""
-    contact = fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.4), drive=fs.Drive(force=0.1, mass=0.05))
-    model = a_model(contacts=(contact,), programme=(fs.Hold(20e-3), fs.Slide(0.4e-3, 5e-3, (1.0, 0.0))))
+    driven = contact(counterface=fs.Plane((0.0, 1.0)), drive=fs.Drive(force=0.1, mass=0.05))
+    model = a_model(contacts=driven, programme=(fs.Hold(20e-3), fs.Slide(0.4e-3, 5e-3, (1.0, 0.0))))
     forces = []
     for basis in (model.basis, None):
         with fs.Simulation(replace(model, basis=basis)) as sim:
@@ -152,19 +143,11 @@ def test_a_step_that_compiled_code_does_not_solve_is_taken_as_on_the_mesh(monkey
     monkeypatch.setattr(integrator, "take_steps", stumbling)
     history = fs.simulate(a_model())
     assert len(handed_over) == 3
-    for name in COMPARED:
-        wanted = expected[name].values
-        np.testing.assert_allclose(history[name].values, wanted, atol=1e-9 * np.abs(wanted).max(initial=1e-30))
+    assert_same(history, expected, 1e-9)
 
 
 def test_what_compiled_code_does_not_take_is_stepped_in_the_basis_all_the_same() -> None:
-    model = a_model(contacts=(fs.Contact("bottom", fs.Cylinder(20e-3), fs.Coulomb(0.4)),))
-    with fs.Simulation(model) as sim:
-        while not sim.is_finished:
-            sim.step()
-        history = sim.history()
-    expected = fs.simulate(replace(model, basis=None))
+    model = a_model(contacts=contact(counterface=fs.Cylinder(20e-3)))
+    history = solved_by_steps(model)
     assert history.attrs["basis"] == "reduced"
-    for name in COMPARED:
-        wanted = expected[name].values
-        np.testing.assert_allclose(history[name].values, wanted, atol=2e-5 * np.abs(wanted).max(initial=1e-30))
+    assert_same(history, fs.simulate(replace(model, basis=None)), 2e-5)

@@ -1,7 +1,5 @@
 """What a history holds: labels, units, snapshots, and values that follow from each other."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -11,10 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.dynamics.recording import steps
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.dynamics.recording import steps as recorded_steps
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
+from unit.dynamics.models import assert_same_history, contact, model_of
 
 RELAXING = fs.Elastic(50e3, 0.45, 1000.0, prony=(fs.PronyTerm(0.3, 0.1),))
 SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
@@ -25,15 +25,13 @@ def history():
     return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
 
 
-def test_every_variable_has_its_dimensions_units_and_name(history):
+def test_every_variable_is_finite_and_has_its_dimensions_units_and_labels(history):
     assert set(history.data_vars) == set(VARIABLES)
     assert set(history.coords) == set(COORDINATES)
     for name, known in (COORDINATES | VARIABLES).items():
         assert history[name].dims == known.dims
         assert history[name].attrs == {"units": known.units, "long_name": known.long_name}
-
-
-def test_labels_tell_what_was_recorded(history):
+        assert name in COORDINATES or np.isfinite(history[name].values).all(), name
     assert history.site.values.tolist() == ["deep", "low"]
     assert history.site_kind.values.tolist() == ["FA-II", "SA-I"]
     assert history.site_region.values.tolist() == ["", "bulk"]
@@ -69,11 +67,6 @@ def test_sites_move_and_strain_as_the_mesh_does():
         assert (history.stress.values[-1, number] <= stress.max(axis=0) + 0.05 * scale).all()
 
 
-def test_nothing_is_infinite_or_missing(history):
-    for name in VARIABLES:
-        assert np.isfinite(history[name].values).all(), name
-
-
 def test_body_force_is_the_sum_of_the_tractions(history):
     area = history.contact_area
     normal = (history.normal_traction * area).sum("contact_node")
@@ -85,21 +78,22 @@ def test_body_force_is_the_sum_of_the_tractions(history):
     assert friction[-1, 0] > 0.0, "a plate that moves along +x pulls the skin along +x"
 
 
-def test_gap_follows_from_positions_and_is_penetration_over_penalty(history):
+def test_gaps_tractions_states_and_slip_follow_from_each_other(history):
+    """A gap is the penetration over the penalty; a sticking node gathers no slip at all, not even rounding."""
     height = history.contact_position[:, 1] + history.contact_displacement[:, :, 1]
     lowest = float(history.contact_position[:, 1].min())
     gap = (height - lowest - history.counterface_displacement[:, 0, 1]).transpose("time", "contact_node").values
     np.testing.assert_allclose(history.gap.values, gap, atol=1e-15)
-    expected = np.maximum(-gap, 0.0) * history.attrs["normal_penalty"]
-    np.testing.assert_allclose(history.normal_traction.values, expected, atol=1e-9 * expected.max())
-
-
-def test_states_follow_from_tractions(history):
-    pressure, friction = history.normal_traction.values, np.linalg.norm(history.tangential_traction.values, axis=-1)
-    state = history.contact_state.values
-    assert ((state == 0) == (pressure == 0.0)).all()
-    np.testing.assert_allclose(friction[state == 2], 0.4 * pressure[state == 2], rtol=1e-8)
-    assert (friction[state == 1] < 0.4 * pressure[state == 1]).all()
+    pressure, expected = history.normal_traction.values, np.maximum(-gap, 0.0) * history.attrs["normal_penalty"]
+    np.testing.assert_allclose(pressure, expected, atol=1e-9 * expected.max())
+    state, friction = history.contact_state.values, np.linalg.norm(history.tangential_traction.values, axis=-1)
+    assert ((state == OPEN) == (pressure == 0.0)).all()
+    np.testing.assert_allclose(friction[state == SLIP], 0.4 * pressure[state == SLIP], rtol=1e-8)
+    assert (friction[state == STICK] < 0.4 * pressure[state == STICK]).all()
+    steps = np.diff(history.slip_distance.values, axis=0)
+    assert (steps >= 0.0).all()
+    assert (state[1:] == STICK).any()
+    assert (steps[state[1:] == STICK] == 0.0).all()
 
 
 def test_energy_of_the_cells_is_the_strain_energy():
@@ -116,15 +110,13 @@ def test_energy_of_the_cells_is_the_strain_energy():
 
 def pressed_in_a_sleeve(strain: float, law: type = fs.Elastic, **others) -> xr.Dataset:
     """Return the history of a block that is held sideways and pressed slowly to a uniaxial strain."""
-    mesh = box("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5))
-    sites = (fs.Site("middle", "", (1e-3, 2e-3)),)
     model = push_and_slide(
-        mesh=mesh,
+        mesh=box("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5)),
         materials={"bulk": law(34e3, 0.4, 1e-3)},
         supports={"bulk": ("x",), "top": ("x", "y")},
-        contacts=(fs.Contact("bottom", normal_penalty=1e12),),
+        contacts=contact(normal_penalty=1e12),
         programme=(fs.Press(4e-3 * strain, 1e-3),),
-        record=fs.Recording(sites, snapshots_every=0.04),
+        record=fs.Recording((fs.Site("middle", "", (1e-3, 2e-3)),), snapshots_every=0.04),
         **others,
     )
     return fs.simulate(model)
@@ -158,22 +150,14 @@ def test_forces_of_an_inclined_plate_are_along_its_own_axes():
     angle = np.radians(30.0)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     straight = push_and_slide()
-    points = np.ascontiguousarray(turn @ straight.mesh.p)
-    mesh = type(straight.mesh)(points, straight.mesh.t, _subdomains=straight.mesh.subdomains)
-    mesh = mesh.with_boundaries({name: np.asarray(facets) for name, facets in straight.mesh.boundaries.items()})
-    contact = fs.Contact("bottom", counterface=fs.Plane(normal=tuple(turn @ [0.0, 1.0])), friction=fs.Coulomb(0.4))
-    turned = fs.simulate(push_and_slide(mesh=mesh, contacts=(contact,)))
-    expected = fs.simulate(straight)
-    scale = np.abs(expected.counterface_force.values).max()
-    np.testing.assert_allclose(
-        turned.counterface_force.values[:, 0], expected.counterface_force.values[:, 0] @ turn.T, atol=1e-8 * scale
-    )
-    friction = expected["tangential_traction"].values
-    scale = np.abs(friction).max()
-    np.testing.assert_allclose(turned["tangential_traction"].values, friction @ turn.T, atol=1e-7 * scale)
-    for name in ("normal_traction", "slip_distance", "gap"):
-        values = expected[name].values
-        np.testing.assert_allclose(turned[name].values, values, atol=1e-7 * np.abs(values).max(), err_msg=name)
+    mesh = dataclasses.replace(straight.mesh, doflocs=np.ascontiguousarray(turn @ straight.mesh.p))
+    plate = contact(counterface=fs.Plane(normal=tuple(turn @ [0.0, 1.0])))
+    turned, expected = fs.simulate(push_and_slide(mesh=mesh, contacts=plate)), fs.simulate(straight)
+    for name, share in {"counterface_force": 1e-8, "tangential_traction": 1e-7}.items():
+        values = expected[name].values @ turn.T
+        np.testing.assert_allclose(turned[name].values, values, atol=share * np.abs(values).max(), err_msg=name)
+    names = ["normal_traction", "slip_distance", "gap"]
+    assert_same_history(turned[names], expected[names], 1e-7)
 
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
@@ -181,73 +165,53 @@ def test_forces_of_an_inclined_plate_are_along_its_own_axes():
 def test_friction_is_along_the_surface_where_the_step_ends(dim, kinematics):
     """A round counterface that slides in large steps turns the normals; without friction nothing is along it."""
     shape = fs.Cylinder(10e-3, (0.0, 1.0)) if dim == 2 else fs.Sphere(10e-3, (0.0, 1.0, 0.0))
-    axes = [
-        np.linspace(-4e-3, 4e-3, 9),
-        np.linspace(0.0, 4e-3, 4),
-        *([np.linspace(-2e-3, 2e-3, 3)] if dim == 3 else []),
-    ]
-    model = fs.Model(
-        mesh=box("Q4" if dim == 2 else "H8", *axes),
-        materials={"bulk": (fs.Elastic if kinematics == "small" else fs.NeoHookean)(1e5, 0.3, 1000.0)},
-        formulation="plane_strain" if dim == 2 else "solid",
-        supports={"top": ("x", "y", "z")[:dim]},
-        contacts=(fs.Contact("bottom", shape, fs.Coulomb(0.0)),),
-        programme=(fs.Press(4e-4, 2e-3), fs.Slide(1e-3, 2e-3)),
-        time=fs.TimeStepping(0.1),
-        kinematics=kinematics,
-    )
-    history = fs.simulate(model)
-    assert history["normal_traction"].values.max() > 1e3
-    assert np.abs(history["tangential_traction"].values).max() < 1e-12 * history["normal_traction"].values.max()
-    model = dataclasses.replace(model, contacts=(fs.Contact("bottom", shape, fs.Coulomb(0.5)),))
-    history = fs.simulate(model)
-    friction, pressure = history["tangential_traction"].values, history["normal_traction"].values
-    assert (np.linalg.norm(friction, axis=-1) <= 0.5 * pressure * (1.0 + 1e-9)).all()
-    sliding = history["contact_state"].values == 2
-    np.testing.assert_allclose(np.linalg.norm(friction, axis=-1)[sliding], 0.5 * pressure[sliding], rtol=1e-9)
-    assert sliding.any()
+    axes = [np.linspace(-4e-3, 4e-3, 9), np.linspace(0.0, 4e-3, 4), np.linspace(-2e-3, 2e-3, 3)]
+    values = {
+        "materials": {"bulk": (fs.Elastic if kinematics == "small" else fs.NeoHookean)(1e5, 0.3, 1000.0)},
+        "programme": (fs.Press(4e-4, 2e-3), fs.Slide(1e-3, 2e-3)),
+        "time": fs.TimeStepping(0.1),
+        "kinematics": kinematics,
+    }
+    for mu in (0.0, 0.5):
+        touched = contact(counterface=shape, friction=fs.Coulomb(mu))
+        history = fs.simulate(model_of("Q4" if dim == 2 else "H8", *axes[:dim], contacts=touched, **values))
+        pressure, state = history["normal_traction"].values, history["contact_state"].values
+        friction = np.linalg.norm(history["tangential_traction"].values, axis=-1)
+        assert pressure.max() > 1e3
+        assert (friction <= max(mu * (1.0 + 1e-9), 1e-12) * np.maximum(pressure, 0.0 if mu else pressure.max())).all()
+        assert (state == 2).any()
+        if mu:
+            np.testing.assert_allclose(friction[state == 2], mu * pressure[state == 2], rtol=1e-9)
+
+
+def loaded(element, load, step, **values):
+    """Return the model of a square or cube that hangs at its top and is loaded from below, along its last axis."""
+    dim = 3 if element == "T4" else 2
+    pull = fs.Traction(tuple(load * np.eye(dim)[-1]), fs.Ramp((0.0, 1.0, 2.0), (0.0, 1.0, 0.0)))
+    elastic = {"bulk": fs.Elastic(1e3, 0.0, 1.0)}
+    axes, time = [np.linspace(0.0, 1.0, 3)] * dim, fs.QuasiStatic(step, end=1.0 if step == 1.0 else 2.0)
+    return model_of(element, *axes, materials=elastic, tractions={"bottom": pull}, time=time, **values)
 
 
 @pytest.mark.parametrize("element", ["Q4", "T6", "T4"])
 def test_cells_that_small_strain_turns_inside_out_are_named(element, caplog):
-    dim = 3 if element == "T4" else 2
-    mesh = box(element, *[np.linspace(0.0, 1.0, 3)] * dim)
-    model = fs.Model(
-        mesh=mesh,
-        materials={"bulk": fs.Elastic(1e3, 0.0, 1.0)},
-        formulation="solid" if dim == 3 else "plane_strain",
-        supports={"top": ("x", "y", "z")[:dim]},
-        tractions={"bottom": (0.0,) * (dim - 1) + (900.0,)},
-        time=fs.QuasiStatic(1.0, end=1.0),
-    )
-    fs.simulate(model)
+    fs.simulate(loaded(element, 900.0, 1.0))
     assert not caplog.records
-    fs.simulate(dataclasses.replace(model, tractions={"bottom": (0.0,) * (dim - 1) + (1100.0,)}))
-    assert f"turns {mesh.nelements} of {mesh.nelements} cells inside out" in caplog.text
+    model = loaded(element, 1100.0, 1.0)
+    fs.simulate(model)
+    assert f"turns {model.mesh.nelements} of {model.mesh.nelements} cells inside out" in caplog.text
     assert "write kinematics: finite" in caplog.text
 
 
 def test_cells_that_are_inside_out_at_a_snapshot_alone_are_named_once(caplog):
-    ramp = fs.Ramp((0.0, 1.0, 2.0), (0.0, 1.0, 0.0))
-    model = fs.Model(
-        mesh=box("Q4", *[np.linspace(0.0, 1.0, 3)] * 2),
-        materials={"bulk": fs.Elastic(1e3, 0.0, 1.0)},
-        formulation="plane_strain",
-        supports={"top": ("x", "y")},
-        tractions={"bottom": fs.Traction((0.0, 1100.0), ramp)},
-        time=fs.QuasiStatic(0.5, end=2.0),
-        record=fs.Recording(snapshots_every=0.5),
-    )
-    fs.simulate(model)
+    fs.simulate(loaded("Q4", 1100.0, 0.5, record=fs.Recording(snapshots_every=0.5)))
     assert caplog.text.count("cells inside out") == 1
 
 
 def pulled(step, count, every):
     """Return the history of one cell with snapshots."""
-    mesh = box("Q4", [0.0, 1.0], [0.0, 1.0])
     time, record = fs.QuasiStatic(step, end=step * count), fs.Recording(snapshots_every=every)
-    elastic = {"materials": {"bulk": fs.Elastic(2.0, 0.0, 3.0)}, "formulation": "plane_stress"}
-    return fs.simulate(fs.Model(mesh=mesh, supports={"bottom": ("x", "y")}, time=time, record=record, **elastic))
+    return fs.simulate(model_of("Q4", [0.0, 1.0], [0.0, 1.0], time=time, record=record))
 
 
 @settings(deadline=None)
@@ -257,7 +221,7 @@ def test_snapshots_are_at_the_steps_nearest_to_multiples_of_the_interval_with_bo
     times = step * np.arange(count + 1)
     multiples = np.append(np.arange(0.0, times[-1], ratio * step), times[-1])
     nearest = np.unique(np.abs(times[:, None] - multiples).argmin(axis=0))
-    assert steps.snapshot_steps(times, ratio * step) == nearest.tolist()
+    assert recorded_steps.snapshot_steps(times, ratio * step) == nearest.tolist()
 
 
 def test_tiny_intervals_keep_every_step_and_none_keeps_no_snapshots():
@@ -271,6 +235,7 @@ def test_tiny_intervals_keep_every_step_and_none_keeps_no_snapshots():
 def test_snapshots_so_far_are_those_of_the_whole_run(material):
     model = push_and_slide(materials={"bulk": material}, record=fs.Recording(snapshots_every=0.02))
     whole = fs.simulate(model)
+    names = [name for name in whole.data_vars if "snapshot_time" in whole[name].dims]
     assert whole.sizes["snapshot_time"] > 5
     with fs.Simulation(model) as sim:
         for taken in range(1, whole.sizes["time"]):
@@ -279,7 +244,7 @@ def test_snapshots_so_far_are_those_of_the_whole_run(material):
                 so_far = sim.history()
                 count = so_far.sizes["snapshot_time"]
                 assert count == (whole.snapshot_time <= whole.time[taken]).sum()
-                for name in filter(lambda name: "snapshot_time" in whole[name].dims, whole.data_vars):
+                for name in names:
                     np.testing.assert_array_equal(so_far[name], whole[name][:count], err_msg=name)
 
 
@@ -289,17 +254,8 @@ def test_records_are_refused_by_what_they_take_before_there_are_any(every, eleme
     """The estimate is at most a third more than what the history takes."""
     model = push_and_slide(element, record=fs.Recording(SITES, snapshots_every=every))
     taken = sum(variable.nbytes for variable in fs.simulate(model).data_vars.values())
-    monkeypatch.setattr(steps, "available_memory", lambda: taken - 1)
+    monkeypatch.setattr(recorded_steps, "available_memory", lambda: taken - 1)
     with pytest.raises(fs.InputError, match=r"GB for their records, .* GB are available; .*or take fewer snapshots"):
         fs.simulate(model)
-    monkeypatch.setattr(steps, "available_memory", lambda: int(1.3 * taken))
+    monkeypatch.setattr(recorded_steps, "available_memory", lambda: int(1.3 * taken))
     fs.simulate(model)
-
-
-def test_a_sticking_node_gathers_no_slip_at_all(history):
-    """Not even rounding: over thousands of steps it would add up."""
-    slip, state = history.slip_distance.values, history.contact_state.values
-    stuck = state[1:] == 1
-    assert stuck.any()
-    assert (np.diff(slip, axis=0)[stuck] == 0.0).all()
-    assert (np.diff(slip, axis=0) >= 0.0).all()

@@ -1,7 +1,5 @@
 """A reduced basis moves as the mesh does, with as many modes as the tolerance needs, or leaves it to the mesh."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import logging
@@ -14,7 +12,7 @@ from fingerslip.dynamics.reduced import basis as bases
 from fingerslip.history import VARIABLES
 from problems.pushed import push_and_slide
 from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, random_model
-from unit.dynamics.models import ROUNDING, assert_same_history, error_of
+from unit.dynamics.models import ROUNDING, assert_same_history, contact, error_of
 
 # What shows the acceleration that few normal modes give.
 COARSE = {"velocity", "acceleration", "contact_velocity", "contact_acceleration", "snapshot_velocity"}
@@ -63,8 +61,8 @@ def test_quasi_static_motions_are_exact():
     assert reduced.attrs["basis_acceleration_error"] == 0.0
 
 
-DRIVEN = fs.Contact("bottom", friction=fs.Coulomb(0.4), drive=fs.Drive(mass=1e-3, force=2e-4))
-ROUND = fs.Contact("bottom", fs.Cylinder(radius=20e-3, centre=(0.0, -20e-3)), fs.Coulomb(0.4))
+DRIVEN = contact(drive=fs.Drive(mass=1e-3, force=2e-4))
+ROUND = contact(counterface=fs.Cylinder(radius=20e-3, centre=(0.0, -20e-3)))
 
 
 @pytest.mark.parametrize(
@@ -72,11 +70,11 @@ ROUND = fs.Contact("bottom", fs.Cylinder(radius=20e-3, centre=(0.0, -20e-3)), fs
     [
         ({"gravity": (0.0, -5.0), "initial_velocity": (0.0, -0.01)}, ("displacement", "normal_traction"), 1e-3),
         (
-            {"contacts": (DRIVEN,), "programme": (fs.Hold(0.05), fs.Slide(0.2e-3, 4e-3))},
+            {"contacts": DRIVEN, "programme": (fs.Hold(0.05), fs.Slide(0.2e-3, 4e-3))},
             ("counterface_displacement", "counterface_velocity", "counterface_force"),
             1e-2,
         ),
-        ({"contacts": (ROUND,)}, ("tangential_traction",), 1e-3),
+        ({"contacts": ROUND}, ("tangential_traction",), 1e-3),
         ({"record": fs.Recording()}, ("contact_displacement",), 1e-3),
     ],
     ids=["loads", "drive", "frames that turn", "no sites"],
@@ -108,16 +106,13 @@ def test_motions_together_are_those_alone_and_are_judged_by_the_worst():
     """Each with its own friction, programme, counterface and sites."""
     first = deep_push_and_slide(friction=0.3, basis=LOOSE)
     slow = dataclasses.replace(first, programme=(fs.Press(0.2e-3, 4e-3), fs.Hold(0.1)))
-    rough = dataclasses.replace(
-        first, contacts=(fs.Contact("bottom", friction=fs.Coulomb(0.6)),), record=fs.Recording(SITES[1:])
-    )
+    rough = dataclasses.replace(first, contacts=contact(friction=fs.Coulomb(0.6)), record=fs.Recording(SITES[1:]))
     models = [rough, first, slow]
     alone, together = [fs.simulate(model) for model in models], fs.simulate_together(models)
+    worst = max(single.attrs["basis_acceleration_error"] for single in alone)
     for single, beside in zip(alone, together, strict=True):
         for name in ("displacement", "contact_acceleration", "counterface_force"):
             assert difference(beside, single, name) < 1e-3, name
-    worst = max(single.attrs["basis_acceleration_error"] for single in alone)
-    for beside in together:
         assert beside.attrs["basis_acceleration_error"] == pytest.approx(worst, rel=1e-2)
 
 
@@ -152,9 +147,9 @@ def check_estimates(models, caplog):
     basis = fs.ReducedBasis()
     assert (error <= (basis.tolerance, basis.acceleration_tolerance)).all()
     assert (error <= 3.0 * estimate + 1e-9).all()
-    # Too large an estimate only costs time. Of 60 there are 5 on one processor and 6 on another: which ones are above
-    # depends on how the vectors of a basis are rounded.
-    assert (estimate > 3.0 * error + 1e-9).mean() < 0.2
+    # Too large an estimate only costs time, and none where it is far below the tolerance.
+    tolerances = np.array([basis.tolerance, basis.acceleration_tolerance])
+    assert (estimate > 3.0 * error + 0.02 * tolerances).mean() < 0.2
     return len(pairs)
 
 
@@ -173,7 +168,7 @@ def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
 
 def test_a_history_says_which_basis_it_has():
     attrs = fs.simulate(with_basis()).attrs
-    assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 40)
+    assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 80)
     assert attrs["basis_constraint_modes"] == 2 * attrs["n_contact_candidates"]
     assert 0.0 < attrs["basis_error"] < 1e-3
     assert attrs["basis_highest_frequency"] > 100.0
@@ -198,10 +193,10 @@ def test_normal_modes_are_added_until_they_suffice_for_displacements_and_acceler
 
 
 def test_the_more_normal_modes_the_nearer(monkeypatch):
-    full, moved = fs.simulate(deep_push_and_slide()), []
+    full, moved = fs.simulate(deep_push_and_slide(alpha=-0.3)), []
     for count in (5, 40, 160):
         monkeypatch.setattr(bases, "_FEWEST", count)
-        reduced = fs.simulate(deep_push_and_slide(basis=LOOSE))
+        reduced = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=LOOSE))
         assert reduced.attrs["basis_normal_modes"] == count
         moved.append(difference(reduced, full, "displacement"))
     assert moved[0] > 2.0 * moved[1] > 2.0 * moved[2]
@@ -266,19 +261,17 @@ def test_the_first_of_several_motions_tries_a_basis_out_for_all(monkeypatch):
 )
 def test_another_body_needs_another_basis(change):
     """All nodes are candidates, so that loads make no others of them."""
-    store, contact = Memory(), fs.Contact("bottom", friction=fs.Coulomb(0.4), search_distance=1.0)
+    store, still = Memory(), {"contacts": contact(search_distance=1.0), "time": fs.TimeStepping(5e-3, end=0.05)}
     for changes in ({}, change):
-        model = with_basis(**changes, contacts=(contact,), time=fs.TimeStepping(5e-3, end=0.05))
-        assert fs.simulate(model, bases=store).attrs["basis"] == "reduced"
+        assert fs.simulate(with_basis(**changes, **still), bases=store).attrs["basis"] == "reduced"
     assert store.saves == 2
 
 
 # Where a basis is not the way, the motion is that on the mesh, bit by bit, with a reason in the log.
 
-PLATE = fs.RigidBody(1.0, free=("y",), loads=(fs.BodyLoad(y=1e-3),))
 HANGING = {
-    "contacts": (fs.Contact("bottom", friction=fs.Coulomb(0.4), rigid_body="plate"),),
-    "bodies": {"plate": PLATE},
+    "contacts": contact(rigid_body="plate"),
+    "bodies": {"plate": fs.RigidBody(1.0, free=("y",), loads=(fs.BodyLoad(y=1e-3),))},
     "programme": (),
     "time": fs.QuasiStatic(0.1, end=0.2),
 }
@@ -293,11 +286,7 @@ ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05
     [
         (with_basis(1e-14), {}, "and the tolerances are 1e-14 and 0.5"),
         (with_basis(1e-14), {"_FEWEST": 4}, "and the tolerances are 1e-14 and 0.5"),
-        (
-            with_basis(supports={"top": ("x",)}, programme=(fs.Press(0.1e-3, 4e-3),)),
-            {},
-            "supports leave rigid motions free",
-        ),
+        (with_basis(**SHORT, supports={"top": ("x",)}), {}, "supports leave rigid motions free"),
         (with_basis(**HANGING), {}, "contact alone holds the rigid body 'plate' (y)"),
         (with_basis(**SHORT, materials={"bulk": SOFTENING}), {}, "materials relax"),
         (with_basis(**SHORT, support_motions={"top": DOWN}), {}, "supports move"),
@@ -319,19 +308,15 @@ def test_where_a_basis_does_not_do_the_motion_is_that_on_the_mesh(model, patches
 
 
 class Unsolved(fs.Coulomb):
-    """A friction law that fails a few times."""
-
-    def __init__(self, failures):
-        super().__init__(0.4)
-        object.__setattr__(self, "left", [fs.ConvergenceError(0.1, 3, 1.0, 1e-10, "try again")] * failures)
+    """A friction law that fails once."""
 
     def coefficients(self, conditions):
-        if self.left:
-            raise self.left.pop()
+        if not hasattr(self, "failed"):
+            object.__setattr__(self, "failed", True)
+            raise fs.ConvergenceError(0.1, 3, 1.0, 1e-10, "try again")
         return super().coefficients(conditions)
 
 
 def test_contact_that_is_not_solved_in_the_basis_is_solved_on_the_mesh(caplog):
-    history = fs.simulate(with_basis(contacts=(fs.Contact("bottom", friction=Unsolved(1)),)))
-    assert history.attrs["basis"] == "full"
+    assert fs.simulate(with_basis(contacts=contact(friction=Unsolved(0.4)))).attrs["basis"] == "full"
     assert "no reduced basis: contact at t = 0.1 s, node 3" in caplog.text

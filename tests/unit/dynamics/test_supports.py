@@ -1,7 +1,5 @@
 """Forces of supports, and supports that move: statics, momentum, energy and closed forms."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -11,44 +9,40 @@ import fingerslip as fs
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix
 from fingerslip.fe.space import build_space
-from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
+from unit.dynamics.models import assert_same_history, model_of, supported_block
 
 DOWN_AND_ASIDE = fs.SupportMotion((-0.8e-3, -0.4e-3), fs.Ramp((0.0, 0.1, 0.2), (0.0, 0.5, 1.0)))
+STATIC = fs.QuasiStatic(5e-3)
 HOLDS_STILL = {"programme": (), "contacts": (fs.Contact("bottom", friction=fs.Coulomb(0.4)),)}
-
-
-def block(dim=2, **changes):
-    sides = [np.linspace(0.0, 10e-3, 4)] * (dim - 1) + [np.linspace(0.0, 5e-3, 4)]
-    values = {
-        "mesh": box("Q4" if dim == 2 else "H8", *sides),
-        "materials": {"bulk": fs.Elastic(1e5, 0.3, 1000.0)},
-        "formulation": "plane_strain" if dim == 2 else "solid",
-        "time": fs.QuasiStatic(0.1, end=0.2),
-        "supports": {"top": ("x", "y", "z")[:dim]},
-    }
-    return fs.Model(**(values | changes))
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_support_carries_weight_and_loads(dim):
-    gravity = (*(0.0,) * (dim - 1), -9.81)
-    traction = (*(0.0,) * (dim - 1), -50.0)
-    history = fs.simulate(block(dim, gravity=gravity, tractions={"bottom": traction}))
+    up = np.eye(dim)[-1]
+    history = fs.simulate(supported_block(dim, gravity=tuple(-9.81 * up), tractions={"bottom": tuple(-50.0 * up)}))
     area = 10e-3 if dim == 2 else 10e-3**2
     expected = 1000.0 * 9.81 * area * 5e-3 + 50.0 * area
     assert history.support.values.tolist() == ["top"]
-    np.testing.assert_allclose(history.support_force.values[-1, 0, -1], expected, rtol=1e-10)
-    np.testing.assert_allclose(history.support_force.values[-1, 0, :-1], 0.0, atol=1e-10 * expected)
+    np.testing.assert_allclose(history.support_force.values[-1, 0], expected * up, rtol=1e-10, atol=1e-10 * expected)
 
 
-def test_supports_share_what_they_carry():
-    """The sides carry half of the pull each, and what both hold counts for the first of them."""
+def test_supports_share_what_they_carry_and_what_two_hold_moves_with_the_first():
+    """The sides carry half of the pull each, and what both hold counts for the first of them.
+
+    The corner belongs to the left side, which rests; the rest of the top moves down.
+    """
     held = {"left": ("x", "y"), "right": ("x", "y"), "bottom": ("x",)}
-    history = fs.simulate(block(supports=held, tractions={"top": (0.0, 100.0)}))
+    history = fs.simulate(supported_block(supports=held, tractions={"top": (0.0, 100.0)}))
     forces = history.support_force.values[-1]
     np.testing.assert_allclose(forces[:, 1], [-0.5, -0.5, 0.0], atol=1e-12)
     np.testing.assert_allclose(forces[:, 0].sum(), 0.0, atol=1e-12)
+    down = fs.SupportMotion((0.0, -1e-3), fs.Ramp((0.0, 0.2), (0.0, 1.0)))
+    moving = {"supports": {"left": ("y",), "top": ("x", "y")}, "support_motions": {"top": down}}
+    history = fs.simulate(supported_block(**moving, record=fs.Recording(snapshots_every=0.2)))
+    x, y = history.node_position.values.T
+    moved = history.snapshot_displacement.values[-1, y > 5e-3 - 1e-9, 1]
+    np.testing.assert_allclose(moved, np.where(x[y > 5e-3 - 1e-9] < 1e-9, 0.0, -1e-3), atol=1e-15)
 
 
 @pytest.mark.parametrize("basis", [None, fs.ReducedBasis()])
@@ -91,14 +85,12 @@ def test_momentum_is_balanced_by_the_weights_of_the_scheme(alpha, motions):
 def test_moving_the_support_is_moving_the_plate_the_other_way():
     """Statics does not know which of the two moves."""
     contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), search_distance=1.0)
-    programme = (fs.Press(0.4e-3, 4e-3), fs.Slide(0.4e-3, 4e-3))
-    plate = push_and_slide(time=fs.QuasiStatic(5e-3), programme=programme, contacts=(contact,))
+    plate = push_and_slide(time=STATIC, programme=(fs.Press(0.4e-3, 4e-3),), contacts=(contact,))
     path = fs.SupportMotion((0.0, -0.4e-3), fs.Ramp((0.0, 0.1), (0.0, 1.0)))
     moved = dataclasses.replace(plate, programme=(), time=fs.QuasiStatic(5e-3, end=0.1), support_motions={"top": path})
-    one, other = fs.simulate(plate).isel(time=slice(0, 21)), fs.simulate(moved)
-    for name in ("normal_traction", "tangential_traction", "gap", "slip_distance", "strain_energy", "external_work"):
-        scale = np.abs(one[name].values).max()
-        np.testing.assert_allclose(other[name].values, one[name].values, atol=1e-10 * scale, err_msg=name)
+    one, other = fs.simulate(plate), fs.simulate(moved)
+    names = ("normal_traction", "tangential_traction", "gap", "slip_distance", "strain_energy", "external_work")
+    assert_same_history(other[[*names]], one[[*names]], 1e-10)
     shift = one.contact_displacement.values - other.contact_displacement.values
     np.testing.assert_allclose(shift[-1], [[0.0, 0.4e-3]] * shift.shape[1], atol=1e-15)
 
@@ -106,17 +98,12 @@ def test_moving_the_support_is_moving_the_plate_the_other_way():
 @pytest.mark.parametrize("alpha", [0.0, -0.05, -0.41421])
 @pytest.mark.parametrize("damping", [fs.RayleighDamping(), fs.RayleighDamping(2.0, 1e-4)])
 def test_energy_is_balanced_where_a_support_drags_the_body_over_a_plate(alpha, damping):
-    model = push_and_slide(
-        **HOLDS_STILL,
-        damping=damping,
-        time=fs.TimeStepping(5e-3, alpha, end=0.3),
-        support_motions={"top": DOWN_AND_ASIDE},
-    )
-    history = fs.simulate(model)
+    moved = {"time": fs.TimeStepping(5e-3, alpha, end=0.3), "support_motions": {"top": DOWN_AND_ASIDE}}
+    history = fs.simulate(push_and_slide(**HOLDS_STILL, damping=damping, **moved))
     work = float(history.external_work.values.max())
     assert np.abs(history.energy_imbalance.values).max() <= 1e-11 * work
     assert float(history.friction_dissipation[-1]) > 0.1 * work
-    assert (history.contact_state.values[-1] == 2).sum() + (history.contact_state.values[-1] == 1).sum() > 3
+    assert (history.contact_state.values[-1] > 0).sum() > 3
 
 
 def test_a_base_that_sets_off_makes_a_bar_swing():
@@ -128,72 +115,34 @@ def test_a_base_that_sets_off_makes_a_bar_swing():
     length, modulus, density, speed = 1.0, 1e6, 1000.0, 0.1
     rotation = (3.0 * modulus / density) ** 0.5 / length
     period = 2.0 * np.pi / rotation
-    end = 400 * 2 * (period / 400)
-    model = fs.Model(
-        mesh=box("Q4", np.array([0.0, length]), np.array([0.0, 0.1])),
-        materials={"bulk": fs.Elastic(modulus, 0.0, density)},
-        formulation="plane_stress",
-        supports={"left": ("x",), "bulk": ("y",)},
-        support_motions={"left": fs.SupportMotion((speed * end, 0.0), fs.Ramp((0.0, end), (0.0, 1.0)))},
-        time=fs.TimeStepping(period / 400, 0.0, end=end),
-        record=fs.Recording(sites=(fs.Site("end", "", (length, 0.0)),)),
+    end = period
+    history = fs.simulate(
+        model_of(
+            "Q4",
+            [0.0, length],
+            [0.0, 0.1],
+            materials={"bulk": fs.Elastic(modulus, 0.0, density)},
+            formulation="plane_stress",
+            supports={"left": ("x",), "bulk": ("y",)},
+            support_motions={"left": fs.SupportMotion((speed * end, 0.0), fs.Ramp((0.0, end), (0.0, 1.0)))},
+            time=fs.TimeStepping(period / 400, 0.0, end=end),
+            record=fs.Recording(sites=(fs.Site("end", "", (length, 0.0)),)),
+        )
     )
-    history = fs.simulate(model)
     time = history.time.values
     exact = speed * time - 1.5 * speed / rotation * np.sin(rotation * time)
-    error = np.abs(history.displacement.values[:, 0, 0] - exact).max()
-    assert error <= 0.01 * 1.5 * speed / rotation
+    assert np.abs(history.displacement.values[:, 0, 0] - exact).max() <= 0.01 * 1.5 * speed / rotation
     energy = (history.kinetic_energy + history.strain_energy - history.external_work).values
     assert np.abs(energy).max() <= 1e-11 * np.abs(history.external_work.values).max()
 
 
 def test_the_whole_mesh_is_shown_where_it_has_moved_to():
-    model = push_and_slide(
-        **HOLDS_STILL,
-        time=fs.QuasiStatic(5e-3, end=0.2),
-        support_motions={"top": DOWN_AND_ASIDE},
-        record=fs.Recording(sites=(fs.Site("held", "", (0.0, 4e-3)),), snapshots_every=0.1),
-    )
-    history = fs.simulate(model)
+    record = fs.Recording(sites=(fs.Site("held", "", (0.0, 4e-3)),), snapshots_every=0.1)
+    still = {"time": fs.QuasiStatic(5e-3, end=0.2), "support_motions": {"top": DOWN_AND_ASIDE}}
+    history = fs.simulate(push_and_slide(**HOLDS_STILL, **still, record=record))
     np.testing.assert_allclose(history.displacement.values[-1, 0], [-0.8e-3, -0.4e-3], rtol=1e-12)
     top = history.node_position.values[:, 1] > 4e-3 - 1e-9
     np.testing.assert_allclose(history.snapshot_displacement.values[-1, top], [[-0.8e-3, -0.4e-3]] * top.sum())
-
-
-@pytest.mark.parametrize(
-    ("held", "motions", "match"),
-    [
-        (("x", "y"), {"lid": DOWN_AND_ASIDE}, r"support_motions.lid: moves what is no support, the supports are: top"),
-        (
-            ("x", "y"),
-            {"top": fs.SupportMotion((1e-3,), DOWN_AND_ASIDE.ramp)},
-            r"top.displacement: got 1 components, needs 2",
-        ),
-        (
-            ("y",),
-            {"top": fs.SupportMotion((1e-3, 0.0), DOWN_AND_ASIDE.ramp)},
-            r"top.displacement: moves along x, the support holds y; hold x as well, or write 0 there",
-        ),
-    ],
-)
-def test_motion_that_no_support_has_is_refused(held, motions, match):
-    with pytest.raises(fs.InputError, match=match):
-        fs.simulate(block(supports={"top": held, "left": ("x",)}, support_motions=motions))
-
-
-def test_a_motion_starts_at_rest():
-    with pytest.raises(fs.InputError, match=r"ramp: starts from a factor of 1, needs 0 at the start"):
-        fs.SupportMotion((0.0, 1e-3), fs.Ramp((0.0, 1.0), (1.0, 1.0)))
-
-
-def test_what_two_supports_hold_moves_with_the_first():
-    """The corner belongs to the left side, which rests; the rest of the top moves down."""
-    down = fs.SupportMotion((0.0, -1e-3), fs.Ramp((0.0, 0.2), (0.0, 1.0)))
-    model = block(supports={"left": ("y",), "top": ("x", "y")}, support_motions={"top": down})
-    history = fs.simulate(dataclasses.replace(model, record=fs.Recording(snapshots_every=0.2)))
-    x, y = history.node_position.values.T
-    moved = history.snapshot_displacement.values[-1, y > 5e-3 - 1e-9, 1]
-    np.testing.assert_allclose(moved, np.where(x[y > 5e-3 - 1e-9] < 1e-9, 0.0, -1e-3), atol=1e-15)
 
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])

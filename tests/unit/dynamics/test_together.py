@@ -1,7 +1,5 @@
 """Motions that are computed together are those alone; what is still the same is computed once."""
 
-from __future__ import annotations
-
 import dataclasses
 import threading
 from collections import Counter
@@ -13,27 +11,21 @@ import fingerslip as fs
 from fingerslip.dynamics.step import sharing
 from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.linear import resources as threads
-from fingerslip.verification.meshes import box
 from problems.matrices import EXACT, needs_mkl
 from problems.pushed import push_and_slide
-from unit.dynamics.models import assert_same_history
+from unit.dynamics.models import assert_same_history, contact, pressed_pad
 
 PRESS = fs.Press(2e-4, 4e-3)
-CONTACT = fs.Contact("bottom", friction=fs.Coulomb(0.4))
 
 
 def models():
     """Return models that slide to either side, with other friction, deeper, for longer, and under gravity."""
     first = push_and_slide(programme=(PRESS, fs.Slide(4e-4, 4e-3)))
     back = dataclasses.replace(first, programme=(PRESS, fs.Slide(4e-4, 4e-3, (-1.0, 0.0))))
-    rough = dataclasses.replace(first, contacts=(dataclasses.replace(first.contacts[0], friction=fs.Coulomb(0.9)),))
+    rough = dataclasses.replace(first, contacts=contact(friction=fs.Coulomb(0.9)))
     deep = dataclasses.replace(first, programme=(fs.Press(4e-4, 4e-3), fs.Slide(6e-4, 4e-3)))
     heavy = dataclasses.replace(first, gravity=(0.0, -5.0))
     return [first, back, rough, deep, heavy]
-
-
-def contact(**changes):
-    return (dataclasses.replace(CONTACT, **changes),)
 
 
 def test_histories_are_those_of_single_simulations():
@@ -131,7 +123,7 @@ def test_progress_counts_the_longest_motion():
     ],
 )
 def test_what_changes_the_matrix_is_refused_before_anything_is_computed(change, part):
-    model = push_and_slide(contacts=(CONTACT,))
+    model = push_and_slide(contacts=contact())
     other, steps = dataclasses.replace(model, **change), []
     with pytest.raises(fs.InputError, match=rf"models\.1\.{part}: differs .* simulate it by itself"):
         fs.simulate_together([model, other], progress=steps.append)
@@ -139,7 +131,7 @@ def test_what_changes_the_matrix_is_refused_before_anything_is_computed(change, 
 
 
 def test_friction_programme_loads_records_and_the_object_of_the_mesh_may_differ():
-    model = push_and_slide(contacts=(CONTACT,), programme=(PRESS,))
+    model = push_and_slide(contacts=contact(), programme=(PRESS,))
     changes = (
         {},
         {"contacts": contact(friction=fs.Coulomb(0.9))},
@@ -159,37 +151,18 @@ def test_friction_programme_loads_records_and_the_object_of_the_mesh_may_differ(
         assert_same_history(history, fs.simulate(each, solver=EXACT), 1e-7, names)
 
 
-def solid(friction):
-    """Return a block in 3D that is pressed and slid."""
-    grid = np.linspace(0.0, 4e-3, 4)
-    return push_and_slide(
-        mesh=box("H8", grid, grid, grid[:3]),
-        formulation="solid",
-        depth=1.0,
-        supports={"top": ("x", "y", "z")},
-        contacts=(fs.Contact("bottom", fs.Plane((0.0, 0.0, 1.0)), friction),),
-        programme=(fs.Press(0.1e-3, 5e-3), fs.Slide(0.1e-3, 5e-3)),
-    )
-
-
 def test_friction_may_have_frames_of_its_own():
     """In 3D, where anisotropic laws turn the tangents; the matrix is shared and the compliance is not."""
-    group = [solid(fs.Anisotropic(0.2, 0.6, along)) for along in ((1.0, 0.0, 0.0), (0.6, 0.8, 0.0))]
+    up, names = fs.Plane((0.0, 0.0, 1.0)), ("tangential_traction", "contact_displacement")
+    laws = (fs.Anisotropic(0.2, 0.6, along) for along in ((1.0, 0.0, 0.0), (0.6, 0.8, 0.0)))
+    group = [pressed_pad(contacts=contact(counterface=up, friction=law, search_distance=1e-3)) for law in laws]
     for model, history in zip(group, fs.simulate_together(group, solver=EXACT), strict=True):
-        names = ("tangential_traction", "contact_displacement")
         assert_same_history(history, fs.simulate(model, solver=EXACT), 1e-7, names)
 
 
 # Groups of models that a study simulates together.
 
 
-@pytest.fixture
-def worth_sharing(monkeypatch):
-    """Have small models share, as large ones do."""
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
-
-
-@pytest.mark.usefixtures("worth_sharing")
 @pytest.mark.parametrize(
     ("kinds", "at_once", "groups"),
     [
@@ -199,21 +172,17 @@ def worth_sharing(monkeypatch):
         ("aaaa", 2, [[0, 1], [2, 3]]),
         ("aabb", 2, [[0, 1], [2, 3]]),
         ("aaa", 8, [[0], [1], [2]]),
+        ("a" * 18, 2, [[*range(5)], [*range(5, 10)], [*range(10, 15)], [15, 16, 17]]),
         ("cc", None, [[0], [1]]),
+        ("3333", 2, [[0, 1, 2, 3]]),
     ],
 )
-def test_models_with_one_matrix_are_grouped_evenly_and_for_all_that_can_run_at_once(kinds, at_once, groups):
-    """Those that control their own steps (c) stay apart."""
+def test_models_with_one_matrix_are_grouped_evenly_and_for_all_that_can_run_at_once(
+    kinds, at_once, groups, monkeypatch
+):
+    """Those that control their own steps (c) stay apart, those in 3D (3) together; small ones share nothing."""
     kind = {"a": {}, "b": {"depth": 2e-3}, "c": {"time": fs.Adaptive(5e-3)}}
-    options = () if at_once is None else (at_once,)
-    assert groups_to_share([push_and_slide(**kind[letter]) for letter in kinds], *options) == groups
-
-
-@pytest.mark.usefixtures("worth_sharing")
-def test_many_models_are_as_many_groups_as_can_run_at_once_and_in_3d_one():
-    assert [len(group) for group in groups_to_share([push_and_slide()] * 18, 2)] == [5, 5, 5, 3]
-    assert groups_to_share([solid(fs.Coulomb(0.4))] * 4, 2) == [[0, 1, 2, 3]]
-
-
-def test_small_models_stay_apart():
-    assert groups_to_share([push_and_slide()] * 2) == [[0], [1]]
+    models = [pressed_pad() if letter == "3" else push_and_slide(**kind[letter]) for letter in kinds]
+    assert groups_to_share(models) == [[number] for number in range(len(kinds))]
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
+    assert groups_to_share(models, *([] if at_once is None else [at_once])) == groups

@@ -1,7 +1,5 @@
 """Histories that are written for other programs."""
 
-from __future__ import annotations
-
 import pytest
 import xarray as xr
 

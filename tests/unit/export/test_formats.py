@@ -1,7 +1,5 @@
 """Histories as tidy tables, in every format, and as MATLAB files."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
@@ -40,19 +38,17 @@ def test_a_row_is_a_moment_and_a_site(pushed: xr.Dataset) -> None:
     np.testing.assert_array_equal(low["time_s"], pushed["time"].values)
 
 
-def test_units_are_in_the_names_and_beside_the_table(pushed: xr.Dataset) -> None:
+def test_units_are_in_the_names_and_beside_the_table_and_sums_of_the_contact_table_are_the_forces(
+    pushed: xr.Dataset,
+) -> None:
     tables = fs.history_tables(pushed)
+    contact, units = tables["contact"], tables["contact"].attrs["units"]
     assert tables["counterfaces"].attrs["units"]["counterface_velocity_x_m_per_s"] == "m/s"
-    assert "contact_state" in tables["contact"].columns
-    assert tables["contact"].attrs["units"]["contact_area_m2"] == "m^2"
-    places = tables["contact"].query("time_s == 0")[["contact_position_x_m", "contact_position_y_m"]]
+    assert "contact_state" in contact.columns
+    assert "contact_state" not in units
+    assert units["contact_area_m2"] == "m^2"
+    places = contact.query("time_s == 0")[["contact_position_x_m", "contact_position_y_m"]]
     np.testing.assert_array_equal(places, pushed["contact_position"].values)
-    assert "contact_state" not in tables["contact"].attrs["units"]
-
-
-def test_sums_of_the_contact_table_are_the_forces(pushed: xr.Dataset) -> None:
-    tables = fs.history_tables(pushed)
-    contact = tables["contact"]
     normal = (contact["normal_traction_Pa"] * contact["contact_area_m2"]).groupby(contact["time_s"]).sum()
     assert normal.to_numpy() == pytest.approx(tables["counterfaces"]["counterface_force_y_N"].to_numpy(), rel=1e-9)
 
@@ -83,18 +79,17 @@ def test_json_has_columns_units_and_null(tmp_path: Path) -> None:
     assert found == {"units": {"overall_s": "s"}, "columns": {"run": ["a"], "overall_s": [None]}}
 
 
-def test_a_format_that_is_not_known_leaves_nothing(pushed: xr.Dataset, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="format: got 'xls', needs one of csv, json, mat, parquet"):
-        fs.export_history(pushed, tmp_path / "out", "xls")
-    with pytest.raises(ResultError):
-        fs.export_history(pushed.isel(snapshot_time=slice(0, 0)), tmp_path / "out", "vtu")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_missing_package_is_named(pushed: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cannot_be_exported_leaves_nothing(
+    pushed: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(InputError, match=r'needs pyarrow; install it: pip install "fingerslip\[export\]"'):
-        fs.export_history(pushed, tmp_path / "out", "parquet")
+    for history, kind, message in (
+        (pushed, "xls", "format: got 'xls', needs one of csv, json, mat, parquet"),
+        (pushed, "parquet", r'needs pyarrow; install it: pip install "fingerslip\[export\]"'),
+        (pushed.isel(snapshot_time=slice(0, 0)), "vtu", "has no snapshots of the whole mesh; write record: "),
+    ):
+        with pytest.raises((InputError, ResultError), match=message):
+            fs.export_history(history, tmp_path / "out", kind)
     assert list(tmp_path.iterdir()) == []
 
 

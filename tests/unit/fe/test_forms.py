@@ -1,23 +1,18 @@
 """Matrices of small strain: the material of every cell, stiffness, mass, loads, and viscoelastic layers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
 import pytest
 
-from fingerslip.errors import InputError
+import fingerslip as fs
 from fingerslip.fe.cell_materials import cell_materials, small_strain_law
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix, traction_load, viscoelastic_layers
 from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
 from fingerslip.fe.recovery import cell_recovery, von_mises
 from fingerslip.fe.space import build_space, vector_dofs
-from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import SHEARS
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.materials.prony import PronyTerm
 from fingerslip.verification.meshes import SIDES, box, components, dimension, formulation_of
 from problems.blocks import EVERY_ELEMENT, KINDS, distorted, elastic, side_nodes, solve_static, stiffness_of
 
@@ -41,7 +36,7 @@ def test_materials_follow_the_regions():
 
 
 def test_laws_of_large_strain_are_taken_at_rest():
-    law = NeoHookean(34e3, 0.48, 1000.0)
+    law = fs.NeoHookean(34e3, 0.48, 1000.0)
     materials = cell_materials(halves(LOW, HIGH), {"a": law, "b": elastic()}, "plane_strain").materials
     assert materials == (law.at_rest(), elastic())
     assert small_strain_law(elastic()) == elastic()
@@ -49,7 +44,7 @@ def test_laws_of_large_strain_are_taken_at_rest():
 
 BOTH = {"a": elastic(), "b": elastic()}
 CORNER = (LOW, lambda c: (c[1] > 0.5) & (c[0] < 0.5))
-SOLID = Elastic(2e5, 0.48, 1200.0)
+SOLID = fs.Elastic(2e5, 0.48, 1200.0)
 
 
 @pytest.mark.parametrize(
@@ -65,22 +60,13 @@ SOLID = Elastic(2e5, 0.48, 1200.0)
         ("Q4", elastic(), "solid", "got solid for a mesh in 2 dimensions, needs plane_strain or plane_stress"),
     ],
 )
-def test_materials_that_do_not_fit_the_mesh_are_refused(space, materials, formulation, message):
+def test_materials_and_tractions_that_do_not_fit_the_mesh_are_refused(space, materials, formulation, message):
     if isinstance(space, str):
         space, materials = build_space(distorted(space, 2)), {"bulk": materials}
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fs.InputError, match=message):
         cell_materials(space, materials, formulation)
-
-
-def test_tractions_and_integration_have_to_fit_the_element():
-    with pytest.raises(InputError, match=r"tractions.top: got 3 components, needs 2"):
-        traction_load(build_space(distorted("Q4")), {"top": (0.0, 1.0, 0.0)}, 1.0)
-    with pytest.raises(InputError, match="got 'nodal' for H8, needs linear triangles or tetrahedra"):
-        stiffness_of(distorted("H8", 2), SOLID, "solid", "nodal")
-
-
-def test_incompressible_plane_stress_is_allowed():
-    assert stiffness_of(distorted("Q4"), elastic(3.0, 0.5), "plane_stress")[2].nnz
+    with pytest.raises(fs.InputError, match=rf"tractions.top: got 4 components, needs {space.dim}"):
+        traction_load(space, {"top": (0.0,) * 4}, 1.0)
 
 
 @pytest.mark.parametrize("element", EVERY_ELEMENT)
@@ -88,10 +74,15 @@ def test_incompressible_plane_stress_is_allowed():
 def test_selective_and_nodal_integration_are_for_their_elements(element, integration):
     assert is_mean_of_cell(element, integration) == (integration == "selective" and element in ("Q4", "H8"))
     if integration == "nodal" and element not in ("T3", "T4"):
-        with pytest.raises(InputError, match=f"integration: got 'nodal' for {element}, .*; write 'selective'"):
+        with pytest.raises(fs.InputError, match=f"integration: got 'nodal' for {element}, .*; write 'selective'"):
             check_integration(element, integration)
+        with pytest.raises(fs.InputError, match=f"got 'nodal' for {element}, needs linear triangles or tetrahedra"):
+            stiffness_of(distorted(element, 2), elastic(), formulation_of(element), "nodal")
     else:
         check_integration(element, integration)
+        in_2d = dimension(element) == 2
+        law = elastic(3.0, 0.5 if in_2d else 0.4999)
+        assert stiffness_of(distorted(element, 1), law, "plane_stress" if in_2d else "solid", integration)[2].nnz
 
 
 GRADIENTS = {
@@ -152,12 +143,6 @@ def test_only_rigid_body_modes_are_free_of_force(element, integration, formulati
     values, count = np.linalg.eigvalsh(stiffness.toarray()), 3 if space.dim == 2 else 6
     assert np.abs(values[:count]).max() <= 1e-12 * values[-1]
     assert values[count] >= (1e-4 if space.dim == 2 else 1e-6) * values[-1]
-
-
-def test_stiffness_is_symmetric_and_scales_with_depth():
-    whole, half = (stiffness_of(distorted("Q4"), elastic(), depth=depth)[2] for depth in (1.0, 0.5))
-    assert abs(whole - whole.T).max() <= 1e-13 * abs(whole).max()
-    np.testing.assert_allclose(half.toarray(), 0.5 * whole.toarray(), atol=1e-13 * abs(whole).max())
 
 
 @pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
@@ -266,8 +251,8 @@ def test_more_cells_than_are_computed_at_once(monkeypatch):
     assert abs(stiffness_of(distorted("Q4", 5), elastic())[2] - whole).max() <= 1e-14 * abs(whole).max()
 
 
-SOME, OTHER = (PronyTerm(0.3, 0.1),), (PronyTerm(0.3, 0.2),)
-LAW = Elastic(34e3, 0.45, 1000.0, prony=SOME)
+SOME, OTHER = (fs.PronyTerm(0.3, 0.1),), (fs.PronyTerm(0.3, 0.2),)
+LAW = fs.Elastic(34e3, 0.45, 1000.0, prony=SOME)
 
 
 def layers_of(element, first, second, formulation, integration="selective"):
@@ -283,12 +268,12 @@ def layers_of(element, first, second, formulation, integration="selective"):
 )
 def test_stiffness_less_a_share_of_the_shape_is_that_of_relaxed_moduli(element, integration):
     """The law with 0.7 of its shear modulus left and the same bulk modulus."""
-    formulation, other = formulation_of(element), Elastic(1e5, 0.3, 1000.0)
+    formulation, other = formulation_of(element), fs.Elastic(1e5, 0.3, 1000.0)
     space, materials, (layers,) = layers_of(element, LAW, other, formulation, integration)
     assert (layers.prony, layers.thickness, layers.across) == (SOME, None, None)
     bulk, shear = LAW.youngs_modulus / (3 * (1 - 2 * LAW.poisson_ratio)), 0.7 * LAW.shear_modulus
     young = 9 * bulk * shear / (3 * bulk + shear)
-    slow = cell_materials(space, {"a": Elastic(young, young / (2 * shear) - 1, 1.0), "b": other}, formulation)
+    slow = cell_materials(space, {"a": fs.Elastic(young, young / (2 * shear) - 1, 1.0), "b": other}, formulation)
     expected = stiffness_matrix(space, slow, 1.0, integration)
     relaxed = stiffness_matrix(space, materials, 1.0, integration) - 0.3 * layers.shape
     np.testing.assert_allclose(relaxed.toarray(), expected.toarray(), atol=1e-9 * np.abs(expected).max())
@@ -305,11 +290,11 @@ def test_in_plane_stress_both_parts_make_the_elastic_stiffness(integration):
 @pytest.mark.parametrize(
     ("first", "second", "formulation", "count"),
     [
-        (Elastic(1e4, 0.4, 1.0, prony=SOME), Elastic(1e5, 0.3, 1.0, prony=SOME), "plane_strain", 1),
+        (fs.Elastic(1e4, 0.4, 1.0, prony=SOME), fs.Elastic(1e5, 0.3, 1.0, prony=SOME), "plane_strain", 1),
         # The strain across is another one.
-        (Elastic(1e4, 0.4, 1.0, prony=SOME), Elastic(1e5, 0.3, 1.0, prony=SOME), "plane_stress", 2),
-        (Elastic(1e4, 0.4, 1.0, prony=SOME), Elastic(1e5, 0.3, 1.0, prony=OTHER), "plane_strain", 2),
-        (Elastic(1e4, 0.4, 1.0), Elastic(1e5, 0.3, 1.0), "plane_strain", 0),
+        (fs.Elastic(1e4, 0.4, 1.0, prony=SOME), fs.Elastic(1e5, 0.3, 1.0, prony=SOME), "plane_stress", 2),
+        (fs.Elastic(1e4, 0.4, 1.0, prony=SOME), fs.Elastic(1e5, 0.3, 1.0, prony=OTHER), "plane_strain", 2),
+        (fs.Elastic(1e4, 0.4, 1.0), fs.Elastic(1e5, 0.3, 1.0), "plane_strain", 0),
     ],
 )
 def test_layers_are_joined_where_they_relax_alike(first, second, formulation, count):
@@ -319,7 +304,7 @@ def test_layers_are_joined_where_they_relax_alike(first, second, formulation, co
 def test_layers_know_their_materials_and_take_maps():
     space, _, (layers,) = layers_of("Q4", LAW, LAW, "plane_stress")
     assert layers.belongs_to(LAW)
-    assert not layers.belongs_to(Elastic(34e3, 0.3, 1000.0, prony=SOME))
-    assert not layers.belongs_to(Elastic(34e3, 0.45, 1000.0, prony=OTHER))
+    assert not layers.belongs_to(fs.Elastic(34e3, 0.3, 1000.0, prony=SOME))
+    assert not layers.belongs_to(fs.Elastic(34e3, 0.45, 1000.0, prony=OTHER))
     rows = layers.apply_map(lambda matrix: matrix[:2])
     assert rows.shape.shape == rows.thickness.shape == (2, space.n_dofs)

@@ -1,7 +1,5 @@
 """Strains, stresses and energies from displacements."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -143,15 +141,13 @@ def test_a_site_off_its_region_is_refused_and_no_sites_have_no_stresses():
     assert recovery.energy_densities(strains).shape == (0,)
 
 
-def test_components_are_named_in_their_order():
+def test_degrees_of_freedom_come_node_by_node_and_components_are_named_in_their_order():
+    space = build_space(distorted("T4", 2))
+    dofs = cell_dofs(space.full, np.array([5]))
+    np.testing.assert_array_equal(dofs[0, ::3] // 3, space.mesh.t[:, 5])
+    np.testing.assert_array_equal(dofs[0] % 3, np.tile([0, 1, 2], 4))
     assert stress_components(2) == ("xx", "yy", "zz", "xy")
     assert stress_components(3) == ("xx", "yy", "zz", "xy", "yz", "xz")
-
-
-def test_von_mises_of_tension_shear_and_pressure():
-    stresses = np.array([[5.0, 0, 0, 0], [0, 0, 0, 2.0], [3.0, 3.0, 3.0, 0.0], [1.0, 2.0, -1.0, 0.5]])
-    general = np.sqrt(0.5 * (1 + 9 + 4) + 3 * 0.25)
-    np.testing.assert_allclose(von_mises(stresses), [5.0, 2.0 * np.sqrt(3.0), 0.0, general], atol=1e-14)
 
 
 def test_several_displacements_are_read_as_one_by_one():
@@ -176,10 +172,3 @@ def test_the_mean_divergence_is_weighted_by_the_quadrature():
     assert np.ptp(divergence, axis=1).max() > 0.1
     mean = np.sum(divergence * space.full.dx, axis=1) / space.full.dx.sum(axis=1)
     np.testing.assert_allclose(np.sum(divergence_operator(space.full, cells) * local, axis=1), mean, rtol=1e-13)
-
-
-def test_degrees_of_freedom_come_node_by_node():
-    space = build_space(distorted("T4", 2))
-    dofs = cell_dofs(space.full, np.array([5]))
-    np.testing.assert_array_equal(dofs[0, ::3] // 3, space.mesh.t[:, 5])
-    np.testing.assert_array_equal(dofs[0] % 3, np.tile([0, 1, 2], 4))

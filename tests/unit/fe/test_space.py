@@ -1,7 +1,5 @@
 """The displacement space: nodes, areas, orientation, free edges and rigid motions."""
 
-from __future__ import annotations
-
 import meshio
 import numpy as np
 import pytest
@@ -32,30 +30,21 @@ def test_degrees_of_freedom_are_numbered_node_by_node(element):
     vector = skfem.Basis(space.mesh, skfem.ElementVector(space.scalar_element))
     assert space.element == element
     assert space.n_dofs == space.dim * len(space.positions) == vector.N
+    dofs = vector_dofs(np.arange(len(space.positions)), space.dim)
     for axis in range(space.dim):
-        np.testing.assert_array_equal(vector.doflocs[:, axis :: space.dim].T, space.positions)
+        np.testing.assert_array_equal(vector.doflocs[:, dofs[:, axis]].T, space.positions)
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
-def test_vertices_come_first_and_the_middles_of_sides_after_them(element):
-    mesh = distorted(element)
-    positions, count = build_space(mesh).positions, mesh.nvertices
-    np.testing.assert_allclose(positions[:count], mesh.p.T[:count], atol=1e-15)
-    middles = mesh.p[:, mesh.facets].mean(axis=1).T if element == "T6" else np.zeros((0, 2))
-    np.testing.assert_allclose(positions[count:], middles, atol=1e-15)
-
-
-@pytest.mark.parametrize("element", ELEMENTS)
-def test_the_centre_basis_has_one_point_at_the_centroid(element):
+def test_vertices_come_before_the_middles_of_sides_and_the_centre_basis_has_one_point_at_the_centroid(element):
     """scikit-fem takes an integration order of zero for none given, and then integrates fully."""
-    space = build_space(distorted(element))
+    mesh = distorted(element)
+    space, count = build_space(mesh), mesh.nvertices
+    np.testing.assert_allclose(space.positions[:count], mesh.p.T[:count], atol=1e-15)
+    middles = mesh.p[:, mesh.facets].mean(axis=1).T if element == "T6" else np.zeros((0, 2))
+    np.testing.assert_allclose(space.positions[count:], middles, atol=1e-15)
     assert space.centre.X.shape == (2, 1)
     np.testing.assert_allclose(space.centre.X[:, 0], 0.5 if element == "Q4" else 1 / 3, rtol=1e-14)
-
-
-def test_vector_dofs_are_dim_times_node_plus_axis():
-    np.testing.assert_array_equal(vector_dofs(np.array([0, 3]), 2), [[0, 1], [6, 7]])
-    np.testing.assert_array_equal(vector_dofs(np.array([2]), 3), [[6, 7, 8]])
 
 
 @pytest.mark.parametrize(("element", "count"), [("Q4", 5), ("T3", 5), ("T6", 9)])
@@ -146,12 +135,18 @@ def test_edge_of_a_side_is_its_rim(element: str) -> None:
     assert not distances[np.isin(own, rim)].any()
 
 
-def test_an_edge_at_a_held_face_is_no_free_edge() -> None:
+def test_an_edge_at_a_held_face_is_no_free_edge_and_a_closed_boundary_has_none() -> None:
+    """Components that are held at different nodes do not hold a face."""
     space = space_of("Q4")
-    held = free(space)
-    held[space.positions[:, 0] < 1e-12] = True
-    nodes = free_edge_nodes(space, "bottom", held)
-    assert space.positions[nodes].tolist() == [[1.0, 0.0]]
+    side, held, here_and_there = np.flatnonzero(space.positions[:, 0] < 1e-12), free(space), free(space)
+    held[side] = True
+    assert space.positions[free_edge_nodes(space, "bottom", held)].tolist() == [[1.0, 0.0]]
+    here_and_there[side[::2], 0] = here_and_there[side[1::2], 1] = True
+    assert 0.0 in space.positions[free_edge_nodes(space, "bottom", here_and_there)][:, 0]
+    mesh = space.mesh
+    closed = build_space(mesh.with_boundaries({"all": mesh.boundary_facets()}))
+    assert free_edge_nodes(closed, "all", free(closed)).size == 0
+    assert np.isinf(free_edge_distances(closed, "all", free(closed), np.arange(3))).all()
 
 
 def test_a_plane_of_symmetry_is_held_and_one_fixed_node_is_not_a_held_face() -> None:
@@ -165,21 +160,6 @@ def test_a_plane_of_symmetry_is_held_and_one_fixed_node_is_not_a_held_face() -> 
     one = free(space)
     one[0] = True
     assert free_edge_nodes(space, "bottom", one).tolist() == free_edge_nodes(space, "bottom", free(space)).tolist()
-
-
-def test_components_held_at_different_nodes_do_not_hold_a_face() -> None:
-    space = space_of("Q4")
-    side = np.flatnonzero(space.positions[:, 0] < 1e-12)
-    held = free(space)
-    held[side[::2], 0] = held[side[1::2], 1] = True
-    assert 0.0 in space.positions[free_edge_nodes(space, "bottom", held)][:, 0]
-
-
-def test_a_closed_boundary_has_no_edge() -> None:
-    mesh = skfem.MeshQuad.init_tensor(SIDES, SIDES)
-    space = build_space(mesh.with_boundaries({"all": mesh.boundary_facets()}))
-    assert free_edge_nodes(space, "all", free(space)).size == 0
-    assert np.isinf(free_edge_distances(space, "all", free(space), np.arange(3))).all()
 
 
 GRID = np.linspace(0.0, 4e-3, 5)
@@ -222,22 +202,18 @@ def test_motions_that_supports_leave_free(element, supports, motions):
     assert [piece.motions for piece in pieces_of(element, supports)] == ([motions] if motions else [])
 
 
-def test_a_single_held_node_leaves_the_rotation_about_it():
-    space = build_space(box("Q4", GRID, GRID))
-    for corner in (0, len(space.positions) // 2):
-        free = np.setdiff1d(np.arange(space.n_dofs), [2 * corner, 2 * corner + 1])
-        assert [piece.motions for piece in free_pieces(space, free)] == [(ABOUT_Z,)]
-
-
-def test_pieces_that_hang_apart_are_judged_one_by_one():
+def test_pieces_that_hang_apart_are_judged_one_by_one_and_a_held_node_leaves_the_rotation_about_it():
     one = box("Q4", GRID, GRID)
     both = skfem.MeshQuad(np.hstack([one.p, one.p + 10e-3]), np.hstack([one.t, one.t + one.p.shape[1]]))
     space = build_space(both.with_subdomains({"both": np.arange(both.nelements)}))
-    second = np.arange(one.p.shape[1], both.p.shape[1])
+    second, every = np.arange(one.p.shape[1], both.p.shape[1]), np.arange(space.n_dofs)
     held = vector_dofs(np.setdiff1d(np.arange(both.p.shape[1]), second), 2).ravel()
-    (piece,) = free_pieces(space, np.setdiff1d(np.arange(space.n_dofs), held))
+    (piece,) = free_pieces(space, np.setdiff1d(every, held))
     assert piece.nodes.tolist() == second.tolist()
     assert piece.motions == (X, Y, ABOUT_Z)
+    for node in second[[0, len(second) // 2]]:
+        (piece,) = free_pieces(space, np.setdiff1d(every, [*held, 2 * node, 2 * node + 1]))
+        assert piece.motions == (ABOUT_Z,)
 
 
 def test_size_and_place_of_the_body_make_no_difference():

@@ -1,7 +1,5 @@
 """Constraint modes are exact, normal modes are those with the interface held, and the coordinates are diagonal."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import linalg, sparse
@@ -50,23 +48,16 @@ def all_normal_modes(body):
     return NormalModes(np.sqrt(squares), shapes, shapes[:, :0])
 
 
-def test_the_inside_follows_the_interface_statically(body):
-    exact = dense_responses(body)
+def test_the_inside_follows_the_interface_statically_and_gives_way_to_forces_while_that_is_held(body):
+    exact, count = dense_responses(body), body.mass.shape[0]
     np.testing.assert_allclose(body.follow(np.eye(INTERFACE.size)), exact, atol=1e-12)
-    forces = np.random.default_rng(1).normal(size=(body.mass.shape[0], 2))
+    forces = np.random.default_rng(1).normal(size=(count, 2))
     np.testing.assert_allclose(body.gather(forces), exact.T @ forces, atol=1e-11)
     np.testing.assert_allclose(body.schur, exact.T @ body.stiffness @ exact, atol=1e-9 * np.abs(body.schur).max())
-
-
-def test_the_inside_gives_way_to_forces_while_the_interface_is_held(body):
-    forces = np.random.default_rng(2).normal(size=body.mass.shape[0])
-    moved, others = body.give_way(forces), inner(body)
+    moved, others = body.give_way(forces[:, 0]), inner(body)
     np.testing.assert_array_equal(moved[INTERFACE], 0.0)
-    np.testing.assert_allclose((body.stiffness @ moved)[others], forces[others], atol=1e-10)
-
-
-def test_no_fields_give_none(body):
-    none = np.zeros((body.mass.shape[0], 0))
+    np.testing.assert_allclose((body.stiffness @ moved)[others], forces[others, 0], atol=1e-10)
+    none = np.zeros((count, 0))
     assert body.give_way(none).shape == none.shape
     assert body.gather(none).shape == (INTERFACE.size, 0)
 
@@ -95,6 +86,7 @@ def test_slow_motions_follow_the_interface(body):
 
 
 def test_slow_normal_modes_are_as_they_are_and_fast_ones_about_so(body):
+    """The first ones hold what the inertia of slow motions does, and there are no more of them than there are."""
     found, every = excited(body, 24), all_normal_modes(body)
     np.testing.assert_allclose(found.frequencies[:4], every.frequencies[:4], rtol=1e-6)
     assert (np.diff(found.frequencies) > 0.0).all()
@@ -102,18 +94,11 @@ def test_slow_normal_modes_are_as_they_are_and_fast_ones_about_so(body):
     stiffness = found.shapes.T @ (body.stiffness @ found.shapes)
     np.testing.assert_allclose(stiffness, np.diag(found.frequencies**2), atol=1e-9 * found.frequencies[-1] ** 2)
     np.testing.assert_array_equal(found.shapes[INTERFACE], 0.0)
-
-
-def test_the_first_normal_modes_hold_what_inertia_of_slow_motions_does(body):
     moved = slow_motions(body, constraint_modes(body, ROWS)[0], 3)
     correction, few = body.give_way(body.mass @ moved), excited(body, 3)
     left = correction - few.shapes @ (few.shapes.T @ (body.mass @ correction))
     assert np.abs(left).max() < 1e-9 * np.abs(correction).max()
-
-
-def test_no_more_normal_modes_than_there_are(body):
-    every = inner(body).size
-    assert excited(body, 10 * every).frequencies.size <= every
+    assert excited(body, 10 * inner(body).size).frequencies.size <= inner(body).size
     assert normal_modes(body, np.zeros((body.mass.shape[0], 2)), 5).frequencies.size == 0
 
 
@@ -130,24 +115,24 @@ def test_stiffness_and_mass_are_diagonal_in_the_coordinates(body):
     np.testing.assert_allclose(basis.project(body, forces), field.T @ forces, atol=1e-9 * np.abs(field).max())
 
 
-def test_responses_to_forces_on_the_interface_are_exact_without_any_normal_mode(body):
-    basis = craig_bampton(body, constraint_modes(body, ROWS), excited(body, 0), ROWS)
-    force = np.zeros(body.mass.shape[0])
+def test_responses_to_forces_on_the_interface_and_of_further_shapes_are_exact(body):
+    """The former without any normal mode; what adds nothing is left out."""
+
+    def answers(basis, force):
+        exact = np.linalg.solve(body.stiffness.toarray(), force)
+        found = basis.field(body, basis.project(body, force) / basis.eigenvalues)
+        np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+
+    force, load = np.zeros(body.mass.shape[0]), np.random.default_rng(5).normal(size=body.mass.shape[0])
     force[INTERFACE] = [1.0, -2.0, 0.5, 3.0, 1.0]
-    exact = np.linalg.solve(body.stiffness.toarray(), force)
-    found = basis.field(body, basis.project(body, force) / basis.eigenvalues)
-    np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
-
-
-def test_further_shapes_are_held_and_what_adds_nothing_is_left_out(body):
-    load = np.random.default_rng(5).normal(size=body.mass.shape[0])
-    response = body.give_way(load)
-    few = excited(body, 3)
+    answers(craig_bampton(body, constraint_modes(body, ROWS), excited(body, 0), ROWS), force)
+    response, few = body.give_way(load), excited(body, 3)
     basis = craig_bampton(body, constraint_modes(body, ROWS), few, ROWS, [response, 2.0 * response, few.shapes[:, 0]])
     assert basis.eigenvalues.size == INTERFACE.size + 3 + 1
-    exact = np.linalg.solve(body.stiffness.toarray(), load)
-    found = basis.field(body, basis.project(body, load) / basis.eigenvalues)
-    np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+    answers(basis, load)
+    whole = craig_bampton(body, constraint_modes(body, ROWS), all_normal_modes(body), ROWS)
+    exact = linalg.eigh(body.stiffness.toarray(), body.mass.toarray(), eigvals_only=True)
+    np.testing.assert_allclose(whole.eigenvalues, exact, rtol=1e-8, err_msg="all normal modes are the whole body")
 
 
 def test_what_follows_is_beside_the_basis_and_known_with_it(body):
@@ -162,12 +147,6 @@ def test_what_follows_is_beside_the_basis_and_known_with_it(body):
     stiffness = following.T @ body.stiffness @ field
     np.testing.assert_allclose(basis.following_stiffness, stiffness, atol=1e-9 * np.abs(stiffness).max())
     np.testing.assert_allclose(excited(body, 6, following=5).shapes, excited(body, 6).shapes, rtol=1e-9, atol=1e-9)
-
-
-def test_all_normal_modes_make_the_basis_the_whole_body(body):
-    basis = craig_bampton(body, constraint_modes(body, ROWS), all_normal_modes(body), ROWS)
-    exact = linalg.eigh(body.stiffness.toarray(), body.mass.toarray(), eigvals_only=True)
-    np.testing.assert_allclose(basis.eigenvalues, exact, rtol=1e-8)
 
 
 def test_an_unknown_without_stiffness_is_part_of_the_interface(body):

@@ -1,7 +1,5 @@
 """Memory that will not suffice is refused before it is taken; small systems are computed with one thread."""
 
-from __future__ import annotations
-
 import os
 import threading
 
@@ -27,39 +25,27 @@ from fingerslip.linear.resources import (
 from problems.pushed import push_and_slide
 
 
-def test_what_is_too_much_is_refused_with_parts_and_mends(monkeypatch):
-    monkeypatch.setattr(memory, "available_memory", lambda: 3_000_000_000)
-    require_memory({"factors": 2_000_000_000, "compliance": 1_000_000_000})
-    with pytest.raises(fs.InputError) as caught:
-        require_memory({"factors": 2_600_000_000, "compliance": 1_000_000_000})
-    text = str(caught.value)
-    assert "needs about 3.6 GB (factors 2.6 GB, compliance 1 GB), 3 GB are available" in text
-    assert "larger elements" in text
-
-
-def test_where_the_system_does_not_tell_nothing_is_refused(monkeypatch):
+def test_what_is_too_much_is_refused_with_parts_and_mends_where_the_system_tells(monkeypatch):
     monkeypatch.setattr(memory, "available_memory", lambda: None)
     require_memory({"factors": 10**18})
+    monkeypatch.setattr(memory, "available_memory", lambda: 3_000_000_000)
+    require_memory({"factors": 2_000_000_000, "compliance": 1_000_000_000})
+    message = r"needs about 3.6 GB \(factors 2.6 GB, compliance 1 GB\), 3 GB are available.*larger elements"
+    with pytest.raises(fs.InputError, match=message):
+        require_memory({"factors": 2_600_000_000, "compliance": 1_000_000_000})
 
 
-def test_available_memory_is_below_that_of_the_machine():
-    found = available_memory()
-    assert found is not None
-    assert 0 < found <= os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-
-
-def test_the_limit_of_a_container_counts(monkeypatch, tmp_path):
+def test_the_limits_of_the_machine_and_of_a_container_count(monkeypatch, tmp_path):
+    machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    assert 0 < available_memory() <= machine
     for name, value in {"_GROUP_LIMIT": "5000", "_GROUP_USE": "3000"}.items():
         (tmp_path / name).write_text(value)
         monkeypatch.setattr(memory, name, tmp_path / name)
     assert available_memory() == 2000
     (tmp_path / "_GROUP_LIMIT").write_text("max\n")
     assert available_memory() != 2000
-
-
-def test_a_machine_without_its_list_gives_all_its_memory(monkeypatch, tmp_path):
     monkeypatch.setattr(memory, "_SYSTEM", tmp_path / "none")
-    assert memory._in_system() == os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    assert memory._in_system() == machine, "where it keeps no list"
 
 
 def test_a_simulation_is_refused_before_it_is_factorised(monkeypatch):
@@ -145,19 +131,15 @@ def test_a_simulation_uses_as_many_threads_as_it_is_given(monkeypatch, two_threa
     assert seen == [{1}, {2}, {2}]
 
 
-def test_a_limit_holds_in_its_block_and_gives_the_threads_back(two_threads) -> None:
+def test_a_limit_holds_in_its_block_whatever_was_set_before_and_gives_the_threads_back(two_threads) -> None:
     with limited_threads(1):
         assert counts() == {1}
     assert counts() == {2}
     with pytest.raises(ZeroDivisionError), limited_threads(1):
         raise ZeroDivisionError
     assert counts() == {2}
-
-
-@pytest.mark.parametrize("before", [1, 2])
-def test_a_limit_holds_whatever_was_set_before(before, two_threads) -> None:
-    """Gmsh sets the number of threads of others to its own."""
-    with threadpool_limits(limits=before), limited_threads(2):
+    # Gmsh sets the number of threads of others to its own.
+    with threadpool_limits(limits=1), limited_threads(2):
         assert counts() == {2}
 
 
@@ -173,7 +155,7 @@ def test_dense_products_take_one_thread_while_mkl_keeps_its_own(two_threads) -> 
     assert counts() == {2}
 
 
-def test_functions_side_by_side_run_in_threads_that_end_with_the_block() -> None:
+def test_functions_side_by_side_run_in_threads_that_end_with_the_block_and_one_thread_is_the_callers() -> None:
     meeting = threading.Barrier(2, timeout=10.0)
 
     def meet(number: int, other: int) -> tuple[int, str]:
@@ -185,9 +167,6 @@ def test_functions_side_by_side_run_in_threads_that_end_with_the_block() -> None
         assert [value for value, _ in found] == [11, 22]
         assert len({name for _, name in found}) == 2
     assert {name for _, name in found}.isdisjoint(thread.name for thread in threading.enumerate())
-
-
-def test_one_thread_is_the_callers_own() -> None:
     with side_by_side(1) as mapper:
         assert mapper is one_by_one
         assert list(mapper(lambda _: threading.current_thread(), [0, 0])) == [threading.current_thread()] * 2

@@ -1,7 +1,5 @@
 """Which material a file means, and those that ship."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from importlib import resources
@@ -9,24 +7,12 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from fingerslip.errors import InputError
-from fingerslip.materials.choice import (
-    LAWS,
-    MaterialChoice,
-    kept_values,
-    material,
-    material_header,
-    material_names,
-    material_table,
-)
-from fingerslip.materials.elastic import Elastic
+import fingerslip as fs
+from fingerslip.materials.choice import LAWS, MaterialChoice, kept_values, material_header, material_table
 from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.materials.ogden import Ogden, OgdenTerm
 from fingerslip.parameters import as_mapping, from_mapping, parameters
 from fingerslip.parameters.schema import json_schema
-from fingerslip.specimens.fingertip.fingertip import preset
 
 HOOKE = {"youngs_modulus": "34 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}
 
@@ -49,15 +35,19 @@ def test_laws_are_named_by_their_class_in_snake_case(law):
 
 
 def test_law_is_elastic_unless_named():
-    assert read(**HOOKE) == Elastic(34e3, 0.48, 1000.0)
-    assert read(law="elastic", **HOOKE) == Elastic(34e3, 0.48, 1000.0)
-    assert read(law="neo_hookean", **HOOKE) == NeoHookean(34e3, 0.48, 1000.0)
+    assert read(**HOOKE) == fs.Elastic(34e3, 0.48, 1000.0)
+    assert read(law="elastic", **HOOKE) == fs.Elastic(34e3, 0.48, 1000.0)
+    assert read(law="neo_hookean", **HOOKE) == fs.NeoHookean(34e3, 0.48, 1000.0)
 
 
-def test_materials_are_written_as_they_are_read():
-    ogden = Ogden((OgdenTerm(2e3, 3.0),), 1000.0, bulk_modulus=1e6)
-    for law in (Elastic(34e3, 0.48, 1000.0), NeoHookean(34e3, 0.48, 1000.0), ogden):
+def test_materials_are_written_as_they_are_read_objects_taken_as_they_are_and_others_refused():
+    ogden = fs.Ogden((fs.OgdenTerm(2e3, 3.0),), 1000.0, bulk_modulus=1e6)
+    for law in (fs.Elastic(34e3, 0.48, 1000.0), fs.NeoHookean(34e3, 0.48, 1000.0), ogden):
         assert read(**as_mapping(law)) == law
+        assert Body({"skin": law}).layers["skin"] is law
+    with pytest.raises(fs.InputError, match=r"layers\.skin"):
+        Body({"skin": 3.0})
+    assert {law.__name__ for law in LAWS} <= set(json_schema(Body)["$defs"])
 
 
 @pytest.mark.parametrize(
@@ -74,49 +64,35 @@ def test_materials_are_written_as_they_are_read():
     ],
 )
 def test_mistakes_are_at_their_place(values, message):
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fs.InputError) as caught:
         read(**values)
     assert message in str(caught.value)
 
 
-def test_objects_are_taken_as_they_are_and_others_refused():
-    law = NeoHookean(34e3, 0.48, 1000.0)
-    assert Body({"skin": law}).layers["skin"] is law
-    with pytest.raises(InputError, match=r"layers\.skin"):
-        Body({"skin": 3.0})
+@pytest.mark.parametrize(
+    ("values", "changes", "kept"),
+    [
+        (HOOKE, {"youngs_modulus": "3 kPa"}, HOOKE),
+        (HOOKE, {"law": "neo_hookean"}, HOOKE),
+        (HOOKE, {"law": "mooney_rivlin"}, {"density": "1000 kg/m^3"}),
+        ({"law": "ogden", "terms": [], "density": "1 kg/m^3"}, {"law": "elastic"}, {"density": "1 kg/m^3"}),
+        # What is no name is told by whoever reads the values.
+        (HOOKE, {"law": {}}, HOOKE),
+        (HOOKE, {"law": "nonsense"}, HOOKE),
+    ],
+)
+def test_another_law_keeps_what_it_needs(values, changes, kept):
+    assert kept_values(values, changes) == kept
 
 
-def test_schema_has_every_law():
-    schema = json_schema(Body)
-    assert {law.__name__ for law in LAWS} <= set(schema["$defs"])
-
-
-def test_another_law_keeps_what_it_needs():
-    assert kept_values(HOOKE, {"youngs_modulus": "3 kPa"}) == HOOKE
-    assert kept_values(HOOKE, {"law": "neo_hookean"}) == HOOKE
-    assert kept_values(HOOKE, {"law": "mooney_rivlin"}) == {"density": "1000 kg/m^3"}
-    # What is no name is told by whoever reads the values.
-    assert kept_values(HOOKE, {"law": {}}) == HOOKE
-    assert kept_values({"law": "ogden", "terms": [], "density": "1 kg/m^3"}, {"law": "elastic"}) == {
-        "density": "1 kg/m^3"
-    }
-    assert kept_values(HOOKE, {"law": "nonsense"}) == HOOKE
-
-
-@pytest.mark.parametrize("name", material_names())
-def test_every_material_is_a_law_and_says_what_it_claims(name):
-    assert isinstance(material(name), Material | FiniteMaterial)
+@pytest.mark.parametrize("name", fs.material_names())
+def test_every_material_is_a_law_says_what_it_claims_and_names_sources_the_assumed_ones_first(name):
+    assert isinstance(fs.material(name), Material | FiniteMaterial)
     assert all(material_header(name)[key] for key in ("citation", "published", "claims_not"))
-
-
-@pytest.mark.parametrize("name", material_names())
-def test_sources_are_in_the_references_or_assumed(name):
     references = resources.files("fingerslip").joinpath("references.bib").read_text()
-    table = material_table(name)
-    assert all(row.source == "assumed" or f"{{{row.source}," in references for row in table)
-    assert [row.source == "assumed" for row in table] == sorted(
-        (row.source == "assumed" for row in table), reverse=True
-    )
+    sources = [row.source for row in material_table(name)]
+    assert all(source == "assumed" or f"{{{source}," in references for source in sources)
+    assert sources == sorted(sources, key=lambda source: source != "assumed")
 
 
 @pytest.mark.parametrize(
@@ -125,23 +101,19 @@ def test_sources_are_in_the_references_or_assumed(name):
 )
 def test_silicones_follow_the_test_they_were_fitted_to(name, stresses):
     """Nominal stress of the uniaxial test at strains 0.25 to 1; the notes state 4.7 and 0.4 % as largest errors."""
-    law, stretch = material(name), 1.0 + np.array([0.25, 0.5, 0.75, 1.0])
+    law, stretch = fs.material(name), 1.0 + np.array([0.25, 0.5, 0.75, 1.0])
     log_strain = np.log(stretch)[:, None] * np.array([1.0, -0.5, -0.5])
     stress = law.kirchhoff_stress(log_strain)
     nominal = (stress[:, 0] - stress[:, 1]) / stretch
     np.testing.assert_allclose(nominal, stresses, rtol=0.048 if name == "ecoflex-00-30" else 0.005)
 
 
-def test_tissue_is_that_of_the_fingertip_preset():
-    finger = preset("wang2014-2d").materials
-    assert material("pulp").at_rest() == finger["tissue"]
-    assert material("skin").at_rest() == finger["epidermis"]
-
-
-def test_pulp_that_relaxes_ends_near_pulp():
-    law, left = material("pulp-relaxing"), 1.0 - 0.6
-    assert [term.time for term in law.prony] == [4e-3, 70e-3, 1.4]
-    assert left * law.shear_modulus == pytest.approx(material("pulp").shear_modulus)
+def test_tissue_is_that_of_the_fingertip_preset_and_pulp_that_relaxes_ends_near_pulp():
+    finger, pulp, relaxing = fs.preset("wang2014-2d").materials, fs.material("pulp"), fs.material("pulp-relaxing")
+    assert pulp.at_rest() == finger["tissue"]
+    assert fs.material("skin").at_rest() == finger["epidermis"]
+    assert [term.time for term in relaxing.prony] == [4e-3, 70e-3, 1.4]
+    assert (1.0 - 0.6) * relaxing.shear_modulus == pytest.approx(pulp.shear_modulus)
 
 
 def test_ranges_are_shown_with_the_notes():
@@ -150,5 +122,5 @@ def test_ranges_are_shown_with_the_notes():
 
 
 def test_unknown_names_are_refused_with_the_known_ones():
-    with pytest.raises(InputError, match=r"'ecoflex' is not known, needs one of agilus30, .*mean 'ecoflex-00-30'"):
-        material("ecoflex")
+    with pytest.raises(fs.InputError, match=r"'ecoflex' is not known, needs one of agilus30, .*mean 'ecoflex-00-30'"):
+        fs.material("ecoflex")

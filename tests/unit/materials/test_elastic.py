@@ -1,7 +1,5 @@
 """Hooke's law, and that every law's stress and tangent are derivatives of its energy."""
 
-from __future__ import annotations
-
 from typing import get_args
 
 import numpy as np
@@ -124,11 +122,3 @@ def test_nothing_is_stored_at_rest_and_what_the_dilatational_part_leaves_of_the_
     np.testing.assert_allclose(tangent, tangent.T, rtol=1e-12)
     tangent[:dim, :dim] -= law.dilatational_modulus(formulation)
     assert np.linalg.eigvalsh(tangent).min() > 0.0
-
-
-@EVERY
-@pytest.mark.parametrize("formulation", ["plane_strain", "plane_stress"])
-def test_stress_across_has_a_value_for_every_point(law, formulation):
-    across = law.stress_across(strains(formulation), formulation)
-    assert across.shape == (5,)
-    assert across.any() == (formulation == "plane_strain" and law.poisson_ratio > 0)

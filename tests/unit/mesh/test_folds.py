@@ -1,7 +1,5 @@
 """Cells that fold over their neighbours are refused with their places, and facets face away from their cells."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Files of any format: errors say what is wrong, and nothing is printed."""
 
-from __future__ import annotations
-
 import errno
 import os
 from pathlib import Path
@@ -61,16 +59,21 @@ def test_missing_damaged_and_cut_files_are_named(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_text_of_triangles_is_read(tmp_path: Path) -> None:
+def test_a_text_of_triangles_and_a_point_that_no_cell_uses_are_read(tmp_path: Path) -> None:
     (tmp_path / "whole.wkt").write_text(f"TIN ({WHOLE})")
     assert len(read_file(tmp_path / "whole.wkt", "").cells_dict["triangle"]) == 30
+    points = np.vstack([CORNERS, np.full(3, np.nan)])
+    meshio.write(tmp_path / "good.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
+    assert len(read_file(tmp_path / "good.vtu", "").points) == 4
 
 
 def test_unknown_suffixes_and_folders_are_named(tmp_path: Path) -> None:
-    with pytest.raises(MeshError, match=r"a\.nix: cannot be written .*, needs a suffix such as \.stl, \.ply"):
-        write_file(tmp_path / "a.nix", TRIANGLE, ".stl, .ply")
-    with pytest.raises(MeshError, match="the folder does not exist"):
-        write_file(tmp_path / "none" / "a.stl", TRIANGLE, ".stl")
+    for name, message in (
+        ("a.nix", r"a\.nix: cannot be written .*, needs a suffix such as \.stl, \.ply"),
+        ("none/a.stl", "the folder does not exist"),
+    ):
+        with pytest.raises(MeshError, match=message):
+            write_file(tmp_path / name, TRIANGLE, ".stl, .ply")
 
 
 @pytest.mark.parametrize(("name", "count"), [("a.stl", 1), ("a.xdmf", 2)])
@@ -106,9 +109,3 @@ def test_numbers_that_do_not_fit_together_are_named(tmp_path: Path, points, node
     meshio.write(tmp_path / "bad.vtu", meshio.Mesh(points, [("triangle", [nodes])]))
     with pytest.raises(MeshError, match=rf"bad\.vtu: {message}"):
         read_file(tmp_path / "bad.vtu", "needs a mesh file")
-
-
-def test_a_point_that_no_cell_uses_may_be_anything(tmp_path: Path) -> None:
-    points = np.vstack([CORNERS, np.full(3, np.nan)])
-    meshio.write(tmp_path / "good.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
-    assert len(read_file(tmp_path / "good.vtu", "").points) == 4

@@ -1,7 +1,5 @@
 """Nodes that stand for sites, on a block of two layers."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

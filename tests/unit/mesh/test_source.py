@@ -1,7 +1,5 @@
 """Mesh sources, what their keys follow, and how element sizes grow."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -12,17 +10,14 @@ import skfem
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.errors import InputError
-from fingerslip.mesh.io import write_mesh
-from fingerslip.mesh.scan.build import SurfaceMesh
+import fingerslip as fs
 from fingerslip.mesh.sizes import GROWTH, check_sizes, grade, size_at, subdivide
 from fingerslip.mesh.source import MeshFile, MeshSource, choose_source, inspect_mesh, mesh_size_note
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes, SolidSizes
 from fingerslip.verification.meshes import box
 from unit.study.block import block_mesh
 
-SOURCES = (MeshFile, SurfaceMesh, MeshSizes, SolidSizes)
+SOURCES = (MeshFile, fs.SurfaceMesh, fs.MeshSizes, fs.SolidSizes)
 
 
 @parameters
@@ -72,15 +67,15 @@ def test_a_source_of_ones_own_has_answers_for_the_rest() -> None:
 @pytest.mark.parametrize(
     ("values", "source"),
     [
-        ({}, MeshSizes),
-        ({"contact_size": "0.1 mm"}, MeshSizes),
-        ({"element": "T6"}, MeshSizes),
-        ({"element": "T10", "bulk_size": "1 mm"}, SolidSizes),
-        ({"element": "H8"}, MeshSizes),
+        ({}, fs.MeshSizes),
+        ({"contact_size": "0.1 mm"}, fs.MeshSizes),
+        ({"element": "T6"}, fs.MeshSizes),
+        ({"element": "T10", "bulk_size": "1 mm"}, fs.SolidSizes),
+        ({"element": "H8"}, fs.MeshSizes),
         ({"file": "a.msh"}, MeshFile),
         ({"file": "a.msh", "element": "T4"}, MeshFile),
-        ({"skin": "a.stl", "unit": "mm"}, SurfaceMesh),
-        ({"tip": [1, 0, 0]}, SurfaceMesh),
+        ({"skin": "a.stl", "unit": "mm"}, fs.SurfaceMesh),
+        ({"tip": [1, 0, 0]}, fs.SurfaceMesh),
     ],
 )
 def test_the_keys_of_a_file_choose_the_source(values: dict[str, Any], source: type) -> None:
@@ -101,7 +96,7 @@ def test_tables_of_a_mesh_have_a_row_for_each_region() -> None:
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     path = tmp_path / "block.msh"
-    write_mesh(block_mesh(), path)
+    fs.write_mesh(block_mesh(), path)
     return path
 
 
@@ -123,7 +118,7 @@ def test_only_the_mesh_tells_its_kind_and_size(file: Path) -> None:
     assert (inspected.suffix, region, cells, jacobian) == (".msh", "block", 32, pytest.approx(1.0))
 
 
-def test_key_follows_content_and_unit_but_not_the_name(file: Path) -> None:
+def test_key_follows_content_and_unit_but_not_the_name_and_a_path_is_relative_to_a_folder(file: Path) -> None:
     first = MeshFile(str(file)).key()
     assert MeshFile(str(file), "mm").key() != first
     copy = file.with_name("copy.msh")
@@ -131,10 +126,17 @@ def test_key_follows_content_and_unit_but_not_the_name(file: Path) -> None:
     assert MeshFile(str(copy)).key() == first
     copy.write_bytes(file.read_bytes() + b" ")
     assert MeshFile(str(copy)).key() != first
-
-
-def test_path_is_relative_to_a_folder(file: Path) -> None:
     assert MeshFile("block.msh", "mm").beside(file.parent) == MeshFile(str(file.resolve()), "mm")
+
+
+def test_sizes_grow_from_a_small_one_at_the_rate_of_growth_up_to_the_bulk() -> None:
+    divided = grade(LINE, np.where(np.abs(LINE - 4.0) < 0.01, 0.1, 5.0))
+    expected = 0.1 + GROWTH * np.abs(0.5 * (divided[1:] + divided[:-1]) - 4.0)
+    assert np.diff(divided) == pytest.approx(expected, rel=0.12)
+    points = np.array([[0.0, 0.0], [3.0, 4.0], [0.0, 1.0], [50.0, 0.0]])
+    # At (0, 1) the finer source counts: 0.5 + 0.2 of the distance 1.
+    found = size_at(points, np.array([[0.0, 0.0], [0.0, 2.0]]), np.array([1.0, 0.5]), 2.0)
+    assert found == pytest.approx([0.5 + 0.2 * 2.0, min(1.0 + 0.2 * 5.0, 0.5 + 0.2 * np.hypot(3, 2)), 0.7, 2.0])
 
 
 LINE = np.linspace(0.0, 10.0, 2001)
@@ -161,22 +163,6 @@ def test_graded_parts_are_near_the_wanted_sizes_and_grow_slowly(wanted: list[flo
         assert np.all(np.abs(np.diff(parts)) <= 1.3 * GROWTH * np.maximum(parts[1:], parts[:-1]))
 
 
-def test_a_small_size_spreads_to_both_sides_at_the_rate_of_growth() -> None:
-    sizes = np.where(np.abs(LINE - 4.0) < 0.01, 0.1, 5.0)
-    divided = grade(LINE, sizes)
-    middles, parts = 0.5 * (divided[1:] + divided[:-1]), np.diff(divided)
-    expected = 0.1 + GROWTH * np.abs(middles - 4.0)
-    assert parts == pytest.approx(expected, rel=0.12)
-
-
-def test_sizes_at_points_grow_from_the_nearest_source_up_to_the_bulk() -> None:
-    points = np.array([[0.0, 0.0], [3.0, 4.0], [0.0, 1.0], [50.0, 0.0]])
-    sources, own = np.array([[0.0, 0.0], [0.0, 2.0]]), np.array([1.0, 0.5])
-    # At (0, 1) the finer source counts: 0.5 + 0.2 of the distance 1.
-    found = size_at(points, sources, own, 2.0)
-    assert found == pytest.approx([0.5 + 0.2 * 2.0, min(1.0 + 0.2 * 5.0, 0.5 + 0.2 * np.hypot(3, 2)), 0.7, 2.0])
-
-
 def circle(radius: float, count: int = 4000) -> np.ndarray:
     angle = np.linspace(0.0, 2 * np.pi, count)
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -192,7 +178,7 @@ def test_no_part_of_a_bend_turns_by_more_than_the_limit(turn: float) -> None:
     assert len(chord) == np.ceil(360.0 / turn - 1e-6)
 
 
-def test_corners_of_a_curve_become_nodes() -> None:
+def test_corners_of_a_curve_become_nodes_and_parts_of_a_line_are_no_longer_than_wanted() -> None:
     side = np.linspace(0.0, 1.0, 101)
     path = np.vstack([np.column_stack([side, 0 * side])[:-1], np.column_stack([0 * side + 1.0, side])])
     divided = subdivide(path, np.full(len(path), 0.3), np.radians(18.0))
@@ -200,15 +186,10 @@ def test_corners_of_a_curve_become_nodes() -> None:
     assert divided[[0, -1]] == pytest.approx(np.array([[0.0, 0.0], [1.0, 1.0]]))
     # Each side alone: ceil(1 / 0.3) parts.
     assert len(divided) == 2 * 4 + 1
-
-
-def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
-    line = np.column_stack([LINE, 0 * LINE])
-    sizes = 0.2 + 0.1 * LINE
-    parts = np.diff(subdivide(line, sizes, np.radians(18.0))[:, 0])
-    middles = np.cumsum(parts) - parts / 2
-    assert np.all(parts <= (0.2 + 0.1 * middles) * 1.01)
-    assert np.all(parts >= (0.2 + 0.1 * middles) * 0.9)
+    parts = np.diff(subdivide(np.column_stack([LINE, 0 * LINE]), 0.2 + 0.1 * LINE, np.radians(18.0))[:, 0])
+    wanted = 0.2 + 0.1 * (np.cumsum(parts) - parts / 2)
+    assert np.all(parts <= wanted * 1.01)
+    assert np.all(parts >= wanted * 0.9)
 
 
 @pytest.mark.parametrize(
@@ -217,11 +198,11 @@ def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
         (lambda: MeshFile("none.msh").key(), r"mesh\.file: cannot read none\.msh \(No such file"),
         (lambda: check_sizes(0.2e-3, 0.1e-3), r"bulk_size: got 0\.1 mm, needs >= 0\.2 mm \(contact_size\)$"),
         (
-            lambda: choose_source((MeshFile, SurfaceMesh), {}),
+            lambda: choose_source((MeshFile, fs.SurfaceMesh), {}),
             "mesh: does not say where the mesh comes from, needs file or skin, tip, pad",
         ),
     ],
 )
 def test_what_does_not_fit_is_refused(call, message: str) -> None:
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fs.InputError, match=message):
         call()

@@ -1,7 +1,5 @@
 """Models as data: phases, time settings, sites, rigid bodies; defaults, units, and mistakes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -11,13 +9,8 @@ from fingerslip.model.programme import phase_duration, phase_travel
 from fingerslip.model.rigid_bodies import directions_in
 from fingerslip.model.timing import shortest_step
 from fingerslip.parameters import as_mapping, from_mapping
-from fingerslip.sites import RECEPTOR_KINDS, Site
+from fingerslip.sites import RECEPTOR_KINDS
 from problems.pushed import push_and_slide
-
-
-def test_the_end_is_that_of_the_programme_unless_given():
-    assert push_and_slide().end == pytest.approx(0.1 + 0.02 + 0.1)
-    assert push_and_slide(time=fs.TimeStepping(1e-3, end=0.05)).end == 0.05
 
 
 def adaptive(**values):
@@ -102,16 +95,13 @@ def test_mistakes_name_place_value_and_need(make, values, message):
     assert message in str(caught.value)
 
 
-def test_text_with_units_is_read():
-    assert fs.Press("1.5 mm", "1.5 mm/s") == fs.Press(1.5e-3, 1.5e-3)
-    assert fs.TimeStepping("5 ms").step == 5e-3
-
-
 def test_defaults_are_the_documented_ones_and_models_are_frozen():
     assert fs.TimeStepping(1e-3).alpha == -0.05
     assert fs.Contact("bottom").friction == fs.Coulomb(0.0)
     assert fs.Contact("bottom").counterface == fs.Plane(normal=(0.0, 1.0), offset=None)
     assert push_and_slide().integration == "selective"
+    assert push_and_slide().end == pytest.approx(0.1 + 0.02 + 0.1), "that of the programme, unless given"
+    assert push_and_slide(time=fs.TimeStepping(1e-3, end=0.05)).end == 0.05
     with pytest.raises(AttributeError):
         push_and_slide().depth = 2.0
 
@@ -169,21 +159,16 @@ def test_a_law_that_lacks_members_is_told_which():
     class Unfinished(Sheet):
         kirchhoff_tangent = property()
 
-    with pytest.raises(
-        InputError, match=r"materials\.bulk: got a Unfinished, needs .*lacks kirchhoff_tangent$"
-    ) as caught:
+    message = r"materials\.bulk: got a Unfinished, needs .*lacks kirchhoff_tangent$"
+    with pytest.raises(InputError, match=message) as caught:
         push_and_slide(materials={"bulk": Unfinished()})
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_the_shortest_step_is_a_part_of_the_output_where_it_is_not_given():
-    assert fs.Adaptive(16e-3).shortest == pytest.approx(1e-3)
+def test_the_shortest_step_is_a_part_of_the_output_and_a_fixed_one_has_the_same_scheme():
+    assert fs.Adaptive(16e-3).shortest == shortest_step(fs.Adaptive(16e-3)) == pytest.approx(1e-3)
     assert fs.Adaptive(16e-3, smallest=2e-3).shortest == pytest.approx(2e-3)
-    assert shortest_step(fs.Adaptive(16e-3)) == pytest.approx(1e-3)
     assert shortest_step(fs.QuasiStatic(5e-3)) == pytest.approx(5e-3)
-
-
-def test_a_fixed_step_has_the_same_scheme():
     assert fs.Adaptive(5e-3, alpha=-0.1, end=1.0).fixed(1e-3) == fs.TimeStepping(1e-3, -0.1, 1.0)
     assert fs.Adaptive(5e-3, scheme="quasi_static", end=1.0).fixed(1e-3) == fs.QuasiStatic(1e-3, 1.0)
 
@@ -195,17 +180,10 @@ def test_refined_steps_have_a_tolerance_of_their_order(scheme, power):
     assert (finer.output, finer.smallest, finer.largest) == pytest.approx((4e-3, 0.5e-3, 2e-3))
 
 
-PHASES = (fs.Press(1.5e-3, 1e-3), fs.Hold(0.5), fs.Slide(6e-3, 3e-3), fs.Lift(1e-3, 2e-3))
-
-
 def test_travel_and_duration_of_every_phase():
-    assert [phase_travel(phase) for phase in PHASES] == [1.5e-3, 0.0, 6e-3, 1e-3]
-    assert [phase_duration(phase) for phase in PHASES] == pytest.approx([1.5, 0.5, 2.0, 0.5])
-
-
-def test_a_slide_of_a_file_gives_its_press_with_a_unit():
-    values = {"distance": "6 mm", "speed": "3 mm/s", "press": "-200 um"}
-    assert from_mapping(fs.Slide, values, "f") == fs.Slide(6e-3, 3e-3, press=-0.2e-3)
+    phases = (fs.Press("1.5 mm", "1 mm/s"), fs.Hold("500 ms"), fs.Slide(6e-3, 3e-3), fs.Lift(1e-3, 2e-3))
+    assert [phase_travel(phase) for phase in phases] == pytest.approx([1.5e-3, 0.0, 6e-3, 1e-3])
+    assert [phase_duration(phase) for phase in phases] == pytest.approx([1.5, 0.5, 2.0, 0.5])
 
 
 @pytest.mark.parametrize(("press", "sign"), [(0.1e-3, 1.0), (-0.05e-3, -1.0)])
@@ -216,21 +194,6 @@ def test_the_normal_force_grows_or_falls_while_the_plate_slides(press, sign):
     assert (sign * np.diff(normal) > 0.0).all()
     friction = history["counterface_force"].values[-1, 0]
     assert abs(friction[0]) == pytest.approx(0.4 * friction[1], rel=1e-6)
-
-
-def test_a_site_is_read_with_units_and_written_back():
-    values = {"name": "mine", "kind": "probe", "position": ["0 mm", "-6.5 mm"], "region": "dermis"}
-    site = from_mapping(Site, values, "x")
-    assert site == Site("mine", "probe", (0.0, -6.5e-3), "dermis")
-    assert from_mapping(Site, as_mapping(site), "x") == site
-    with pytest.raises(InputError, match="has no unit"):
-        from_mapping(Site, values | {"position": [0.0, -6.5]}, "x")
-
-
-def test_names_of_receptors_and_of_directions():
-    assert RECEPTOR_KINDS == ("FA-I", "SA-I", "FA-II", "SA-II")
-    assert directions_in(2) == ("x", "y", "rz")
-    assert directions_in(3) == ("x", "y", "z", "rx", "ry", "rz")
 
 
 JUG = {
@@ -247,17 +210,37 @@ JUG = {
 }
 
 
-def test_a_body_is_read_from_a_file_with_units_and_written_back():
-    jug = from_mapping(fs.RigidBody, JUG)
-    assert jug == fs.RigidBody(
-        mass=0.3,
-        free=("y", "rz"),
-        centre=(0.0, 0.04),
-        inertia=(2e-3,),
-        filling=fs.Ramp((0.0, 2.0), (0.0, 1.0)),
-        loads=(fs.BodyLoad(rz=1e-3, ramp=fs.Ramp((0.0,), (2.0,))), fs.BodyLoad(y=-1.0)),
-        springs=fs.Springs(y=2e3, rz=3e-3),
-        dampers=fs.Dampers(rz=4.0),
-        initial_velocity=fs.BodyVelocity(y=5e-3, rz=1.0),
-    )
-    assert from_mapping(fs.RigidBody, as_mapping(jug)) == jug
+BODY = fs.RigidBody(
+    mass=0.3,
+    free=("y", "rz"),
+    centre=(0.0, 0.04),
+    inertia=(2e-3,),
+    filling=fs.Ramp((0.0, 2.0), (0.0, 1.0)),
+    loads=(fs.BodyLoad(rz=1e-3, ramp=fs.Ramp((0.0,), (2.0,))), fs.BodyLoad(y=-1.0)),
+    springs=fs.Springs(y=2e3, rz=3e-3),
+    dampers=fs.Dampers(rz=4.0),
+    initial_velocity=fs.BodyVelocity(y=5e-3, rz=1.0),
+)
+SITE = {"name": "mine", "kind": "probe", "position": ["0 mm", "-6.5 mm"], "region": "dermis"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "expected"),
+    [
+        (fs.RigidBody, JUG, BODY),
+        (fs.Site, SITE, fs.Site("mine", "probe", (0.0, -6.5e-3), "dermis")),
+        (fs.Slide, {"distance": "6 mm", "speed": "3 mm/s", "press": "-200 um"}, fs.Slide(6e-3, 3e-3, press=-0.2e-3)),
+    ],
+)
+def test_what_a_file_gives_with_units_is_read_and_written_back(kind, values, expected):
+    found = from_mapping(kind, values, "f")
+    assert found == expected
+    assert from_mapping(kind, as_mapping(found), "f") == found
+
+
+def test_a_position_needs_units_and_receptors_and_directions_have_their_names():
+    with pytest.raises(InputError, match="has no unit"):
+        from_mapping(fs.Site, SITE | {"position": [0.0, -6.5]}, "x")
+    assert RECEPTOR_KINDS == ("FA-I", "SA-I", "FA-II", "SA-II")
+    assert directions_in(2) == ("x", "y", "rz")
+    assert directions_in(3) == ("x", "y", "z", "rx", "ry", "rz")

@@ -1,14 +1,16 @@
-"""What editors read of parameter sets, and objects that a user wrote."""
+"""What editors read of parameter sets, objects that a user wrote, and presets."""
 
 from __future__ import annotations
 
+from importlib import resources
 from typing import Literal, Protocol
 
 import pytest
 
 import fingerslip as fs
 from fingerslip.errors import InputError
-from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.parameters import Density, PositiveLength, parameters
+from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import conforms, field_words, json_schema, require
 
 
@@ -52,13 +54,13 @@ class Sides(Width):
     left: Width | None = None
 
 
-def test_words_are_those_of_the_docstring_and_of_the_bases() -> None:
+def test_words_are_those_of_the_docstring_and_of_the_bases():
     size = "Its size, see Model and a [m]."
     assert field_words(Width) == {"width": size, "height": size, "kind": "A word."}
     assert field_words(Sides) == {"width": size, "height": size, "kind": "Another word.", "left": "One side."}
 
 
-def test_schema_says_that_quantities_are_text_with_a_unit() -> None:
+def test_schema_says_that_quantities_are_text_with_a_unit_and_parts_have_their_words():
     schema = json_schema(Width)
     width, height = schema["properties"]["width"], schema["properties"]["height"]
     assert width["type"] == "string"
@@ -66,9 +68,6 @@ def test_schema_says_that_quantities_are_text_with_a_unit() -> None:
     assert "default" not in width
     assert height["default"] == "0.002 m"
     assert schema["description"] == "How wide it is."
-
-
-def test_parts_have_their_words() -> None:
     schema = json_schema(Sides)
     assert schema["properties"]["left"]["description"] == "One side."
     assert schema["$defs"]["Width"]["properties"]["kind"]["default"] == "wide"
@@ -78,17 +77,17 @@ class Duck(Protocol):
     """What a duck can do."""
 
     @property
-    def name(self) -> str:
+    def name(self):
         """What it is called."""
 
-    def quack(self) -> str:
+    def quack(self):
         """Make a noise."""
 
 
 class Mallard:
     name = "m"
 
-    def quack(self) -> str:
+    def quack(self):
         return "q"
 
 
@@ -96,7 +95,7 @@ class Swan:
     name = "s"
 
 
-def test_an_object_with_all_members_is_returned_as_it_is() -> None:
+def test_an_object_with_all_members_is_returned_as_it_is():
     mallard = Mallard()
     assert require(mallard, Duck, "a duck") is mallard
     assert conforms(Duck, "a duck")(mallard) is mallard
@@ -113,7 +112,7 @@ def test_an_object_with_all_members_is_returned_as_it_is() -> None:
         (Mallard, "pond: got the class Mallard, needs a duck; write Mallard(...)"),
     ],
 )
-def test_anything_else_is_refused_with_what_is_missing(value: object, message: str) -> None:
+def test_anything_else_is_refused_with_what_is_missing(value, message):
     with pytest.raises(InputError) as caught:
         require(value, Duck, "a duck", "pond")
     assert str(caught.value) == message
@@ -131,3 +130,83 @@ def test_anything_else_is_refused_with_what_is_missing(value: object, message: s
 def test_a_value_of_another_class_is_refused(call, message):
     with pytest.raises(fs.InputError, match=message):
         call()
+
+
+DOCUMENT = """
+citation: >-
+  Someone: A block.
+  Journal, 2020.
+claims_not: anything
+values:
+  size.width: {value: 10 mm, source: someone2020, note: measured}
+  size.height: {value: 5 mm, source: assumed}
+  density: {value: 1000 kg/m^3, source: someone2020, note: of water}
+  soft: {value: true, source: assumed}
+"""
+
+
+@parameters
+class Size:
+    """Width and height of a block."""
+
+    width: PositiveLength
+    height: PositiveLength
+
+
+@parameters
+class Block:
+    """A block."""
+
+    size: Size
+    density: Density
+    soft: bool
+
+
+@pytest.fixture
+def presets(tmp_path, monkeypatch):
+    (tmp_path / "presets").mkdir()
+    (tmp_path / "presets" / "someone2020.yaml").write_text(DOCUMENT)
+    (tmp_path / "presets" / "notes.txt").write_text("")
+    monkeypatch.setattr(resources, "files", lambda _: tmp_path)
+    return Presets(Block, str(tmp_path))
+
+
+def test_presets_are_named_read_and_listed_with_the_assumed_values_first(presets):
+    assert presets.names == ("someone2020",)
+    assert presets.read("someone2020") == Block(Size(10e-3, 5e-3), 1000.0, True)
+    table = presets.table("someone2020")
+    assert table[0] == PresetValue("size.height", "5 mm", "assumed", "")
+    assert [row.path for row in table] == ["size.height", "soft", "size.width", "density"]
+    assert table[1].value == "true"
+    header = presets.header("someone2020")
+    assert header == {"citation": "Someone: A block. Journal, 2020.", "claims_not": "anything"}
+
+
+def test_changes_merge_deeply_ranges_stand_with_the_notes_and_what_is_left_may_be_chosen(presets, tmp_path):
+    changed = presets.changed({"preset": "someone2020", "size": {"height": "6 mm"}}, "x.yaml: block")
+    assert changed.size == Size(10e-3, 6e-3)
+    text = "citation: a\nvalues:\n  density: {value: 1 kg/m^3, source: assumed, note: of air, range: 1 to 2 kg/m^3}\n"
+    (tmp_path / "presets" / "air.yaml").write_text(text)
+    assert presets.table("air")[0].note == "of air; range 1 to 2 kg/m^3"
+    choosy = Presets(Block, presets.package, lambda group, _: {"width": group["width"]} if "width" in group else group)
+    with pytest.raises(InputError, match=r"size\.height: is missing"):
+        choosy.changed({"preset": "someone2020", "size": {"width": "1 mm"}})
+
+
+@pytest.mark.parametrize(
+    ("mapping", "message"),
+    [
+        ({}, "x.yaml: block.preset: is missing, needs one of someone2020"),
+        ({"preset": "someone2021"}, "x.yaml: block.preset: 'someone2021' is not known.*did you mean 'someone2020'"),
+        ({"preset": "someone2020", "size": {"hight": "1 mm"}}, "x.yaml: block.size.hight: .*did you mean 'height'"),
+    ],
+)
+def test_wrong_changes_are_named(presets, mapping, message):
+    with pytest.raises(InputError, match=message):
+        presets.changed(mapping, "x.yaml: block")
+
+
+@pytest.mark.parametrize("ask", ["read", "table", "header"])
+def test_unknown_names_are_refused(presets, ask):
+    with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of someone2020"):
+        getattr(presets, ask)("nobody")

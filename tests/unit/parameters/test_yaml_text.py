@@ -1,9 +1,6 @@
 """YAML text: whatever stands in it gives plain data with lines, or one clear error."""
 
-from __future__ import annotations
-
 import math
-from typing import Any
 
 import pytest
 from hypothesis import example, given
@@ -35,6 +32,7 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
         ("a: &a [*a]", "f: line 1, column 4: found values nested more than 100 deep"),
         (BOMB, "f: line 1, column 11: found more than 100000 values, needs fewer, or fewer aliases"),
         ("a: *b", "f: line 1, column 4: found undefined alias 'b'"),
+        (f"a:\n  ? {'k' * 1000}\n  : 1", "f: line 2, column 5: found a key of 1000 characters"),
         ("a: 1\n---\nb: 2", "f: line 2, column 1: found another document"),
         ("a: \x01", "f: line 1: found a character that YAML does not allow (code 0x1), needs text"),
         ('a: "\\UFFFFFFFF"', "f: found text that is no YAML"),
@@ -48,7 +46,7 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
         ),
     ],
 )
-def test_exotic_text_gives_one_clear_error(text: str, message: str) -> None:
+def test_exotic_text_gives_one_clear_error(text, message):
     with pytest.raises(InputError) as caught:
         parse_document(text, "f")
     assert str(caught.value).startswith(message)
@@ -58,9 +56,9 @@ def test_exotic_text_gives_one_clear_error(text: str, message: str) -> None:
 @given(text=st.text(st.sampled_from("ab01-:#[]{}&*!|>'\"%@, \n\t.~<=?\\xU\x00\ufeff\u2028"), max_size=60))
 @example(text="a: !!int ''")
 @example(text="? a")
-def test_any_text_gives_plain_data_or_one_clear_error(text: str) -> None:
+def test_any_text_gives_plain_data_or_one_clear_error(text):
     try:
-        found: Any = parse_document(text, "f")
+        found = parse_document(text, "f")
     except InputError as error:
         found = error
     assert isinstance(found, Document) or found.where.startswith("f")
@@ -76,13 +74,13 @@ def test_any_text_gives_plain_data_or_one_clear_error(text: str) -> None:
         *[('"1"', "1"), ("'no'", "no"), ("!!str 1", "1"), ("!!float 1", 1.0), ("|\n  x\n  y", "x\ny")],
     ],
 )
-def test_scalars_are_those_of_the_core_schema(text: str, value: object) -> None:
+def test_scalars_are_those_of_the_core_schema(text, value):
     found = parse_document(f"a: {text}", "f").content
     assert found == {"a": value}
     assert type(found["a"]) is type(value)
 
 
-def test_every_value_has_its_line_in_the_order_of_the_text() -> None:
+def test_every_value_has_its_line_in_the_order_of_the_text():
     text = "# first\nb: 1\na:\n  - c: 1\n    d: [1,\n      2]\n  - &x {e: 1}\nf: *x\nsweep:\n  time.step: [1]\n"
     found = parse_document(text, "f")
     assert dict(found.lines) == {
@@ -105,21 +103,23 @@ def test_every_value_has_its_line_in_the_order_of_the_text() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "# nothing", "---"])
-def test_nothing_is_none(text: str) -> None:
+def test_nothing_is_none(text):
     assert parse_document(text, "f") == Document(None, {})
 
 
 @given(value=st.text(max_size=30) | st.floats(allow_nan=False) | st.booleans() | st.none() | st.integers())
-def test_every_scalar_reads_back_as_it_was_written(value: object) -> None:
+@example("\x85")
+@example("two\x85words")
+@example("\x85 ")
+@example("\u2028")
+@example("a\n\x85b")
+def test_every_scalar_and_key_reads_back_as_it_was_written(value):
     assert parse_document(to_text({"a": value}), "f").content == {"a": value}
+    if isinstance(value, str):
+        assert parse_document(to_text({value: value}), "f").content == {value: value}
 
 
-@pytest.mark.parametrize("value", ["\x85", "two\x85words", "\x85 ", "\u2028", "a\n\x85b"])
-def test_text_with_ends_of_lines_of_other_kinds_reads_back(value: str) -> None:
-    assert parse_document(to_text({value: value}), "f").content == {value: value}
-
-
-def test_shared_values_are_written_out() -> None:
+def test_shared_values_are_written_out():
     shared = [1, 2]
     assert to_text({"a": shared, "b": shared}) == "a:\n- 1\n- 2\nb:\n- 1\n- 2\n"
 
@@ -128,8 +128,3 @@ def test_shared_values_are_written_out() -> None:
 def test_characters_that_are_no_text_are_refused_with_their_place(text):
     with pytest.raises(InputError, match=r"x\.yaml: line 1, column \d: found a character that is no text \(code 0x"):
         parse_document(text, "x.yaml")
-
-
-def test_a_key_of_a_thousand_characters_is_refused():
-    with pytest.raises(InputError, match=r"x.yaml: line 2, column 5: found a key of 1000 characters"):
-        parse_document(f"a:\n  ? {'k' * 1000}\n  : 1", "x.yaml")

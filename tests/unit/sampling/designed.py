@@ -1,7 +1,5 @@
 """Studies whose output is a known function of sampled values between 0 and 1."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 

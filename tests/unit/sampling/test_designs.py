@@ -1,7 +1,5 @@
 """Designs of samples: where they lie, and what belongs together."""
 
-from __future__ import annotations
-
 from typing import get_args
 
 import numpy as np

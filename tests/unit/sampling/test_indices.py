@@ -1,7 +1,5 @@
 """Sobol indices and elementary effects beside functions whose values are known."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 
@@ -42,7 +40,7 @@ def test_elementary_effects_of_a_linear_function_are_its_slopes() -> None:
     assert found["a.2"] == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_blocks_with_a_missing_output_are_left_out() -> None:
+def test_what_has_no_output_is_left_out_and_counted() -> None:
     study = study_of(lambda x: None if x[0] > 0.9 else x[0], 2, "saltelli", 32)
     (found,) = sobol_indices(study, "y")
     assert found.left_out > 0
@@ -51,6 +49,10 @@ def test_blocks_with_a_missing_output_are_left_out() -> None:
     values = [run.derived["y"].value for run in study.runs]
     whole = [block for block in (values[at : at + 4] for at in range(0, len(values), 4)) if None not in block]
     assert found.mean == pytest.approx(sum(map(sum, whole)) / found.runs)
+    # Two samples of a design with choices may have the same inputs; the output of another may be missing.
+    runs = study_of(lambda x: float(x[0]) if x[0] < 0.9 else None, 1, "latin_hypercube", 30).runs
+    validation = fit_surrogate((*runs, runs[0], runs[1]), "y").validation
+    assert (validation.runs, validation.repeated, validation.missing) == (27, 2, 3)
 
 
 def shifted(x: Sequence[float]) -> float:
@@ -100,16 +102,18 @@ def test_what_does_not_fit_is_refused(call: Callable[[], object], said: str) -> 
         call()
 
 
-def test_smooth_functions_are_predicted_with_an_honest_error() -> None:
+def test_smooth_functions_are_predicted_with_an_honest_error_and_nothing_outside_the_runs() -> None:
     study = study_of(lambda x: math.sin(3.0 * x[0]) + x[1], 2, "latin_hypercube", 40)
     surrogate = fit_surrogate(study.runs, "y")
     found = surrogate.predict({"a.0": 0.4, "a.1": 0.6})
-    true = math.sin(1.2) + 0.6
-    assert found.value == pytest.approx(true, abs=0.01)
+    assert found.value == pytest.approx(math.sin(1.2) + 0.6, abs=0.01)
     assert found.low <= found.value <= found.high
     assert surrogate.validation.error < 0.02
     assert surrogate.validation.explained > 0.99
     assert repr(surrogate).startswith("<Surrogate of y: 40 runs, Q2 1.000, error")
+    for values, message in (({"a.0": 1.2, "a.1": 0.5}, r"a\.0: got 1\.2, needs 0\.0"), ({}, r"a\.0: has no value")):
+        with pytest.raises(InputError, match=message):
+            surrogate.predict(values)
 
 
 def test_noise_is_no_error_of_the_surrogate_but_widens_its_interval() -> None:
@@ -120,14 +124,6 @@ def test_noise_is_no_error_of_the_surrogate_but_widens_its_interval() -> None:
     assert 0.85 <= surrogate.validation.covered <= 1.0
 
 
-def test_nothing_is_predicted_outside_the_runs() -> None:
-    surrogate = fit_surrogate(study_of(lambda x: x[0], 1, "latin_hypercube", 12).runs, "y")
-    with pytest.raises(InputError, match=r"a\.0: got 1\.2, needs 0\.0"):
-        surrogate.predict({"a.0": 1.2})
-    with pytest.raises(InputError, match=r"a\.0: has no value"):
-        surrogate.predict({})
-
-
 def test_runs_judge_a_process_that_has_not_seen_them() -> None:
     # One run of thirty lies far off: nobody who has not seen it can know.
     study = study_of(lambda x: float(x[0]) + (5.0 if 0.5 < x[0] < 0.53 else 0.0), 1, "latin_hypercube", 30)
@@ -135,10 +131,3 @@ def test_runs_judge_a_process_that_has_not_seen_them() -> None:
     assert found.largest > 4.5
     assert found.error > 0.8
     assert 0.8 < found.covered < 1.0
-
-
-def test_runs_that_are_left_out_are_counted_by_reason() -> None:
-    # Two samples of a design with choices may have the same inputs; the output of another may be missing.
-    study = study_of(lambda x: float(x[0]) if x[0] < 0.9 else None, 1, "latin_hypercube", 30)
-    found = fit_surrogate((*study.runs, study.runs[0], study.runs[1]), "y").validation
-    assert (found.runs, found.repeated, found.missing) == (27, 2, 3)

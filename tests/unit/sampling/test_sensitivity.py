@@ -1,7 +1,5 @@
 """Linear fits of slip times: known slopes come back, with their units, errors and shares."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -70,17 +68,14 @@ def test_predicted_determination_is_not_flattered_by_few_samples() -> None:
     assert fit.predicted < 0.0
 
 
-def test_samples_without_the_event_are_left_out_and_counted() -> None:
+def test_samples_without_the_event_are_left_out_and_too_few_or_equal_ones_have_no_fit() -> None:
     fit = slip_fit(study_of(time=lambda *given: None if given[0] > 0.3 else overall(*given)))
     assert fit.interval.missing == 3
     assert fit.effects[0].slope == pytest.approx(-0.5)
-
-
-def test_too_few_samples_and_times_that_are_all_the_same_or_were_not_recorded_have_no_fit() -> None:
     assert fits_of(study_of(count=2)) == fits_of(study_of(count=4)) == ()
     study = study_of(time=lambda *_: 1.7)
     assert fit_samples(study.runs, study.ranges, "slip", "overall") is None
-    assert fit_samples(study.runs, study.ranges, "acceleration", "overall") is None
+    assert fit_samples(study.runs, study.ranges, "acceleration", "overall") is None, "not recorded"
 
 
 def test_groups_are_the_samples_of_each_swept_value() -> None:
@@ -97,13 +92,6 @@ def test_groups_are_the_samples_of_each_swept_value() -> None:
 UNIFORM = Interval(tuple(1.0 + 0.01 * number for number in range(101)))
 
 
-def test_percentiles_are_those_of_the_samples_and_events_that_did_not_happen_are_counted() -> None:
-    assert (UNIFORM.smallest, UNIFORM.largest) == (1.0, 2.0)
-    assert UNIFORM.percentile(5) == pytest.approx(1.05)
-    assert interval_of([None, 2.0, 1.0, None]) == Interval((1.0, 2.0), 2)
-    assert interval_of([None]) is None
-
-
 @pytest.mark.parametrize(
     ("span", "where"),
     [
@@ -115,8 +103,12 @@ def test_percentiles_are_those_of_the_samples_and_events_that_did_not_happen_are
         ((1.99, 2.5), "within, at 100 %"),
     ],
 )
-def test_a_published_time_is_placed(span: tuple[float, float], where: str) -> None:
+def test_a_published_time_is_placed_among_percentiles(span: tuple[float, float], where: str) -> None:
+    """Events that did not happen are counted."""
     assert position(span, UNIFORM) == where
+    assert (UNIFORM.smallest, UNIFORM.percentile(5), UNIFORM.largest) == pytest.approx((1.0, 1.05, 2.0))
+    assert interval_of([None, 2.0, 1.0, None]) == Interval((1.0, 2.0), 2)
+    assert interval_of([None]) is None
 
 
 def test_every_published_time_has_the_interval_of_the_runs_that_meet_its_conditions() -> None:
@@ -149,10 +141,8 @@ def test_both_readings_are_shown_where_the_paper_names_none() -> None:
 
 
 def test_a_condition_on_a_sampled_value_is_what_the_samples_leave_open() -> None:
-    study = study_of()
-    swept = [
-        dataclasses.replace(run, sampled={**run.sampled, "contact.friction_coefficient": 0.5}) for run in study.runs
-    ]
-    assert published_intervals(swept, [published_set("wang2014-table2")])
-    other = [dataclasses.replace(run, values={**run.values, "contact.friction_coefficient": 0.5}) for run in study.runs]
-    assert published_intervals(other, [published_set("wang2014-table2")]) == ()
+    friction, published = {"contact.friction_coefficient": 0.5}, [published_set("wang2014-table2")]
+    runs = study_of().runs
+    assert published_intervals([dataclasses.replace(run, sampled=run.sampled | friction) for run in runs], published)
+    other = [dataclasses.replace(run, values=run.values | friction) for run in runs]
+    assert published_intervals(other, published) == ()

@@ -1,7 +1,5 @@
 """Slip events of histories whose slip is known exactly."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Iterable
@@ -13,18 +11,14 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.contact.states import OPEN
-from fingerslip.errors import InputError
+import fingerslip as fs
+from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.slip import (
-    Events,
     EventSettings,
-    SlipEvents,
     acceleration_events,
-    acceleration_peaks,
     displacement_events,
     events_from_mapping,
     events_mapping,
-    find_events,
     find_slip,
     measures,
     read_measures,
@@ -62,17 +56,12 @@ def test_displacement_events_count_nodes(step: float) -> None:
         assert getattr(found, name) == pytest.approx(moments[rank - 1], abs=step)
 
 
-def test_velocity_jump_is_no_slip_event() -> None:
-    history = make(Process())
-    just_after = history["contact_state"].sel(time=PRESS_END + 5e-3, method="nearest")
-    assert (just_after[:41] == 2).all(), "the whole patch has to slip for an instant, or this test shows nothing"
-    found = find_events(history)
-    assert found.slip.incipient > 1.3
-    assert found.displacement.incipient > 1.3
-
-
-def test_jump_moves_events_by_no_more_than_its_step() -> None:
-    with_jump, without = (find_events(make(Process(step=1e-3, jump=jump))) for jump in (True, False))
+def test_jump_of_velocity_is_no_slip_event_and_moves_others_by_no_more_than_its_step() -> None:
+    history = make(Process(step=1e-3))
+    just_after = history["contact_state"].sel(time=PRESS_END + 1e-3, method="nearest")
+    assert (just_after[:41] == SLIP).all(), "the whole patch has to slip for an instant, or this test shows nothing"
+    with_jump, without = fs.find_events(history), fs.find_events(make(Process(step=1e-3, jump=False)))
+    assert with_jump.displacement.incipient > 1.3
     for name in NAMES:
         assert getattr(with_jump.slip, name) == pytest.approx(getattr(without.slip, name), abs=1.02e-3)
 
@@ -82,7 +71,7 @@ def test_event_times_do_not_depend_on_the_records(every: int) -> None:
     """Between two records the slip of a node grows evenly; that of one node after the other passes the tolerance."""
     history = make(replace(QUIET, step=1e-3, nodes=41))
     sparse = history.isel(time=slice(None, None, every))
-    assert_same(find_events(sparse), find_events(history), ("slip", "displacement"))
+    assert_same(fs.find_events(sparse), fs.find_events(history), ("slip", "displacement"))
 
 
 def test_an_event_is_the_time_at_which_a_stuck_node_lifts_off() -> None:
@@ -98,40 +87,35 @@ def test_an_event_is_the_time_at_which_a_stuck_node_lifts_off() -> None:
 
 
 def test_top_level_times_and_latency_are_those_of_accumulated_slip() -> None:
-    events = find_events(HISTORY)
+    events = fs.find_events(HISTORY)
     assert [getattr(events, time) for time in TIMES] == [events.slip.time(time) for time in TIMES]
     assert events.latency == pytest.approx(0.895 * 0.41, abs=12e-3)
     assert events.reading("displacement") is events.displacement
-    assert SlipEvents(incipient=1.0).latency is SlipEvents(overall=1.0).latency is None
-    assert SlipEvents(incipient=1.25, overall=1.75).latency == 0.5
+    assert fs.SlipEvents(incipient=1.0).latency is fs.SlipEvents(overall=1.0).latency is None
+    assert fs.SlipEvents(incipient=1.25, overall=1.75).latency == 0.5
 
 
 def test_slide_too_short_for_overall_slip() -> None:
-    events = find_events(make(Process(centre=2.5)))
+    events = fs.find_events(make(Process(centre=2.5)))
     assert events.slip.incipient is not None
     assert (events.slip.overall, events.displacement.overall, events.acceleration.overall) == (None, None, None)
     assert events.latency is None
 
 
 def test_no_slip_no_slide_and_no_contact_have_no_events() -> None:
-    stuck = find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
-    pressed = find_events(make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))))
+    stuck = fs.find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
+    pressed = fs.find_events(make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))))
     history = make(Process(peaks={}))
-    apart = find_events(history.assign(contact_state=xr.full_like(history["contact_state"], OPEN)))
-    assert stuck == pressed == apart == Events()
+    apart = fs.find_events(history.assign(contact_state=xr.full_like(history["contact_state"], OPEN)))
+    assert stuck == pressed == apart == fs.Events()
 
 
 def test_slip_before_the_second_slide_does_not_count_in_it() -> None:
     phases = (("press", 0.0, 1.0), ("slide", 1.0, 1.8), ("hold", 1.8, 1.9), ("slide", 1.9, 2.0))
     history = make(Process(phases=phases))
-    first, second = find_events(history), find_events(history, slide=1)
+    first, second = fs.find_events(history), fs.find_events(history, slide=1)
     assert first.overall == pytest.approx(1.72, abs=0.01)
     assert second.incipient == pytest.approx(1.9 + 20e-6 / SPEED, abs=5e-3)
-
-
-def test_slides_that_follow_each_other_are_one() -> None:
-    cut = (("press", 0.0, 1.0), ("slide", 1.0, 1.2), ("slide", 1.2, 1.6), ("slide", 1.6, 2.0))
-    assert find_events(make(Process(phases=cut))) == find_events(make(Process()))
 
 
 def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for() -> None:
@@ -144,32 +128,30 @@ def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for() -> None
 def test_stuck_node_that_lifts_off_is_counted_out() -> None:
     history = make(Process())
     state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
-    plate = history["counterface_displacement"][:, 0, 0]
-    displacement[:, 20, 0] = plate
+    displacement[:, 20, 0] = history["counterface_displacement"][:, 0, 0]
     stuck = history.assign(contact_displacement=displacement)
     assert displacement_events(stuck, EventSettings()).overall is None
     state[350:, 20] = OPEN
-    lifted = stuck.assign(contact_state=state)
-    assert displacement_events(lifted, EventSettings()).overall is not None
+    assert displacement_events(stuck.assign(contact_state=state), EventSettings()).overall is not None
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.permutations(range(45)))
 def test_order_of_nodes_does_not_matter(order: list[int]) -> None:
-    assert_same(find_events(HISTORY.isel(contact_node=order)), find_events(HISTORY))
+    assert_same(fs.find_events(HISTORY.isel(contact_node=order)), fs.find_events(HISTORY))
 
 
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 30))
 def test_open_nodes_do_not_matter(count: int) -> None:
-    assert_same(find_events(make(Process(open_nodes=count, noise=0.0))), find_events(make(Process(noise=0.0))))
+    assert_same(fs.find_events(make(Process(open_nodes=count, noise=0.0))), fs.find_events(make(Process(noise=0.0))))
 
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(5e-6, 3e-4), st.floats(5e-6, 3e-4))
 def test_larger_tolerance_is_never_reached_earlier(one: float, other: float) -> None:
     low, high = (
-        find_events(HISTORY, EventSettings(slip_tolerance=level, displacement_tolerance=level))
+        fs.find_events(HISTORY, EventSettings(slip_tolerance=level, displacement_tolerance=level))
         for level in sorted((one, other))
     )
     for reading in ("slip", "displacement"):
@@ -190,7 +172,7 @@ def test_larger_fraction_is_never_reached_earlier(one: float, other: float) -> N
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.0, 2.0))
 def test_noise_moves_no_event_by_more_than_two_steps(seed: int, noise: float) -> None:
-    quiet, noisy = find_events(make(Process())), find_events(make(Process(noise=noise, seed=seed)))
+    quiet, noisy = fs.find_events(make(Process())), fs.find_events(make(Process(noise=noise, seed=seed)))
     for reading in ("slip", "displacement"):
         for name in NAMES:
             assert noisy.reading(reading).time(name) == pytest.approx(quiet.reading(reading).time(name), abs=0.01)
@@ -198,12 +180,12 @@ def test_noise_moves_no_event_by_more_than_two_steps(seed: int, noise: float) ->
 
 
 def test_events_survive_json() -> None:
-    events = find_events(make(Process(centre=2.5)))
+    events = fs.find_events(make(Process(centre=2.5)))
     plain = json.loads(json.dumps(events_mapping(events)))
     assert plain["slip"]["overall"] is None
     assert plain["displacement"]["latency"] is None
     assert events_from_mapping(plain) == events
-    silent = find_events(HISTORY.drop_dims("site"))
+    silent = fs.find_events(HISTORY.drop_dims("site"))
     plain = json.loads(json.dumps(events_mapping(silent)))
     assert (plain["acceleration"]["recorded"], plain["slip"]["recorded"]) == (False, True)
     assert events_from_mapping(plain) == silent
@@ -211,7 +193,7 @@ def test_events_survive_json() -> None:
 
 @pytest.mark.parametrize("missing", ["slip", "displacement", "acceleration"])
 def test_events_that_lack_a_reading_or_a_time_are_refused(missing: str) -> None:
-    plain = events_mapping(Events())
+    plain = events_mapping(fs.Events())
     with pytest.raises(KeyError, match=missing):
         events_from_mapping({name: times for name, times in plain.items() if name != missing})
     del plain[missing]["overall"]
@@ -220,17 +202,17 @@ def test_events_that_lack_a_reading_or_a_time_are_refused(missing: str) -> None:
 
 
 def test_events_of_receptors_that_were_not_recorded_are_told_from_those_that_did_not_happen() -> None:
-    silent = find_events(HISTORY.drop_dims("site"))
-    assert silent.acceleration == SlipEvents(recorded=False)
-    deep = find_events(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-II"))
+    silent = fs.find_events(HISTORY.drop_dims("site"))
+    assert silent.acceleration == fs.SlipEvents(recorded=False)
+    deep = fs.find_events(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-II"))
     assert not deep.acceleration.recorded, "peaks are read at FA-I and SA-I"
-    stuck = find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
-    assert stuck.acceleration == SlipEvents()
+    stuck = fs.find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
+    assert stuck.acceleration == fs.SlipEvents()
     assert silent.slip.recorded
-    assert silent.overall == pytest.approx(find_events(HISTORY).overall)
+    assert silent.overall == pytest.approx(fs.find_events(HISTORY).overall)
 
 
-def assert_same(one: Events, other: Events, readings: Iterable[str] = READINGS) -> None:
+def assert_same(one: fs.Events, other: fs.Events, readings: Iterable[str] = READINGS) -> None:
     """Assert equal times up to rounding of sums."""
     for reading in readings:
         for name in NAMES:
@@ -252,37 +234,26 @@ def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_no
     assert later.incipient == pytest.approx(second, abs=5e-3)
 
 
-def test_events_and_peaks_are_those_of_their_own_searches() -> None:
-    found = find_slip(MADE)
-    assert found.events == find_events(MADE)
+def test_events_and_peaks_are_those_of_their_own_searches_and_measures_take_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found, expected = find_slip(MADE), read_measures(MADE)
+    assert found.events == fs.find_events(MADE)
     assert found.events.acceleration == acceleration_events(MADE)
-    assert found.peaks == acceleration_peaks(MADE)
-
-
-def test_only_a_history_has_events() -> None:
-    with pytest.raises(InputError, match="needs a history"):
+    assert found.peaks == fs.acceleration_peaks(MADE)
+    monkeypatch.setattr(measures, "find_slip", None)
+    assert read_measures(MADE, slip=found) == expected
+    with pytest.raises(fs.InputError, match="needs a history"):
         find_slip({})  # type: ignore[arg-type]
 
 
-def test_measures_take_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    found, expected = find_slip(MADE), read_measures(MADE)
-    monkeypatch.setattr(measures, "find_slip", None)
-    assert read_measures(MADE, slip=found) == expected
-
-
-def test_names_are_the_fields_of_the_data() -> None:
-    assert list(EVENTS) == [field.name for field in dataclasses.fields(SlipEvents) if field.name != "recorded"]
-    assert list(READINGS) == [field.name for field in dataclasses.fields(Events)]
+def test_names_are_the_fields_of_the_data_labels_are_words_and_no_peak_belongs_to_48_percent_slip() -> None:
+    assert list(EVENTS) == [field.name for field in dataclasses.fields(fs.SlipEvents) if field.name != "recorded"]
+    assert list(READINGS) == [field.name for field in dataclasses.fields(fs.Events)]
     assert (*EVENTS, "latency") == TIMES
     assert set(MAIN_EVENTS) < set(EVENTS)
     assert list(READING_HEADINGS) == list(READINGS)
-
-
-def test_labels_are_words() -> None:
     labels = ["incipient slip", "48 % slip", "three-quarter slip", "overall slip", "latency"]
     assert list(map(event_label, TIMES)) == labels
-
-
-def test_no_peak_belongs_to_48_percent_slip() -> None:
     undefined = [(reading, time) for reading in READINGS for time in TIMES if not defines_time(reading, time)]
     assert undefined == [("acceleration", "noticed")]

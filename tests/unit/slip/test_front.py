@@ -1,7 +1,5 @@
 """Arrival of the slip front at receptors, contact near an edge, markers of the skin, and force ratios."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -22,7 +20,6 @@ from fingerslip.slip import (
 from fingerslip.slip.front import edge_distance, edge_warning
 from fingerslip.slip.receptors import tangential_acceleration
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
-from unit import synthetic
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
 PROCESS = Process(jump=False)
@@ -50,12 +47,8 @@ def test_front_that_does_not_arrive_is_missing() -> None:
 
 
 def test_receptors_may_be_taken_where_they_were_meant_to_be() -> None:
-    sites = [
-        Site("here", "FA-I", (1.1e-3, -6e-3)),
-        Site("out", "FA-I", (9e-3, -6e-3)),
-        Site("deep", "SA-II", (0.0, 0.0)),
-    ]
-    arrivals = front_arrivals(make(PROCESS), sites=sites)
+    places = {"here": ("FA-I", (1.1e-3, -6e-3)), "out": ("FA-I", (9e-3, -6e-3)), "deep": ("SA-II", (0.0, 0.0))}
+    arrivals = front_arrivals(make(PROCESS), sites=[Site(name, *place) for name, place in places.items()])
     assert arrivals["site"].values.tolist() == ["here"]
     assert arrivals.values[0] == pytest.approx(slip_times(PROCESS, np.array([1.1e-3]))[0] + TOLERANCE / SPEED, abs=1e-3)
 
@@ -70,14 +63,10 @@ def test_nothing_arrives_without_slide_or_receptors() -> None:
 def test_friction_reaches_its_shares_in_order() -> None:
     half, most, beyond = force_ratio_times(make(PROCESS), (0.5, 0.9, 1.1))
     # The synthetic friction force rises evenly from the start of the slide to overall slip.
-    rise = synthetic.Process().centre - PRESS_END
-    assert half == pytest.approx(PRESS_END + 0.5 * rise, abs=1e-3)
-    assert most == pytest.approx(PRESS_END + 0.9 * rise, abs=1e-3)
+    rise = PROCESS.centre - PRESS_END
+    assert (half, most) == pytest.approx((PRESS_END + 0.5 * rise, PRESS_END + 0.9 * rise), abs=1e-3)
     assert beyond is None
-
-
-def test_without_friction_there_is_no_limit() -> None:
-    assert force_ratio_times(make(Process(friction=0.0)), (0.5,)) == (None,)
+    assert force_ratio_times(make(Process(friction=0.0)), (0.5,)) == (None,), "without friction there is no limit"
 
 
 HISTORY = make(Process())
@@ -99,36 +88,25 @@ def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance() -> N
     assert found.time == pytest.approx((reach / HALF_WIDTH) ** 2, abs=5.1e-3)
 
 
-def test_contact_that_stays_three_facets_away_does_not_count() -> None:
-    history = ending_at(HALF_WIDTH + 3.0 * SPACING)
-    assert edge_contact(history) is None
-    assert edge_distance(history) == pytest.approx(3.0 * SPACING)
-
-
-def test_nodes_near_an_edge_that_never_touch_do_not_count() -> None:
+def test_contact_away_from_edges_does_not_count() -> None:
+    """Three facets away, but for the longer ones of quadratic elements; where no node touches; where there is none."""
+    away = ending_at(HALF_WIDTH + 3.0 * SPACING)
+    assert edge_contact(away) is None
+    assert edge_distance(away) == pytest.approx(3.0 * SPACING)
+    assert edge_contact(away.assign_attrs(element="T6")) is not None
     state = HISTORY["contact_state"].where(xr.DataArray(X < 0.0, dims="contact_node"), OPEN).astype(np.int8)
     assert edge_contact(ending_at(HALF_WIDTH, HISTORY.assign(contact_state=state))) is None
-
-
-def test_facets_of_quadratic_elements_have_nodes_in_their_middle() -> None:
-    history = ending_at(HALF_WIDTH + 3.0 * SPACING)
-    history.attrs["element"] = "T6"
-    assert edge_contact(history) is not None
-
-
-def test_a_boundary_without_an_edge_and_a_history_that_does_not_know_it_have_no_distance() -> None:
     closed = HISTORY.assign_coords(contact_edge_distance=("contact_node", np.full(X.size, np.inf)))
     for history in (closed, HISTORY):
         assert (edge_contact(history), edge_distance(history)) == (None, None)
 
 
 def test_every_counterface_is_looked_at() -> None:
-    belongs = np.where(X > 0.0, 1, 0)
+    belongs = ("contact_node", np.where(X > 0.0, 1, 0))
     two = xr.concat([HISTORY[["counterface_force"]]] * 2, "counterface")
     history = ending_at(HALF_WIDTH).drop_dims("counterface").assign(two)
-    history = history.assign_coords(counterface=["left", "right"], contact_counterface=("contact_node", belongs))
-    found = edge_contact(history)
-    assert found.boundary == "right"
+    history = history.assign_coords(counterface=["left", "right"], contact_counterface=belongs)
+    assert edge_contact(history).boundary == "right"
 
 
 def test_a_single_candidate_at_an_edge_counts() -> None:
@@ -218,26 +196,23 @@ def marked(friction=None, lags=(1.0, 3.0, 2.0)):
     )
 
 
-def test_times_at_which_markers_lag():
+def test_times_at_which_markers_lag_and_share_of_them_before_the_centre():
     slips = skin_marker_slips(marked())
     # 50 um behind a plate at 1 mm/s.
     assert slips.time == pytest.approx([1.05, 3.05, 2.05])
     assert share_before_centre(slips) == 1.0
-
-
-def test_a_centre_that_slips_in_between():
     assert share_before_centre(skin_marker_slips(marked(lags=(1.0, 2.0, 20.0)))) == 0.5
-
-
-def test_without_markers_there_is_nothing():
     assert skin_marker_slips(marked().assign_coords(site_kind=("site", ["probe"] * 3))) is None
 
 
-def test_a_saw_tooth_has_its_cycles():
-    assert stick_slip_cycles(marked(np.mod(MOMENTS, 2.6))) == 3
-    assert stick_slip_cycles(marked(np.minimum(MOMENTS, 3.0))) == 0
-
-
-def test_small_falls_are_noise():
-    ripple = np.minimum(MOMENTS, 3.0) + 0.05 * np.sin(20 * MOMENTS)
-    assert stick_slip_cycles(marked(ripple)) == 0
+@pytest.mark.parametrize(
+    ("friction", "cycles"),
+    [
+        (np.mod(MOMENTS, 2.6), 3),
+        (np.minimum(MOMENTS, 3.0), 0),
+        (np.minimum(MOMENTS, 3.0) + 0.05 * np.sin(20 * MOMENTS), 0),
+    ],
+    ids=["saw tooth", "plateau", "small falls are noise"],
+)
+def test_falls_of_friction_are_counted(friction, cycles):
+    assert stick_slip_cycles(marked(friction)) == cycles

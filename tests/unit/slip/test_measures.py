@@ -1,7 +1,5 @@
 """Measures of histories in which they are known, and where an added measure appears."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -31,19 +29,15 @@ def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide
     assert numbers["friction_force_ratio_end_of_slide"] == pytest.approx(0.25)
 
 
-def test_forces_are_along_the_plates_own_axes() -> None:
+def test_forces_are_along_the_plates_own_axes_and_the_last_slide_counts() -> None:
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    forces = HISTORY["counterface_force"]
     turned = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [turn @ [0.0, 1.0]]))
-    turned = turned.assign(
-        counterface_force=HISTORY["counterface_force"].copy(data=HISTORY["counterface_force"].values @ turn.T)
-    )
+    turned = turned.assign(counterface_force=forces.copy(data=forces.values @ turn.T))
     straight, inclined = read_measures(HISTORY), read_measures(turned)
     assert straight["friction_force_ratio_end_of_slide"] == pytest.approx(0.6)
     for name in ("normal_force_max_N", "normal_force_end_N", "friction_force_ratio_end_of_slide"):
         assert inclined[name] == pytest.approx(straight[name])
-
-
-def test_the_last_slide_counts() -> None:
     phases = (("press", 0.0, 1.0), ("slide", 1.0, 1.2), ("hold", 1.2, 1.5), ("slide", 1.5, 2.0))
     history = make(Process(phases=phases))
     times = history["time"].values
@@ -83,16 +77,12 @@ def test_contact_numbers_are_the_extreme_ones_with_their_signs() -> None:
     gap, traction = HISTORY["gap"].copy(), HISTORY["tangential_traction"].copy()
     gap[7, 3], gap[9, 4] = -5e-6, 8e-4
     traction[11, 2] = np.array([-4e3, 0.0])
-    history = HISTORY.assign(gap=gap, tangential_traction=traction)
-    history.attrs["tangential_penalty"] = 2e9
+    history = HISTORY.assign(gap=gap, tangential_traction=traction).assign_attrs(tangential_penalty=2e9)
     numbers = read_measures(history)
     assert numbers["penetration_max_m"] == pytest.approx(5e-6)
     assert numbers["elastic_slip_max_m"] == pytest.approx(4e3 / 2e9)
     assert numbers["normal_traction_max_Pa"] == pytest.approx(3e3)
     assert numbers["slip_distance_max_m"] == pytest.approx(float(HISTORY["slip_distance"].max()))
-
-
-def test_a_gap_that_never_closes_is_no_penetration() -> None:
     apart = HISTORY.assign(gap=HISTORY["gap"] * 0 + 1e-4)
     assert read_measures(apart)["penetration_max_m"] == 0.0
 
@@ -161,12 +151,8 @@ def test_what_resolves_a_slide_is_read_off_and_judged(step: float, nodes: int, w
     texts = resolution_warnings({"a run": numbers})
     assert len(texts) == warnings
     assert all(text.startswith("Too coarse for the times of slip: a run (") for text in texts)
-
-
-def test_many_coarse_runs_are_counted() -> None:
-    runs = {f"run {number}": {"slide_records": 10} for number in range(5)}
-    (text,) = resolution_warnings(runs)
-    assert "run 2 (10 steps in the slide) and 2 more: take a smaller step" in text
+    (many,) = resolution_warnings({f"run {number}": {"slide_records": 10} for number in range(5)})
+    assert "run 2 (10 steps in the slide) and 2 more: take a smaller step" in many
 
 
 def test_travel_is_that_of_the_plate_between_the_events() -> None:

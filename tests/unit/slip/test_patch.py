@@ -1,7 +1,5 @@
 """The contact patch of blocks whose motion is known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -36,9 +34,8 @@ def test_triangles_cover_the_patch_once(history: xr.Dataset) -> None:
     assert patch.axes[0] == pytest.approx([1.0, 0.0, 0.0])  # along the slide
 
 
-def test_stretch_and_shear_give_their_green_lagrange_strains(history: xr.Dataset) -> None:
-    stretch = np.diag([1.2, 0.9, 1.0])
-    strains = surface_strains(moved(history, stretch)).isel(time=-1)
+def test_stretch_and_shear_give_their_green_lagrange_strains_and_a_turn_none(history: xr.Dataset) -> None:
+    strains = surface_strains(moved(history, np.diag([1.2, 0.9, 1.0]))).isel(time=-1)
     assert strains.sel(strain_component="along").values == pytest.approx((1.2**2 - 1.0) / 2.0)
     assert strains.sel(strain_component="across").values == pytest.approx((0.9**2 - 1.0) / 2.0)
     assert strains.sel(strain_component="shear").values == pytest.approx(0.0, abs=1e-12)
@@ -48,28 +45,22 @@ def test_stretch_and_shear_give_their_green_lagrange_strains(history: xr.Dataset
     # Its sign is that of the side on which the axis across lies; the normal part is quadratic.
     assert np.abs(sheared.sel(strain_component="shear").values) == pytest.approx(0.05)
     assert sheared.sel(strain_component="across").values == pytest.approx(0.005)
-
-
-def test_a_turn_strains_nothing(history: xr.Dataset) -> None:
-    strains = surface_strains(moved(history, ROTATION)).isel(time=-1)
-    assert strains.values == pytest.approx(0.0, abs=1e-12)
-
-
-def test_rates_are_strains_over_time(history: xr.Dataset) -> None:
-    gradient = np.diag([1.0 + 1e-6, 1.0, 1.0])
-    rates = surface_strain_rates(surface_strains(moved(history, gradient)))
+    assert surface_strains(moved(history, ROTATION)).isel(time=-1).values == pytest.approx(0.0, abs=1e-12)
+    rates = surface_strain_rates(surface_strains(moved(history, np.diag([1.0 + 1e-6, 1.0, 1.0]))))
     duration = float(history["time"][-1] - history["time"][0])
     assert rates.sel(strain_component="along").values == pytest.approx(1e-6 / duration, rel=1e-5)
     assert rates.attrs["units"] == "1/s"
 
 
+def with_states(history: xr.Dataset, state: np.ndarray) -> xr.Dataset:
+    return history.assign(contact_state=history["contact_state"].copy(data=state))
+
+
 def test_series_of_a_patch_that_half_slips(history: xr.Dataset) -> None:
     state = np.full(history["contact_state"].shape, STICK, dtype=np.int8)
-    areas = history["contact_area"].values
-    slipping = history["contact_position"].values[:, 0] > 5e-3
-    state[:, slipping] = SLIP
-    state[0] = OPEN
-    series = patch_series(history.assign(contact_state=history["contact_state"].copy(data=state)))
+    areas, slipping = history["contact_area"].values, history["contact_position"].values[:, 0] > 5e-3
+    state[:, slipping], state[0] = SLIP, OPEN
+    series = patch_series(with_states(history, state))
     assert series["contact_area"].values[1:] == pytest.approx(areas.sum())
     assert series["stick_area"].values[1:] == pytest.approx(areas[~slipping].sum())
     assert np.isnan(series["stick_ratio"].values[0])
@@ -85,19 +76,14 @@ def test_friction_stays_within_its_limit_and_nears_it_as_less_sticks(history: xr
     assert float(series["stick_ratio"][-1]) < 0.5 < float(series["stick_ratio"].max())
 
 
-def test_a_triangle_slips_where_a_corner_does(history: xr.Dataset) -> None:
-    patch = contact_patch(history)
-    state = np.full(history["contact_state"].shape, STICK, dtype=np.int8)
-    state[:, patch.nodes[patch.triangles[0, 0]]] = SLIP
-    state[:, patch.nodes[patch.triangles[-1, 0]]] = OPEN
-    states = triangle_states(history.assign(contact_state=history["contact_state"].copy(data=state)), patch, 0)
-    around = (patch.triangles == patch.triangles[0, 0]).any(axis=1)
-    open_ = (patch.triangles == patch.triangles[-1, 0]).any(axis=1)
+def test_a_triangle_slips_where_a_corner_does_and_a_section_has_no_patch(history: xr.Dataset) -> None:
+    patch, state = contact_patch(history), np.full(history["contact_state"].shape, STICK, dtype=np.int8)
+    first, last = patch.triangles[[0, -1], 0]
+    state[:, patch.nodes[first]], state[:, patch.nodes[last]] = SLIP, OPEN
+    states = triangle_states(with_states(history, state), patch, 0)
+    around, open_ = ((patch.triangles == node).any(axis=1) for node in (first, last))
     assert (states[open_] == OPEN).all()
     assert (states[around & ~open_] == SLIP).all()
     assert (states[~around & ~open_] == STICK).all()
-
-
-def test_a_section_has_no_patch() -> None:
     with pytest.raises(InputError, match="two-dimensional"):
         contact_patch(block_history("Q4"))

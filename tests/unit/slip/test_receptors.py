@@ -1,20 +1,13 @@
 """Receptors around the edges of the contact, their signals, and acceleration peaks told from noise."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.slip import (
-    PeakSettings,
-    acceleration_events,
-    acceleration_peaks,
-    contact_edges,
-    receptor_signals,
-    receptors_in_areas,
-)
+import fingerslip as fs
+from fingerslip.slip import PeakSettings, acceleration_events, contact_edges, receptor_signals, receptors_in_areas
 from fingerslip.slip import receptors as peaks_module
 from fingerslip.slip.receptors import noise_of, receptor_rows, tangential_acceleration, transition_end
 from unit.synthetic import DEPTHS, HALF_WIDTH, Process, make
@@ -22,29 +15,32 @@ from unit.synthetic import DEPTHS, HALF_WIDTH, Process, make
 HISTORY = make(Process())
 
 
-def test_edges_are_those_of_the_patch() -> None:
-    assert contact_edges(HISTORY) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
+@pytest.mark.parametrize("normal", [(0.0, 1.0), (0.6, 0.8)])
+def test_edges_are_those_of_the_patch_of_one_body_along_the_plate(normal: tuple[float, float]) -> None:
+    turn = np.array([[normal[1], normal[0]], [-normal[0], normal[1]]])
+    history = HISTORY.assign_coords(
+        counterface_normal=(("counterface", "component"), [normal]),
+        contact_position=(("contact_node", "component"), HISTORY["contact_position"].values @ turn.T),
+    )
+    assert contact_edges(history) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
     # The patch grows with the square root of time.
-    assert contact_edges(HISTORY, 0.25) == pytest.approx((-HALF_WIDTH / 2, HALF_WIDTH / 2), abs=2.1e-4)
-
-
-def test_without_contact_there_are_no_edges_and_no_receptors() -> None:
-    apart = HISTORY.assign(contact_state=HISTORY["contact_state"] * 0)
+    assert contact_edges(history, 0.25) == pytest.approx((-HALF_WIDTH / 2, HALF_WIDTH / 2), abs=2.1e-4)
+    counterfaces = np.where(HISTORY["contact_position"][:, 0] > 1e-3, 1, 0)
+    two = history.assign_coords(contact_counterface=("contact_node", counterfaces))
+    assert contact_edges(two, counterface=0) == pytest.approx((-HALF_WIDTH, 1e-3), abs=2.1e-4)
+    apart = history.assign(contact_state=history["contact_state"] * 0)
     assert contact_edges(apart) is None
     assert receptors_in_areas(apart) == {}
     assert receptor_signals(apart)["acceleration"].isnull().all()
 
 
-def test_five_receptors_of_each_type_at_each_edge() -> None:
+def test_five_receptors_of_each_type_at_the_nearer_edge() -> None:
     chosen = receptors_in_areas(HISTORY)
     assert {key: len(names) for key, names in chosen.items()} == {(k, a): 5 for k in DEPTHS for a in "AB"}
     # Sites stand every 0.5 mm, so the five nearest to -4 mm are -5 .. -3 mm.
     positions = HISTORY["site_position"].sel(site=list(chosen["SA-II", "A"]), component="x").values
     assert sorted(positions) == pytest.approx([-5e-3, -4.5e-3, -4e-3, -3.5e-3, -3e-3])
     assert positions[0] == pytest.approx(-4e-3)
-
-
-def test_a_receptor_belongs_to_the_nearer_edge_only() -> None:
     chosen = receptors_in_areas(HISTORY, per_area=25)
     left, right = (set(chosen["FA-I", area]) for area in "AB")
     assert len(left | right) == 25
@@ -56,32 +52,13 @@ def test_signals_are_means_over_the_area() -> None:
     assert signals["acceleration"].dims == ("kind", "area", "time")
     assert (signals["receptor_count"] == 5).all()
     names = list(receptors_in_areas(HISTORY)["FA-II", "B"])
-    mean = HISTORY["strain_energy_density"].sel(site=names).mean("site").values
-    assert signals["strain_energy_density"].sel(kind="FA-II", area="B").values == pytest.approx(mean)
-    rows = history_rows("FA-II", "B")
-    ends = HISTORY["acceleration"].values[201:203, rows, 0]
-    assert float(signals["acceleration"].sel(kind="FA-II", area="B")[202]) == pytest.approx(ends.mean())
-
-
-def history_rows(kind: str, area: str) -> list[int]:
-    names = HISTORY["site"].values.tolist()
-    return [names.index(name) for name in receptors_in_areas(HISTORY)[kind, area]]
-
-
-def test_missing_types_have_count_zero() -> None:
-    signals = receptor_signals(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-I"))
-    assert signals["receptor_count"].sel(area="A").values.tolist() == [5, 0, 0, 0]
-    assert signals["acceleration"].sel(kind="SA-I").isnull().all()
-
-
-@pytest.mark.parametrize("normal", [(0.0, 1.0), (0.6, 0.8)])
-def test_tilted_plate_has_tangential_coordinates(normal: tuple[float, float]) -> None:
-    turn = np.array([[normal[1], normal[0]], [-normal[0], normal[1]]])
-    tilted = HISTORY.assign_coords(
-        counterface_normal=(("counterface", "component"), [normal]),
-        contact_position=(("contact_node", "component"), HISTORY["contact_position"].values @ turn.T),
-    )
-    assert contact_edges(tilted) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
+    of_area, own = signals.sel(kind="FA-II", area="B"), HISTORY.sel(site=names)
+    assert of_area["strain_energy_density"].values == pytest.approx(own["strain_energy_density"].mean("site").values)
+    ends = own["acceleration"].values[201:203, :, 0]
+    assert float(of_area["acceleration"][202]) == pytest.approx(ends.mean())
+    few = receptor_signals(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-I"))
+    assert few["receptor_count"].sel(area="A").values.tolist() == [5, 0, 0, 0]
+    assert few["acceleration"].sel(kind="SA-I").isnull().all()
 
 
 def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
@@ -94,42 +71,28 @@ def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
         assert set(swapped["FA-I", one]) == set(chosen["FA-I", other])
 
 
-def test_edges_are_those_of_one_body() -> None:
-    counterfaces = np.where(HISTORY["contact_position"][:, 0] > 1e-3, 1, 0)
-    two = HISTORY.assign_coords(contact_counterface=("contact_node", counterfaces))
-    assert contact_edges(two, counterface=0) == pytest.approx((-HALF_WIDTH, 1e-3), abs=2.1e-4)
-
-
-def test_receptors_move_with_the_contact_over_time() -> None:
+def test_receptors_move_with_the_contact_over_time_and_have_the_rows_of_their_names() -> None:
     """At a quarter of the press the contact is half as wide, and so are the positions of its receptors."""
     chosen = receptors_in_areas(HISTORY, per_area=1, kinds=("SA-I",), time=0.25)
-    positions = [
-        float(HISTORY["site_position"].sel(site=chosen["SA-I", area][0], component="x").values) for area in "AB"
-    ]
-    assert positions == pytest.approx([-2e-3, 2e-3])
-
-
-def test_rows_of_receptors_are_those_of_their_names() -> None:
+    places = HISTORY["site_position"].sel(component="x")
+    assert [float(places.sel(site=chosen["SA-I", area][0])) for area in "AB"] == pytest.approx([-2e-3, 2e-3])
     rows = receptor_rows(HISTORY, ("FA-I", "SA-II"), 2)
     chosen = receptors_in_areas(HISTORY, 2, ("FA-I", "SA-II"))
     assert HISTORY["site"].values[rows].tolist() == [name for names in chosen.values() for name in names]
     assert len(rows) == 8
 
 
-def test_acceleration_between_uneven_records_is_the_mean_over_the_steps_between_them() -> None:
-    velocity = np.zeros((4, 1, 2))
-    velocity[:, 0] = [[0.0, 9.0], [1.0, 9.0], [3.0, 9.0], [2.0, 9.0]]
-    history = HISTORY.isel(time=slice(4), site=slice(1)).assign(velocity=(("time", "site", "component"), velocity))
-    history = history.assign_coords(time=[0.0, 0.5, 1.0, 3.0]).assign_attrs(time_step="auto")
-    history["acceleration"][...] = 7.0
-    assert tangential_acceleration(history, np.array([0]))[:, 0].tolist() == [7.0, 2.0, 4.0, -0.5]
+def test_acceleration_is_along_the_plate_and_the_mean_over_each_step_or_over_those_between_uneven_records() -> None:
+    def short(**variables: list[float]) -> xr.Dataset:
+        values = {name: np.stack([along, np.full(4, 9.0)], axis=-1)[:, None] for name, along in variables.items()}
+        few = HISTORY.isel(time=slice(4), site=slice(1))
+        return few.assign({name: (("time", "site", "component"), array) for name, array in values.items()})
 
-
-def test_acceleration_is_along_the_plate_and_the_mean_over_each_step() -> None:
-    values = np.zeros((4, 1, 2))
-    values[:, 0] = [[1.0, 9.0], [3.0, 9.0], [-5.0, 9.0], [0.0, 9.0]]
-    history = HISTORY.isel(time=slice(4), site=slice(1)).assign(acceleration=(("time", "site", "component"), values))
-    assert tangential_acceleration(history, np.array([0]))[:, 0].tolist() == [1.0, 2.0, -1.0, -2.5]
+    even = short(acceleration=[1.0, 3.0, -5.0, 0.0])
+    assert tangential_acceleration(even, np.array([0]))[:, 0].tolist() == [1.0, 2.0, -1.0, -2.5]
+    uneven = short(acceleration=[7.0] * 4, velocity=[0.0, 1.0, 3.0, 2.0])
+    uneven = uneven.assign_coords(time=[0.0, 0.5, 1.0, 3.0]).assign_attrs(time_step="auto")
+    assert tangential_acceleration(uneven, np.array([0]))[:, 0].tolist() == [7.0, 2.0, 4.0, -0.5]
 
 
 FAMOUS = {1.53: 0.054, 1.64: 0.15, 1.71: 0.637}
@@ -137,7 +100,7 @@ FAMOUS = {1.53: 0.054, 1.64: 0.15, 1.71: 0.637}
 
 @pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
 def test_peaks_are_found_where_they_are(step: float) -> None:
-    table = acceleration_peaks(make(Process(step=step, peaks=FAMOUS)))
+    table = fs.acceleration_peaks(make(Process(step=step, peaks=FAMOUS)))
     assert [peak.time for peak in table.peaks] == pytest.approx(list(FAMOUS), abs=1.01 * step)
     # A pulse of 6 ms is as high as its mean over the step.
     over_step = 1.0 if step < 2e-3 else 0.5 * (1.0 + np.exp(-((step / 6e-3) ** 2)))
@@ -154,47 +117,40 @@ def test_peaks_stand_out_of_noise(seed: int, step: float) -> None:
 
 
 def test_transition_is_left_out_however_large() -> None:
-    table = acceleration_peaks(make(Process(step=1e-3, peaks=FAMOUS)))
+    table = fs.acceleration_peaks(make(Process(step=1e-3, peaks=FAMOUS)))
     assert table.transition.height > table.by_prominence[0].height
     assert 1.0 < table.transition.time < table.transition_end < 1.15
 
 
 def test_ranking_is_by_prominence() -> None:
-    ranked = acceleration_peaks(make(Process(peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).by_prominence
+    ranked = fs.acceleration_peaks(make(Process(peaks={1.3: 0.2, 1.5: 0.1, 1.8: 0.4}))).by_prominence
     assert [peak.time for peak in ranked] == pytest.approx([1.8, 1.3, 1.5], abs=0.0051)
     assert [peak.prominence for peak in ranked] == sorted((peak.prominence for peak in ranked), reverse=True)
 
 
-def test_three_quarter_needs_a_separate_peak() -> None:
-    flattened = acceleration_events(make(Process(peaks={1.50: 0.058, 1.71: 0.423})))
-    scaled = acceleration_events(make(Process(peaks={1.48: 0.07, 1.70: 0.1, 1.71: 0.275})))
-    assert flattened.three_quarter is None
-    assert scaled.three_quarter is None
-    assert (flattened.incipient, flattened.overall) == pytest.approx((1.50, 1.71), abs=0.01)
-
-
-def test_peaks_below_the_noise_do_not_count() -> None:
-    buried = acceleration_events(make(Process(peaks={1.4: 0.004, 1.71: 0.5}, noise=1.0)))
-    assert buried.incipient is None
-    assert buried.overall == pytest.approx(1.71, abs=0.01)
-
-
-def test_only_noise_has_no_overall_slip() -> None:
-    history = make(Process(edge=3.0, centre=4.0, peaks={}, noise=1.0))
-    assert acceleration_events(history).overall is None
-
-
-def test_release_without_stopping_is_incipient_only() -> None:
-    found = acceleration_events(make(Process(edge=1.3, centre=2.5, peaks={1.5: 0.1, 1.7: 0.3})))
-    assert found.overall is None
-    assert found.incipient == pytest.approx(1.5, abs=0.01)
+@pytest.mark.parametrize(
+    ("process", "incipient", "overall"),
+    [
+        (Process(peaks={1.50: 0.058, 1.71: 0.423}), 1.50, 1.71),
+        (Process(peaks={1.48: 0.07, 1.70: 0.1, 1.71: 0.275}), 1.48, 1.71),
+        (Process(peaks={1.4: 0.004, 1.71: 0.5}, noise=1.0), None, 1.71),
+        (Process(edge=3.0, centre=4.0, peaks={}, noise=1.0), None, None),
+        (Process(edge=1.3, centre=2.5, peaks={1.5: 0.1, 1.7: 0.3}), 1.5, None),
+    ],
+    ids=["none between", "not separate", "below the noise", "only noise", "release without stopping"],
+)
+def test_peaks_that_are_missing_merge_or_drown_give_no_event(process, incipient, overall) -> None:
+    events = acceleration_events(make(process))
+    assert events.three_quarter is None or process.noise
+    for found, expected in ((events.incipient, incipient), (events.overall, overall)):
+        assert (found is None) if expected is None else found == pytest.approx(expected, abs=0.01)
 
 
 def test_history_without_receptors_has_no_peaks() -> None:
     history = make(Process())
     others = history.isel(site=np.isin(history["site_kind"].values, ["FA-II", "SA-II"]))
     bare = history.drop_dims("site")
-    assert acceleration_peaks(others).peaks == acceleration_peaks(bare).peaks == ()
+    assert fs.acceleration_peaks(others).peaks == fs.acceleration_peaks(bare).peaks == ()
     assert acceleration_events(bare).overall is None
 
 
@@ -217,7 +173,7 @@ def test_ringing_that_never_falls_leaves_no_peaks() -> None:
 
 def test_ringing_after_a_release_is_no_further_release() -> None:
     history = make(Process(peaks={1.5: 0.3, 1.509: 0.2, 1.517: 0.13, 1.525: 0.09, 1.533: 0.06, 1.8: 0.6}, step=1e-3))
-    assert [peak.time for peak in acceleration_peaks(history).peaks] == pytest.approx([1.5, 1.8], abs=2e-3)
+    assert [peak.time for peak in fs.acceleration_peaks(history).peaks] == pytest.approx([1.5, 1.8], abs=2e-3)
 
 
 def test_noise_spread_is_the_deviation_of_normal_noise() -> None:

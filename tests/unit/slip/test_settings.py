@@ -1,7 +1,5 @@
 """The constants of the slip events: what they rest on, and what the documentation says of them."""
 
-from __future__ import annotations
-
 import re
 
 import pytest
@@ -51,25 +49,13 @@ def test_documentation_says_the_constants_in_words() -> None:
     assert re.search(r"follows less than half of the\s+plate's travel", peaks)
 
 
-def test_slip_of_one_step_at_the_published_speed_does_not_count() -> None:
-    assert SLIP.slip_tolerance > SPEED * STEP
+def test_constants_fit_what_they_rest_on() -> None:
+    assert SLIP.slip_tolerance > SPEED * STEP, "slip of one step at the published speed does not count"
     assert SLIP.slip_tolerance / SPEED <= 7e-3
-
-
-def test_a_node_has_left_the_line_at_about_a_hundredth_of_the_way() -> None:
-    assert SLIP.displacement_tolerance == pytest.approx(WAY / 100, rel=0.2)
-
-
-def test_events_come_in_their_order() -> None:
+    assert SLIP.displacement_tolerance == pytest.approx(WAY / 100, rel=0.2), "a node has left the line"
     assert 0.0 < SLIP.incipient_fraction < SLIP.noticed_fraction < SLIP.three_quarter_fraction < SLIP.overall_fraction
     assert SLIP.overall_fraction <= 1.0
-
-
-def test_an_event_lasts_longer_than_a_transient_and_shorter_than_the_fastest_reflex() -> None:
-    assert 2 * STEP < SLIP.sustained < 60e-3
-
-
-def test_separation_tells_the_published_three_quarter_peaks_apart() -> None:
+    assert 2 * STEP < SLIP.sustained < 60e-3, "longer than a transient, shorter than the fastest reflex"
     (value,) = (v for v in published_set("wang2014-peaks").values if v.quantity == "three_quarter")
     assert value.span[1] - value.span[0] >= PEAKS.separation - 1e-12
 

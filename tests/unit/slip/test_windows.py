@@ -1,7 +1,5 @@
 """The slide's records and sustained crossings."""
 
-from __future__ import annotations
-
 import doctest
 
 import numpy as np
@@ -111,9 +109,6 @@ def test_several_signals_are_looked_at_as_one_by_one(signals: list[list[float]],
             assert times[max(start - 1, 0)] <= crossing <= times[start]
 
 
-TURNED = make(Process())
-
-
 def test_parts_along_the_normal_and_beside_it_add_up() -> None:
     rng = np.random.default_rng(0)
     vectors, normals = rng.normal(size=(4, 7, 3)), rng.normal(size=(7, 3))
@@ -124,16 +119,23 @@ def test_parts_along_the_normal_and_beside_it_add_up() -> None:
     assert doctest.testmod(counterface).failed == 0
 
 
-def test_forces_of_a_turned_plate_are_those_of_the_level_one() -> None:
-    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
-    turned = TURNED.assign_coords(counterface_normal=(("counterface", "component"), [turn @ [0.0, 1.0]]))
-    turned = turned.assign(
-        counterface_force=TURNED["counterface_force"].copy(data=TURNED["counterface_force"].values @ turn.T)
-    )
-    level, inclined = contact_forces(TURNED), contact_forces(turned)
+def turned(history: xr.Dataset, turn: list[list[float]]) -> xr.Dataset:
+    """Return a history whose plate, and the force on it, are turned."""
+    forces, normal = history["counterface_force"], np.array(turn) @ [0.0, 1.0]
+    inclined = history.assign_coords(counterface_normal=(("counterface", "component"), [normal]))
+    return inclined.assign(counterface_force=forces.copy(data=forces.values @ np.transpose(turn)))
+
+
+def test_forces_of_a_turned_plate_are_those_of_the_level_one_and_a_second_one_has_its_own() -> None:
+    level, inclined = contact_forces(HISTORY), contact_forces(turned(HISTORY, [[0.8, -0.6], [0.6, 0.8]]))
     np.testing.assert_allclose(inclined.normal, level.normal, atol=1e-12)
     np.testing.assert_allclose(inclined.friction, level.friction, atol=1e-12)
-    np.testing.assert_allclose(level.friction, np.abs(TURNED["counterface_force"].values[:, 0, 0]), atol=1e-15)
+    force = HISTORY["counterface_force"].values
+    np.testing.assert_allclose(level.friction, np.abs(force[:, 0, 0]), atol=1e-15)
+    of_two = (("time", "counterface", "component"), np.concatenate([force, 2.0 * force], axis=1))
+    normals = (("counterface", "component"), np.array([[0.0, 1.0]] * 2))
+    two = HISTORY.drop_dims("counterface").assign(counterface_force=of_two).assign_coords(counterface_normal=normals)
+    np.testing.assert_allclose(contact_forces(two, 1).normal, 2.0 * contact_forces(two, 0).normal)
 
 
 def test_ratio_is_missing_without_pressure() -> None:
@@ -142,22 +144,11 @@ def test_ratio_is_missing_without_pressure() -> None:
     np.testing.assert_allclose(forces.ratio(0.6), [np.nan, np.nan, np.nan, 0.2])
 
 
-def test_second_counterface_has_its_own_force() -> None:
-    force = np.concatenate([TURNED["counterface_force"].values, 2.0 * TURNED["counterface_force"].values], axis=1)
-    normals = np.array([[0.0, 1.0], [0.0, 1.0]])
-    two = TURNED.drop_dims("counterface").assign(counterface_force=(("time", "counterface", "component"), force))
-    two = two.assign_coords(counterface_normal=(("counterface", "component"), normals))
-    np.testing.assert_allclose(contact_forces(two, 1).normal, 2.0 * contact_forces(two, 0).normal)
-
-
-def test_tangent_in_2d_is_the_normal_turned_clockwise() -> None:
-    assert slide_tangent(TURNED).tolist() == [1.0, 0.0]
-    tilted = TURNED.assign_coords(counterface_normal=(("counterface", "component"), [[0.6, 0.8]]))
+def test_tangent_is_the_normal_turned_clockwise_and_in_3d_the_furthest_travel_along_the_surface() -> None:
+    assert slide_tangent(HISTORY).tolist() == [1.0, 0.0]
+    tilted = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [[0.6, 0.8]]))
     assert slide_tangent(tilted) == pytest.approx([0.8, -0.6])
     assert counterface_normal(tilted).tolist() == [0.6, 0.8]
-
-
-def test_tangent_in_3d_is_the_direction_of_the_furthest_travel_along_the_surface() -> None:
     history = block_history()
     assert slide_tangent(history) == pytest.approx([1.0, 0.0, 0.0])
     travel = history["counterface_displacement"].copy()
@@ -171,28 +162,14 @@ def test_tangent_in_3d_is_the_direction_of_the_furthest_travel_along_the_surface
 HISTORY = make(Process())
 
 
-def test_fractions_follow_the_annular_slip() -> None:
+def test_fractions_follow_the_annular_slip_and_only_that_of_accumulated_slip_ignores_the_jump() -> None:
     fine = make(Process(nodes=401, jump=False, open_nodes=3))
     slipping = slipping_fraction(fine).sel(time=[1.2, 1.505, 1.9], method="nearest").values
     assert slipping == pytest.approx([0.0, 0.5, 1.0], abs=0.01)
-    window = slide_window(fine)
-    late = slipped_fraction(fine, window, 30e-6).sel(time=1.505 + 0.01, method="nearest")
+    late = slipped_fraction(fine, slide_window(fine), 30e-6).sel(time=1.505 + 0.01, method="nearest")
     assert float(late) == pytest.approx(0.5, abs=0.01)
-
-
-def test_slipping_fraction_sees_the_jump_that_slipped_fraction_ignores() -> None:
-    window = slide_window(HISTORY)
-    assert float(slipping_fraction(HISTORY).sel(time=PRESS_END + 5e-3, method="nearest")) == 1.0
-    assert float(slipped_fraction(HISTORY, window, 50e-6).sel(time=PRESS_END + 5e-3, method="nearest")) == 0.0
-
-
-def test_stick_ratio_and_area() -> None:
-    both = stick_ratio(HISTORY) + slipping_fraction(HISTORY)
-    assert np.allclose(both.dropna("time"), 1.0)
-    assert float(contact_area(HISTORY)[-1]) == pytest.approx(41 * 2e-4 * 1e-3)
-    apart = HISTORY.assign(contact_state=HISTORY["contact_state"] * 0 + OPEN)
-    assert slipping_fraction(apart).isnull().all()
-    assert float(contact_area(apart).max()) == 0.0
+    fractions = slipping_fraction(HISTORY), slipped_fraction(HISTORY, slide_window(HISTORY), 50e-6)
+    assert [float(one.sel(time=PRESS_END + 5e-3, method="nearest")) for one in fractions] == [1.0, 0.0]
 
 
 def three_nodes(states: list[list[int]], slip: list[list[float]]) -> xr.Dataset:
@@ -213,10 +190,10 @@ def three_nodes(states: list[list[int]], slip: list[list[float]]) -> xr.Dataset:
 def test_nodes_are_weighed_by_their_areas() -> None:
     states = [[STICK, STICK, STICK], [SLIP, STICK, STICK], [STICK, SLIP, SLIP], [OPEN, SLIP, STICK], [OPEN] * 3]
     history = three_nodes(states, np.zeros((5, 3)).tolist())
-    assert slipping_fraction(history).values[:4] == pytest.approx([0.0, 1 / 8, 7 / 8, 2 / 7])
-    assert np.isnan(slipping_fraction(history).values[4])
+    shares = [0.0, 1 / 8, 7 / 8, 2 / 7, np.nan]
+    assert slipping_fraction(history).values == pytest.approx(shares, nan_ok=True)
+    assert stick_ratio(history).values == pytest.approx(1.0 - np.array(shares), nan_ok=True)
     assert contact_area(history).values == pytest.approx([8e-6, 8e-6, 8e-6, 7e-6, 0.0])
-    assert stick_ratio(history).values[:4] == pytest.approx([1.0, 7 / 8, 1 / 8, 5 / 7])
 
 
 def test_slip_counts_beyond_the_tolerance_from_the_start_of_the_slide_on() -> None:

@@ -1,7 +1,5 @@
 """Which specimen a study names, and that every one of them answers the protocol."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Files and folders that are there whole or not at all, and hashes that differ where their inputs do."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import errno
@@ -87,19 +85,12 @@ def test_a_name_that_is_a_formula_is_text_in_tables_and_is_read_back() -> None:
     assert (read["value"] == -0.5).all()
 
 
-def test_folder_takes_its_name_when_whole(tmp_path: Path) -> None:
-    with new_folder(tmp_path / "run") as partial:
-        (partial / "a").write_text("1")
-        assert not (tmp_path / "run").exists()
-    assert [path.name for path in tmp_path.iterdir()] == ["run"]
-
-
-def test_folder_is_replaced_as_a_whole(tmp_path: Path) -> None:
+def test_folder_takes_its_name_when_whole_and_is_replaced_as_a_whole(tmp_path: Path) -> None:
     for name in ("old", "new"):
         with new_folder(tmp_path / "run") as partial:
             (partial / name).write_text("1")
-    assert [path.name for path in (tmp_path / "run").iterdir()] == ["new"]
-    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+            assert not (tmp_path / "run" / name).exists()
+        assert [path.name for path in tmp_path.rglob("*")] == ["run", name]
 
 
 @pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt])
@@ -199,9 +190,14 @@ def test_text_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
 
 
-def test_missing_right_to_write_is_not_called_a_full_disk(tmp_path: Path) -> None:
+def test_a_missing_right_to_write_and_a_folder_in_the_place_of_a_file_are_not_called_a_full_disk(
+    tmp_path: Path,
+) -> None:
     with pytest.raises(ResultError, match=r"Permission denied.*give write access"), writing(tmp_path):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    (tmp_path / "a.csv").mkdir()
+    with pytest.raises(ResultError, match=r"cannot be written \(Is a directory\); remove the folder of that name"):
+        write_text(tmp_path / "a.csv", "")
 
 
 def test_json_comes_back_as_it_was_written(tmp_path: Path) -> None:
@@ -232,26 +228,16 @@ def test_damaged_json_is_named_with_what_to_do(tmp_path: Path, content: bytes | 
         read_json(path, "run it again")
 
 
-def test_a_folder_in_the_place_of_a_file_is_named(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").mkdir()
-    with pytest.raises(ResultError, match=r"cannot be written \(Is a directory\); remove the folder of that name"):
-        write_text(tmp_path / "a.csv", "")
-
-
-def test_a_folder_of_something_else_is_not_to_be_replaced(tmp_path: Path) -> None:
+def test_a_folder_of_something_else_and_a_file_are_not_to_be_replaced(tmp_path: Path) -> None:
     check_replaceable(tmp_path / "new", "mark")
     check_replaceable(tmp_path, "mark")
     (tmp_path / "other").write_text("")
     with pytest.raises(InputError, match="holds files, but no mark, needs a new folder"):
         check_replaceable(tmp_path, "mark")
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        check_replaceable(tmp_path / "other", "mark")
     (tmp_path / "mark").write_text("")
     check_replaceable(tmp_path, "mark")
-
-
-def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
-    (tmp_path / "study.yaml").write_text("title: mine", encoding="utf-8")
-    with pytest.raises(InputError, match="is a file, needs a folder"):
-        check_replaceable(tmp_path / "study.yaml", "mark")
 
 
 def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
@@ -322,12 +308,9 @@ def test_equal_data_and_only_equal_data_have_equal_hashes(one: object, other: ob
     assert (digest(one) == digest(other)) == same or one == other
 
 
-def test_arrays_are_hashed_by_their_values_in_rows() -> None:
+def test_arrays_are_hashed_by_their_values_in_rows_and_files_by_their_content(tmp_path: Path) -> None:
     values = np.arange(6.0).reshape(2, 3)
     assert digest(values) == digest(np.asfortranarray(values)) == hashlib.sha256(values.tobytes()).hexdigest()
     assert digest(values) != digest(values + 1e-15)
-
-
-def test_files_are_hashed_by_their_content(tmp_path: Path) -> None:
     (tmp_path / "a").write_bytes(b"some")
     assert file_digest(tmp_path / "a") == digest(b"some") == hashlib.sha256(b"some").hexdigest()

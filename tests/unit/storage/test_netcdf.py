@@ -1,7 +1,5 @@
 """Files of netCDF-4 hold what general writers write: values, attributes, dimensions without values or length."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 

@@ -12,6 +12,8 @@ import pytest
 import xarray as xr
 import yaml
 
+from fingerslip.dynamics import simulation
+from fingerslip.errors import ConvergenceError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model.model import Model
 from fingerslip.study.inspection.check import compiling_seconds
@@ -44,8 +46,12 @@ def finished(finished_once: Path, tmp_path: Path) -> Path:
 
 def known_history(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
     """Return a history of which the friction coefficient alone says when there is slip."""
-    friction = model.contacts[0].friction.coefficient
     progress(0.5)
+    return _history_of(model.contacts[0].friction.coefficient).copy()
+
+
+@functools.cache
+def _history_of(friction: float) -> xr.Dataset:
     return synthetic.make(synthetic.Process(friction=friction, centre=1.4 + 0.5 * friction))
 
 
@@ -63,6 +69,7 @@ def write_study(tmp_path: Path) -> Callable[..., Path]:
 
 
 commit = functools.cache(store.commit)
+NOT_SOLVED = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
 
 @pytest.fixture(autouse=True)
@@ -83,6 +90,23 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", fake)
     return calls
+
+
+@pytest.fixture
+def fails(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Return a function that lets all runs, or those with a friction coefficient, end in an error."""
+
+    def fail(error: BaseException = NOT_SOLVED, friction: float | None = None) -> None:
+        whole = simulation.simulate
+
+        def failing(model: Model, **options: Any) -> xr.Dataset:
+            if friction in {None, model.contacts[0].friction.coefficient}:
+                raise error
+            return whole(model, **options)
+
+        monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+
+    return fail
 
 
 @pytest.fixture

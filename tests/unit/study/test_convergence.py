@@ -1,26 +1,22 @@
 """Error bars: levels of refinement, and what the numbers of runs approach."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
+import functools
 import json
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-import xarray as xr
 import yaml
 
+from fingerslip.dynamics.system.checks import contact_penalties
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.mesh.io import write_mesh
-from fingerslip.model.model import Model
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
-from fingerslip.study.convergence import Level, StudyConvergence, converge, level_folders, levels_of, run_at
-from fingerslip.study.definition.runs import Run, expand_mapping, plan_study
+from fingerslip.study.convergence import Level, converge, level_folders, levels_of, run_at
+from fingerslip.study.definition.runs import expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running import runner
 from fingerslip.study.running.build import build_model
@@ -28,7 +24,7 @@ from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
-from unit.study.block import NAMES, Write, block_mesh, block_values, changed
+from unit.study.block import NAMES, block_mesh, block_values, changed
 
 FINGER = {
     "fingertip": {"preset": "wang2014-2d"},
@@ -39,17 +35,14 @@ FINGER = {
 
 
 @pytest.fixture
-def block(write_study: Write) -> Run:
+def block(write_study):
     return plan_study(write_study()).runs[0]
 
 
-def test_a_fingertip_is_refined_in_all_settings_that_differ_from_its_own() -> None:
+def test_all_settings_that_a_study_has_and_that_differ_from_its_own_are_refined(block, write_study):
     study = parse_study({**FINGER, "converge": {"alpha": [-0.05, -0.3]}}, Path("finger.yaml"))
     labels = [level.label for level in levels_of(study)]
     assert labels == ["mesh-0.6667", "mesh-0.5", "step-0.5", "step-0.25", "penalty-4", "penalty-16", "alpha--0.3"]
-
-
-def test_what_a_study_does_not_have_is_not_refined(block: Run, write_study: Write) -> None:
     assert {level.setting for level in levels_of(block.study)} == {"step", "penalty"}  # alpha is -0.05 already
     values = changed("contact", None)
     del values["sweep"], values["programme"]
@@ -58,24 +51,16 @@ def test_what_a_study_does_not_have_is_not_refined(block: Run, write_study: Writ
     assert {level.setting for level in levels_of(study)} == {"step"}
 
 
-def test_element_sizes_are_multiplied() -> None:
+def test_sizes_steps_and_stiffness_are_multiplied(block):
     (run,) = expand_mapping(FINGER, Path("finger.yaml")).runs
-    sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # type: ignore[arg-type]  the model is not asked
+    sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # the model is not asked
     assert isinstance(sizes, MeshSizes)
     assert (sizes.contact_size, sizes.bulk_size) == pytest.approx((0.06e-3, 0.14e-3))
     assert sizes.contact_reach == MeshSizes().contact_reach
-
-
-def test_steps_that_control_their_error_are_refined_by_their_tolerance(block: Run) -> None:
     time = dataclasses.replace(block.study.time, step="auto", output=8e-3, tolerance=0.01, smallest=1e-3)
     run = dataclasses.replace(block, study=dataclasses.replace(block.study, time=time))
     finer = run_at(run, Level("step", 0.5), build_model(run)).study.time
     assert (finer.step, finer.output, finer.tolerance, finer.smallest) == ("auto", 4e-3, 0.01 / 8, 0.5e-3)
-
-
-def test_automatic_stiffness_is_multiplied_too(block: Run) -> None:
-    from fingerslip.dynamics.system.checks import contact_penalties
-
     model = build_model(block)
     assert model.contacts[0].normal_penalty is None
     stiffer = build_model(run_at(block, Level("penalty", 4.0), model))
@@ -83,7 +68,7 @@ def test_automatic_stiffness_is_multiplied_too(block: Run) -> None:
     assert contact_penalties(stiffer, stiffer.contacts[0]) == pytest.approx(tuple(4.0 * one for one in expected))
 
 
-def test_every_level_is_a_run_of_its_own(block: Run) -> None:
+def test_every_level_is_a_run_of_its_own(block):
     model = build_model(block)
     runs = [block, *(run_at(block, level, model) for level in levels_of(block.study))]
     assert len({run.identity for run in runs}) == len({run.name for run in runs}) == len(runs)
@@ -99,11 +84,11 @@ STEP = 2e-3
 
 
 @pytest.fixture
-def called(monkeypatch: pytest.MonkeyPatch) -> list[Model]:
+def called(monkeypatch):
     """Replace the simulation: slip is overall 8 ms later with the full step, and less so with finer ones."""
-    calls: list[Model] = []
+    calls = []
 
-    def fake(model: Model, **options: Any) -> xr.Dataset:
+    def fake(model, **options):
         calls.append(model)
         return later_with_longer_steps(model, **options)
 
@@ -111,23 +96,26 @@ def called(monkeypatch: pytest.MonkeyPatch) -> list[Model]:
     return calls
 
 
-def later_with_longer_steps(
-    model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any
-) -> xr.Dataset:
+def later_with_longer_steps(model, *, progress, threads, bases):
     progress(1.0)
-    return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * model.time.step / STEP))
+    return with_step(model.time.step).copy()
 
 
-def refined(path: Path, **options: Any) -> StudyConvergence:
+@functools.cache
+def with_step(step):
+    return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * step / STEP))
+
+
+def refined(path, **options):
     return converge(path, results_dir=path.parent / "results", workers=1, **options)
 
 
-def plain(**values: object) -> dict[str, Any]:
+def plain(**values):
     return {**block_values(), "sweep": {}, **values}
 
 
 @pytest.fixture(scope="module")
-def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyConvergence, Path]:
+def known(tmp_path_factory):
     """Return a study of one run, refined, and its file; tests leave them as they are."""
     folder = tmp_path_factory.mktemp("refined")
     write_mesh(block_mesh(), folder / "block.msh")
@@ -139,7 +127,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyConvergence, P
         return refined(path), path
 
 
-def test_order_and_limit_of_a_known_dependence(known: tuple[StudyConvergence, Path]) -> None:
+def test_order_and_limit_of_a_known_dependence(known):
     found = known[0].runs[0].quantities["slip.overall"]
     step = found.refinements["step"]
     assert found.sources["step"].sizes == (1.0, 0.5, 0.25)
@@ -151,16 +139,14 @@ def test_order_and_limit_of_a_known_dependence(known: tuple[StudyConvergence, Pa
 
 
 @pytest.mark.usefixtures("called", "reports")
-def test_sizes_of_the_damping_are_its_values_that_in_use_first(write_study: Write) -> None:
+def test_sizes_of_the_damping_are_its_values_that_in_use_first(write_study):
     values = plain(time={"step": "2 ms", "alpha": -0.3}, converge={"alpha": [-0.05, 0.0]})
     found = refined(write_study(values)).runs[0].quantities["slip.overall"]
     assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0)
 
 
 @pytest.mark.usefixtures("called", "reports")
-def test_an_added_measure_gets_its_order_and_its_uncertainty(
-    write_study: Write, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_added_measure_gets_its_order_and_its_uncertainty(write_study, monkeypatch):
     added = Measure("last", "last slip", lambda history: find_events(history).overall, Unit("s"))
     monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
     result = refined(write_study(plain()))
@@ -174,31 +160,22 @@ def test_an_added_measure_gets_its_order_and_its_uncertainty(
     assert float(row["last_uncertainty_s"]) == pytest.approx(found.uncertainty)
 
 
-@pytest.mark.usefixtures("reports")
-def test_only_what_is_not_there_is_computed(write_study: Write, called: list[Model]) -> None:
+def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_uncertainties(
+    write_study, called, reports
+):
     path = write_study(plain())
     run_study(path, results_dir=path.parent / "results", workers=1)
-    assert len(called) == 1
-    refined(path)
-    assert len(called) == 1 + 4
-    refined(path)
-    assert len(called) == 1 + 4
+    assert (len(called), len(reports)) == (1, 1)
+    for _ in range(2):
+        refined(path)
+        assert (len(called), len(reports)) == (1 + 4, 2)
     assert {model.time.step for model in called} == {STEP, STEP / 2, STEP / 4}
 
 
 @pytest.mark.usefixtures("called", "reports")
-def test_chosen_runs_are_refined_and_earlier_ones_stay_known(write_study: Write) -> None:
+def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_the_study(write_study):
     path = write_study()
     assert [found.run for found in refined(path, only=NAMES[:1]).runs] == NAMES[:1]
-    refined(path, only=NAMES[1:2])
-    stored = json.loads((path.parent / "results" / "block" / "convergence" / "convergence.json").read_text())
-    assert sorted(stored) == ["checksum", *NAMES[:2]]
-
-
-@pytest.mark.usefixtures("called", "reports")
-def test_tables_of_the_study_carry_the_uncertainty(write_study: Write) -> None:
-    path = write_study()
-    refined(path, only=NAMES[:1])
     runs = run_study(path, results_dir=path.parent / "results", workers=1).runs
     assert runs[0].uncertainty["slip.overall"] == pytest.approx(0.125, rel=0.1)
     assert runs[1].uncertainty == {}
@@ -206,17 +183,12 @@ def test_tables_of_the_study_carry_the_uncertainty(write_study: Write) -> None:
         rows = list(csv.DictReader(file))
     assert float(rows[0]["slip_overall_uncertainty_s"]) == pytest.approx(0.125, rel=0.1)
     assert rows[1]["slip_overall_uncertainty_s"] == ""
+    refined(path, only=NAMES[1:2])
+    stored = json.loads((path.parent / "results" / "block" / "convergence" / "convergence.json").read_text())
+    assert sorted(stored) == ["checksum", *NAMES[:2]]
 
 
-@pytest.mark.usefixtures("called")
-def test_report_is_made_again_with_the_uncertainties(write_study: Write, reports: list[tuple[str, ...]]) -> None:
-    path = write_study(plain())
-    refined(path)
-    refined(path)
-    assert len(reports) == 2  # before and after the refinement, and not a third time
-
-
-def test_tables_figures_and_series_are_written(known: tuple[StudyConvergence, Path]) -> None:
+def test_tables_figures_and_series_are_written(known):
     found, path = known
     folder = found.folder / "convergence"
     assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
@@ -229,15 +201,15 @@ def test_tables_figures_and_series_are_written(known: tuple[StudyConvergence, Pa
     assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
 
 
-def test_a_run_that_is_not_there_is_named_before_anything_is_computed(write_study: Write, called: list[Model]) -> None:
+def test_a_run_that_is_not_there_is_named_before_anything_is_computed(write_study, called):
     with pytest.raises(InputError, match=r"no run 'nix'.*friction_coefficient-0\.2"):
         refined(write_study(), only=["nix"])
     assert called == []
 
 
 @pytest.mark.usefixtures("reports")
-def test_a_level_that_fails_fails_the_refinement(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
+def test_a_level_that_fails_fails_the_refinement(write_study, monkeypatch):
+    def fake(model, *, progress, threads, bases):
         progress(1.0)
         if model.time.step < STEP:
             raise ConvergenceError(0.1, 3, 1.0, 1e-10, "try")
@@ -250,7 +222,7 @@ def test_a_level_that_fails_fails_the_refinement(write_study: Write, monkeypatch
     assert not (path.parent / "results" / "block" / "convergence" / "convergence.json").exists()
 
 
-def test_documentation_quotes_the_reference_table() -> None:
+def test_documentation_quotes_the_reference_table():
     table = (ROOT / "results" / "reference" / "convergence.md").read_text(encoding="utf-8")
     original = table[table.index("| quantity") :].split("\n\n")[0]
     page = (ROOT / "docs" / "convergence.md").read_text(encoding="utf-8")

@@ -1,11 +1,7 @@
-"""Studies in Python: made from files, mappings and other studies, checked, run and opened again."""
+"""Studies in Python, and those that travel with the package."""
 
-from __future__ import annotations
-
-import os
+import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,18 +10,27 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import DamagedError, InputError, ResultError
+from fingerslip.mesh.io import write_mesh
+from fingerslip.model.programme import Slide
 from fingerslip.results import Quantity
 from fingerslip.storage.files import read_json, write_json
+from fingerslip.study.definition.file import read_with_base
+from fingerslip.study.definition.runs import plan_studies, read_runs
+from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import read_study
+from fingerslip.study.inspection.check import check_plans
+from fingerslip.study.running.build import build_mesh
 from fingerslip.study.running.runner import run_study
+from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.study.storage.store import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
+from fingerslip.verification.meshes import box
 from places import ROOT
-from unit.study.block import FRICTIONS, NAMES, Write, block_values
+from unit.study.block import FRICTIONS, NAMES, block_values
 
 
 @pytest.mark.usefixtures("reports")
-def test_a_study_is_checked_run_and_read_as_numbers(write_study: Write, tmp_path: Path, simulated: list[float]) -> None:
+def test_a_study_is_checked_run_and_read_as_numbers(write_study, tmp_path, simulated):
     study = fs.Study(write_study(), sweep={"contact.friction_coefficient": np.linspace(0.3, 0.5, 2)}, name="mine")
     checked = study.check(tmp_path)
     assert checked["state"].tolist() == ["to do"] * 2
@@ -45,7 +50,7 @@ def test_a_study_is_checked_run_and_read_as_numbers(write_study: Write, tmp_path
     assert len(simulated) == 4
 
 
-def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(write_study: Write) -> None:
+def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_one(write_study):
     path = write_study()
     runs = [fs.Study(base).check()["run"].tolist() for base in (path, str(path), read_study(path), fs.Study(path))]
     assert runs == [[f"friction_coefficient-{friction}" for friction in FRICTIONS]] * 4
@@ -54,28 +59,29 @@ def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(writ
     assert changed.check()["run"].tolist() == ["run"]
     assert changed.mapping["programme"][0]["press"]["depth"] == "0.2 mm"
     assert values["programme"][0]["press"]["depth"] == "0.1 mm"
-
-
-def test_a_saved_study_is_a_study_file(write_study: Write) -> None:
     path = write_study()
     saved = fs.Study(path, sweep={"contact.friction_coefficient": (0.1, 0.2)}).save(path.with_name("saved.yaml"))
     assert read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
 
 
-def test_shipped_studies_are_found_by_name() -> None:
+def test_studies_show_themselves_and_are_found_by_name(write_study):
     assert fs.Study("wang2014_table2").mapping["title"]
     assert repr(fs.Study("latency_sensitivity")).startswith("<Study 'What moves the latency of slip': contact.friction")
+    study = fs.Study(block_values(), sample={"count": 4, "ranges": {"contact.friction_coefficient": [0.2, 0.4]}})
+    words = "contact.friction_coefficient (3 values), contact.friction_coefficient (0.2 to 0.4)"
+    assert repr(study) == f"<Study 'Block on a plate': {words}>"
+    assert "<td>0.2 to 0.4</td>" in study._repr_html_()
 
 
-def test_what_is_no_study_is_refused(write_study: Write) -> None:
+def test_what_is_no_study_is_refused(write_study):
     with pytest.raises(InputError, match=r"Study\.base: got 3, needs a path, a name, a mapping or a Study"):
-        fs.Study(3)  # type: ignore[arg-type]
+        fs.Study(3)
     with pytest.raises(InputError, match="needs the name of a folder"):
         fs.Study({}, name="a/b")
     with pytest.raises(InputError, match="needs the name of a folder"):
         fs.Study({}, name="..")
     with pytest.raises(InputError, match="workers: got '2', needs a number >= 1"):
-        fs.Study(write_study()).run(workers="2")  # type: ignore[arg-type]
+        fs.Study(write_study()).run(workers="2")
     with pytest.raises(InputError, match=r"Study\.changes\.title\.x: leads nowhere"):
         fs.Study(block_values(), changes={"title.x": 1}).check()
     with pytest.raises(InputError, match=r"mine\.yaml: sweep\.contact\.x: is not known"):
@@ -84,40 +90,15 @@ def test_what_is_no_study_is_refused(write_study: Write) -> None:
         fs.Study("nothing").check()
 
 
-def test_studies_show_themselves(write_study: Write) -> None:
-    study = fs.Study(block_values(), sample={"count": 4, "ranges": {"contact.friction_coefficient": [0.2, 0.4]}})
-    words = "contact.friction_coefficient (3 values), contact.friction_coefficient (0.2 to 0.4)"
-    assert repr(study) == f"<Study 'Block on a plate': {words}>"
-    assert "<td>0.2 to 0.4</td>" in study._repr_html_()
-
-
-SCRIPT = """
-import fingerslip as fs
-study = fs.Study({path!r})
-opened = study.run({results!r}, workers=2)
-print(len(opened), opened.to_dataframe()["overall_s"].notna().sum())
-"""
-
-
-@pytest.mark.slow
-def test_a_script_without_a_main_guard_uses_several_workers(write_study: Write, tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT.format(path=str(write_study()), results=str(tmp_path / "results")), encoding="utf-8")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    command = [sys.executable, str(script)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-    assert done.stdout.split() == ["3", "2"]
-
-
 pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
 
 @pytest.fixture
-def folder(finished: Path) -> Path:
+def folder(finished):
     return finished
 
 
-def test_results_are_a_data_frame_with_a_row_for_each_run(folder: Path) -> None:
+def test_results_are_a_data_frame_with_a_row_for_each_run(folder):
     study = fs.open_study(folder)
     assert study.names == tuple(NAMES)
     frame = study.to_dataframe()
@@ -127,7 +108,10 @@ def test_results_are_a_data_frame_with_a_row_for_each_run(folder: Path) -> None:
     assert NAMES[1] in study._repr_html_()
 
 
-def test_histories_are_read_when_they_are_asked_for(folder: Path) -> None:
+def test_histories_and_values_are_read_when_they_are_asked_for(folder):
+    assert fs.open_study(folder).run(NAMES[2]).values["contact.friction_coefficient"] == 0.6
+    with pytest.raises(InputError, match=r"run: 'x' is not a finished run, needs one of friction_coefficient-0\.2"):
+        fs.open_study(folder).run("x")
     (folder / NAMES[0] / "history.nc").write_bytes(b"damaged")
     study = fs.open_study(folder)
     assert study.history(NAMES[1]).sizes["time"] > 1
@@ -137,22 +121,18 @@ def test_histories_are_read_when_they_are_asked_for(folder: Path) -> None:
     assert [name for name, _ in study.histories()] == list(NAMES)
 
 
-def test_a_run_has_all_its_values(folder: Path) -> None:
-    assert fs.open_study(folder).run(NAMES[2]).values["contact.friction_coefficient"] == 0.6
-    with pytest.raises(InputError, match=r"run: 'x' is not a finished run, needs one of friction_coefficient-0\.2"):
-        fs.open_study(folder).run("x")
-
-
-def test_damaged_and_missing_results_are_refused(folder: Path) -> None:
+def test_damaged_missing_and_other_results_are_refused(folder):
     events = folder / NAMES[1] / "events.json"
     events.write_text(events.read_text(encoding="utf-8").replace("0.4", "0.5"), encoding="utf-8")
     with pytest.raises(DamagedError, match=r"events\.json"):
         fs.open_study(folder)
     with pytest.raises(ResultError):
         fs.open_study(folder / "nothing")
+    with pytest.raises(InputError, match="open_study: got 3, needs the path of a folder"):
+        fs.open_study(3)
 
 
-def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study: Write) -> None:
+def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study):
     derived = {"travel": "overall_slip * slide.speed", "never": "sqrt(-overall_slip)"}
     path = write_study(block_values() | {"derived": derived})
     folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
@@ -167,7 +147,7 @@ def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_s
     assert frame.filter(like="never").isna().all().all()
 
 
-def test_known_uncertainties_come_with_the_runs(folder: Path) -> None:
+def test_known_uncertainties_come_with_the_runs(folder):
     identity = fs.open_study(folder).result.runs[0].identity
     series = {"step": Series("step", (1.0, 0.5, 0.25), (2.0, 1.25, 1.0625))}
     found = {"slip.overall": Convergence("overall slip (accumulated slip)", "s", 2.0, series)}
@@ -178,7 +158,7 @@ def test_known_uncertainties_come_with_the_runs(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("changed", [{"compare": None}, {"runs": 3}, {"runs": {"a": {}}}, {"title": None}])
-def test_results_of_another_version_are_refused(folder: Path, changed: dict[str, object]) -> None:
+def test_results_of_another_version_are_refused(folder, changed):
     write_json(folder / "manifest.json", read_json(folder / "manifest.json", "") | changed)
     with pytest.raises(
         ResultError, match=r"manifest\.json: is of another version, or damaged at [\w.]+; run the study again"
@@ -186,6 +166,77 @@ def test_results_of_another_version_are_refused(folder: Path, changed: dict[str,
         fs.open_study(folder)
 
 
-def test_what_is_no_path_is_refused() -> None:
-    with pytest.raises(InputError, match="open_study: got 3, needs the path of a folder"):
-        fs.open_study(3)  # type: ignore[arg-type]
+def test_every_study_ships_in_the_wheel_with_what_it_shows():
+    names = sorted(path.stem for path in (ROOT / "studies").glob("*.yaml"))
+    assert list(examples()) == names
+    table = examples_table()
+    assert [row[0] for row in table.rows] == names
+    assert all(row[1] for row in table.rows)
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert '"studies" = "fingerslip/data/studies"' in project
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
+def test_studies_of_the_paper_move_the_plate_towards_the_palm(path):
+    runs = read_runs(path).runs
+    slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, Slide)]
+    directions = {slide.direction[0] for slide in slides}
+    assert len(slides) == len(runs)
+    # The direction that the studies had at first is kept beside the published one, in one study.
+    assert directions == ({-1.0, 1.0} if path.stem == "wang2014_direction" else {-1.0})
+    assert all(not any(slide.direction[1:]) for slide in slides)
+
+
+@pytest.mark.slow
+def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies():
+    path = ROOT / "studies" / "tactip_directions_3d.yaml"
+    (run,) = read_runs(path).runs
+    assert build_mesh(run).nelements > 100_000
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_templates_are_studies_that_editors_can_check(tmp_path, template):
+    written = new_study(tmp_path / "mine", template)
+    assert written == tmp_path / "mine.yaml"
+    assert read_runs(written).runs
+    assert "THIS_FILE" not in written.read_text(encoding="utf-8")
+    assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == study_schema()
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_templates_can_be_run_as_they_are(tmp_path, template):
+    written = new_study(tmp_path / "mine", template)
+    body = box(
+        "Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5), regions={"body": lambda centre: centre[0] > -1}
+    )
+    write_mesh(body, tmp_path / "body.msh")
+    rows = check_plans(plan_studies([written], tmp_path / "results")).rows
+    assert {row[2] for row in rows} == {"to do"}
+
+
+def test_studies_are_those_beside_or_those_that_ship_and_are_copied_as_they_are(tmp_path, monkeypatch):
+    written = copy_example("wang2014_table2.yaml", tmp_path)
+    assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
+    monkeypatch.chdir(tmp_path)
+    assert (studies_folder() / "wang2014_table2.yaml").is_file()
+    (tmp_path / "studies").mkdir()
+    assert studies_folder() == Path("studies")
+
+
+def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path):
+    based = [name for name, file in examples().items() if "\nbase: " in file.read_text(encoding="utf-8")]
+    assert len(based) == 9
+    for name in based:
+        (tmp_path / name).mkdir()
+        assert read_with_base(copy_example(name, tmp_path / name))["title"]
+
+
+def test_what_is_there_is_kept_and_what_is_not_known_is_refused(tmp_path):
+    (tmp_path / "mine.yaml").write_text("title: mine", encoding="utf-8")
+    with pytest.raises(InputError, match="is there already, is not overwritten; give another name"):
+        new_study(tmp_path / "mine.yaml", "sweep")
+    with pytest.raises(InputError, match=r"template: 'sweeps' is not known, needs one of .*; did you mean 'sweep'"):
+        new_study(tmp_path / "other", "sweeps")
+    with pytest.raises(InputError, match="study: 'wang2014_table' is not known"):
+        copy_example("wang2014_table", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]

@@ -1,14 +1,9 @@
 """What ``fingerslip validate`` puts together."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections import Counter
-from collections.abc import Callable
-from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,23 +20,23 @@ from places import ROOT
 GEOMETRY = GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50)
 
 
-def row(name: str) -> Row:
+def row(name):
     return number_row(name, published_set("wang2014-table2").values[0], 1.75, 0.01, resolution=0.01)
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def asked(monkeypatch):
     """Replace what is run; return what is asked for, in order."""
-    asked: list[str] = []
+    asked = []
 
-    def fake(name: str, one: Any) -> Callable[..., Stored[Any]]:
-        def rows(*_: object, compute: bool) -> Stored[Any]:
+    def fake(name, one):
+        def rows(*_, compute):
             asked.append(f"{name} computed" if compute else name)
             return Stored((one,), "" if compute else f"{name} stored.", computed=compute)
 
         return rows
 
-    def validated(*_: object, papers: tuple[str, ...]) -> tuple[Row, ...]:
+    def validated(*_, papers):
         asked.extend(papers)
         return (row("run"),)
 
@@ -52,16 +47,14 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return asked
 
 
-def test_stored_rows_are_read_before_anything_is_run(asked: list[str]) -> None:
+def test_stored_rows_are_read_before_anything_is_run_of_the_papers_that_are_asked_for(asked):
     found = compare()
     assert asked == ["geometry", "pouring", "detection", "wang2014", "bulens2023"]
     assert [one.quantity for one in found.rows] == ["run", "pouring", "detection"]
     assert found.origins == ("pouring stored.", "detection stored.")
     assert found.tables[0].note.endswith("pouring stored. detection stored.")
     assert found.tables[1].note.endswith("geometry stored.")
-
-
-def test_one_paper_leaves_out_the_parts_of_the_other(asked: list[str]) -> None:
+    asked.clear()
     found = compare(only="bulens2023", computed=["pouring"])
     assert asked == ["pouring computed", "detection", "bulens2023"]
     assert len(found.tables) == 1
@@ -71,7 +64,7 @@ def test_one_paper_leaves_out_the_parts_of_the_other(asked: list[str]) -> None:
 
 
 @pytest.mark.usefixtures("asked")
-def test_what_is_left_out_cannot_be_computed() -> None:
+def test_what_is_left_out_cannot_be_computed():
     with pytest.raises(InputError, match="--only: got 'wang', needs one of wang2014, bulens2023"):
         compare(only="wang")
     with pytest.raises(InputError, match="--pouring: is of bulens2023, needs no --only wang2014"):
@@ -79,7 +72,7 @@ def test_what_is_left_out_cannot_be_computed() -> None:
 
 
 @pytest.mark.usefixtures("asked")
-def test_plain_data_and_markdown_have_the_geometry_if_it_was_computed() -> None:
+def test_plain_data_and_markdown_have_the_geometry_if_it_was_computed():
     assert len(comparison_mapping(compare())) == 3
     assert "unknown geometry" not in comparison_markdown(compare())
     computed = compare(computed=["geometry"])
@@ -87,29 +80,25 @@ def test_plain_data_and_markdown_have_the_geometry_if_it_was_computed() -> None:
     assert "## What the unknown geometry allows" in comparison_markdown(computed)
 
 
-def test_a_damaged_file_is_told_before_studies_are_looked_for(tmp_path: Path) -> None:
-    (tmp_path / "geometry.json").write_text("{")
-    with pytest.raises(DamagedError, match=r"geometry\.json"):
-        compare(tmp_path, tmp_path)
-
-
-def test_every_published_value_of_the_section_has_a_row(evidence: Evidence) -> None:
-    rows = [row for row in rows_of(evidence) if row.basis != "large strain"]
-    statements = [row for row in rows if row.statement]
-    assert len(statements) == len(published_set("wang2014-qualitative").values)
-    # Nine times and the three-quarter range in two readings, three travels, six heights, two other models, the solid.
-    assert len(rows) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
-
-
-def test_only_overall_slip_of_the_original_row_is_calibrated(evidence: Evidence) -> None:
+def test_every_published_value_has_a_row_one_is_calibrated_and_statements_have_a_spread(evidence):
     rows = rows_of(evidence)
+    own = [row for row in rows if row.basis != "large strain"]
+    statements = [row for row in own if row.statement]
+    published = published_set("wang2014-qualitative").values
+    assert len(statements) == len(published)
+    # Nine times and the three-quarter range in two readings, three travels, six heights, two other models, the solid.
+    assert len(own) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
     first, second = (row.quantity for row in rows if row.basis == "calibrated")
     assert "overall slip, original (accumulated slip)" in first
     assert second.startswith("travel of the plate at overall slip")
     assert [row.basis for row in rows[:2]] == ["calibrated"] * 2
+    spreads = {row.statement: row.uncertainty for row in rows if row.basis == "predicted" and row.statement}
+    named = {value.id: value.statement for value in published}
+    assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
+    assert spreads[named["linear-in-friction"]] is None
 
 
-def test_what_the_paper_reads_from_peaks_is_not_compared_with_shares_of_area(evidence: Evidence) -> None:
+def test_what_the_paper_reads_from_peaks_is_not_compared_with_shares_of_area(evidence):
     rows = {row.quantity: row for row in rows_of(evidence)}
     for variant in ("original", "flattened", "scaled"):
         for name in ("incipient slip", "latency"):
@@ -125,7 +114,7 @@ def test_what_the_paper_reads_from_peaks_is_not_compared_with_shares_of_area(evi
     assert len(latencies) == 3
 
 
-def test_reference_nodes_have_the_tolerance_and_the_refinements_in_their_uncertainty(evidence: Evidence) -> None:
+def test_reference_nodes_have_the_tolerance_and_the_refinements_in_their_uncertainty(evidence):
     row = next(row for row in rows_of(evidence) if row.quantity.startswith("incipient slip, fingertip in 3D (eight"))
     assert row.ours == pytest.approx(0.79)
     # 0.11 s from 50 to 100 um, 0.02 s from the refinement.
@@ -136,7 +125,7 @@ def test_reference_nodes_have_the_tolerance_and_the_refinements_in_their_uncerta
     assert row.uncertainty == pytest.approx(0.11)
 
 
-def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
+def test_rows_have_our_values_and_their_uncertainty(evidence):
     rows = {row.quantity: row for row in rows_of(evidence)}
     overall = rows["overall slip, flattened (accumulated slip)"]
     assert overall.ours == pytest.approx(1.712, abs=3e-3)
@@ -150,30 +139,24 @@ def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
     assert travel.uncertainty == pytest.approx(0.01 * 3.0 / (0.6 * 1.5))
 
 
-def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> None:
-    rows = [row for row in rows_of(evidence) if row.basis == "predicted"]
-    spreads = {row.statement: row.uncertainty for row in rows if row.statement}
-    named = {value.id: value.statement for value in published_set("wang2014-qualitative").values}
-    assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
-    assert spreads[named["linear-in-friction"]] is None
-
-
-def test_missing_study_is_an_error_before_anything_runs(tmp_path: Path) -> None:
+def test_a_missing_study_or_a_damaged_file_is_told_before_anything_runs(tmp_path):
     with pytest.raises(InputError, match=r"wang2014_table2.yaml: is not there"):
         validate(Work(tmp_path, tmp_path / "results"))
     assert not (tmp_path / "results").exists()
+    (tmp_path / "geometry.json").write_text("{")
+    with pytest.raises(DamagedError, match=r"geometry\.json"):
+        compare(tmp_path, tmp_path)
 
 
-def test_reference_table_and_numbers_are_the_same_rows() -> None:
+def test_reference_rows_are_those_of_the_page_and_of_the_statements_and_counted_in_the_documentation():
     stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
     rows = [Row(**{**entry, "published": as_published(entry["published"])}) for entry in stored]
     page = (ROOT / "results" / "reference" / "validation.md").read_text(encoding="utf-8")
     assert rows_markdown(rows) == page
-
-
-def test_documentation_counts_the_verdicts() -> None:
-    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
-    counts = Counter((entry["verdict"], entry["basis"]) for entry in stored)
+    named = [(row.statement, row.quantity) for row in rows if row.basis != "large strain" and row.statement]
+    shipped = (*published_set("wang2014-qualitative").values, *published_set("bulens2023-mechanics").values)
+    assert named == [(value.statement, value.check) for value in shipped]
+    counts = Counter((row.verdict, row.basis) for row in rows)
     page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
     (header,) = (line for line in page.splitlines() if line.startswith("| verdict |"))
     bases = [cell.strip() for cell in header.split("|")[2:-1]]
@@ -181,9 +164,11 @@ def test_documentation_counts_the_verdicts() -> None:
         numbers = " | ".join(str(counts[verdict, basis]) for basis in bases)
         assert f"\n| {verdict} | {numbers} |\n" in page
     assert {basis for _, basis in counts} == set(bases)
+    assert set(REFINED) <= set(STUDIES)
+    assert all((ROOT / "studies" / f"{name}.yaml").is_file() for name in STUDIES)
 
 
-def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalanges(evidence: Evidence) -> None:
+def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalanges(evidence):
     rows = [row for row in rows_of(evidence) if row.basis == "large strain"]
     assert [row.published for row in rows if not row.statement] == [
         value.value for value in published_set("wang2014-table2").values
@@ -200,41 +185,21 @@ def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalang
     assert len([row for row in rows if row.statement]) == 6
 
 
-def as_published(value: float | list[float] | None) -> float | tuple[float, float] | None:
+def as_published(value):
     return (value[0], value[1]) if isinstance(value, list) else value
 
 
-def test_reference_statements_are_those_that_ship() -> None:
-    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
-    own = [entry for entry in stored if entry["basis"] != "large strain"]
-    named = [(entry["statement"], entry["quantity"]) for entry in own if entry["statement"]]
-    shipped = (*published_set("wang2014-qualitative").values, *published_set("bulens2023-mechanics").values)
-    assert named == [(value.statement, value.check) for value in shipped]
+def test_spread_is_the_range_over_the_refinements_where_all_have_the_number(evidence):
+    def overall(one):
+        return one.phalanges("wang2014_table2")[0].run.events.slip.overall
 
-
-def test_spread_is_the_range_over_the_refinements(evidence: Evidence) -> None:
-    spread = evidence.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall)
-    assert spread == pytest.approx(0.01, abs=1e-3)
-
-
-def test_runs_at_large_strain_take_the_place_of_those_of_table_2(evidence: Evidence) -> None:
-    finite = evidence.at_large_strain()
-    overall = [one.run.events.slip.overall for one in finite.phalanges("wang2014_table2")]
-    assert overall == pytest.approx([1.91, 1.92, 1.97], abs=5e-3)
-    assert finite.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall) is not None
-
-
-def test_spread_is_not_known_without_refinements_or_where_one_lacks_the_number(evidence: Evidence) -> None:
+    assert evidence.spread_of(overall) == pytest.approx(0.01, abs=1e-3)
     assert Evidence(evidence.measured).spread_of(lambda _: 1.0) is None
     first = evidence.measured["wang2014_table2"]
     assert evidence.spread_of(lambda one: 1.0 if one.measured["wang2014_table2"] is first else None) is None
-
-
-def test_run_that_is_not_there_is_named(evidence: Evidence) -> None:
+    finite = evidence.at_large_strain()
+    times = [one.run.events.slip.overall for one in finite.phalanges("wang2014_table2")]
+    assert times == pytest.approx([1.91, 1.92, 1.97], abs=5e-3)
+    assert finite.spread_of(overall) is not None
     with pytest.raises(InputError, match=r"wang2014_friction: has 0 runs with contact.friction_coefficient = 0.5"):
         evidence.one("wang2014_friction", {FRICTION: 0.5})
-
-
-def test_shipped_studies_are_all_there() -> None:
-    assert set(REFINED) <= set(STUDIES)
-    assert all((ROOT / "studies" / f"{name}.yaml").is_file() for name in STUDIES)

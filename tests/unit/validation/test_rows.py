@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -14,7 +12,6 @@ from hypothesis import strategies as st
 
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.published import PublishedValue
-from fingerslip.results import StudyResult
 from fingerslip.storage.files import write_json
 from fingerslip.study.definition.spec import read_study
 from fingerslip.tables.table import texts, to_markdown
@@ -45,7 +42,7 @@ STATEMENT = PublishedValue(
 )
 
 
-def verdict(ours: float | None, uncertainty: float | None = None, resolution: float | None = 0.01) -> str:
+def verdict(ours, uncertainty=None, resolution=0.01):
     return number_row("q", TIME, ours, uncertainty, resolution=resolution).verdict
 
 
@@ -60,30 +57,25 @@ def verdict(ours: float | None, uncertainty: float | None = None, resolution: fl
         (None, 0.5, "not found"),
     ],
 )
-def test_number_agrees_within_resolution_or_uncertainty(
-    ours: float | None, uncertainty: float | None, expected: str
-) -> None:
+def test_number_agrees_within_resolution_or_uncertainty(ours, uncertainty, expected):
     assert verdict(ours, uncertainty) == expected
 
 
-def test_number_that_is_not_comparable_or_has_no_resolution_is_shown_and_not_judged() -> None:
+def test_what_is_not_comparable_is_shown_and_not_judged_and_a_range_keeps_both_ends():
     row = number_row("q", TIME, 1.72, None, resolution=0.01, comparable=False)
     assert (row.verdict, row.ours, row.difference) == ("not comparable", 1.72, pytest.approx(0.0))
     assert statement_row(STATEMENT, 0.03, None, comparable=False).verdict == "not comparable"
     assert (verdict(1.72, 9.0, None), verdict(None, None, None)) == ("not judged", "not found")
+    row = number_row("q", RANGE, 1.66, None, resolution=0.01)
+    assert (row.published, row.difference) == ((1.63, 1.65), pytest.approx(0.01))
 
 
 @given(st.floats(0.0, 3.0))
-def test_difference_leads_back_to_the_range(ours: float) -> None:
+def test_difference_leads_back_to_the_range(ours):
     low, high = 1.63, 1.65
     difference = difference_from(ours, (low, high))
     assert low - 1e-12 <= ours - difference <= high + 1e-12
     assert (difference == 0.0) == (low <= ours <= high)
-
-
-def test_range_keeps_both_ends() -> None:
-    row = number_row("q", RANGE, 1.66, None, resolution=0.01)
-    assert (row.published, row.difference) == ((1.63, 1.65), pytest.approx(0.01))
 
 
 @pytest.mark.parametrize(
@@ -101,7 +93,7 @@ def test_range_keeps_both_ends() -> None:
         ("above 1", None, "not found"),
     ],
 )
-def test_statement_holds_by_its_own_rule(rule: str, ours: float | tuple[int, int] | None, expected: str) -> None:
+def test_statement_holds_by_its_own_rule(rule, ours, expected):
     value = dataclasses.replace(STATEMENT, check=f"B less A; holds {rule}")
     row = statement_row(value, ours, 0.007)
     number = ours[0] - ours[1] if isinstance(ours, tuple) else ours
@@ -109,14 +101,14 @@ def test_statement_holds_by_its_own_rule(rule: str, ours: float | tuple[int, int
     assert (row.verdict, row.published, row.difference) == (expected, None, None)
 
 
-def test_what_is_no_number_and_what_has_no_rule_is_a_fault_of_the_data() -> None:
+def test_what_is_no_number_and_what_has_no_rule_is_a_fault_of_the_data():
     with pytest.raises(ValueError, match="order is no number"):
         number_row("q", STATEMENT, 1.0, None, resolution=0.01)
     with pytest.raises(ValueError, match="order: no rule"):
         statement_row(dataclasses.replace(STATEMENT, check="B less A"), 1.0, None)
 
 
-def test_table_and_json_have_the_same_rows() -> None:
+def test_table_json_and_markdown_have_the_same_rows_and_keep_misses():
     rows = (number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01), statement_row(STATEMENT, None, None))
     table = rows_table(rows)
     assert table.rows[0][:5] == ("overall slip", "paper, Table 1", "1.72", 1.84, pytest.approx(0.12))
@@ -125,15 +117,8 @@ def test_table_and_json_have_the_same_rows() -> None:
     assert [entry["verdict"] for entry in plain] == ["misses", "not found"]
     assert plain[1]["ours"] is None
     assert set(plain[0]) == set(Row.__dataclass_fields__)
-
-
-def test_json_has_null_for_what_is_no_number() -> None:
     (plain,) = rows_mapping([number_row("overall slip", TIME, float("nan"), None, resolution=0.01)])
-    assert (plain["ours"], plain["uncertainty"]) == (None, None)
-    json.dumps(plain, allow_nan=False)
-
-
-def test_markdown_says_how_it_was_made_and_keeps_misses() -> None:
+    assert (plain["ours"], plain["uncertainty"]) == (None, None), "JSON has no other word for what is no number"
     text = rows_markdown([number_row("overall slip", RANGE, 1.84, None, resolution=0.01)])
     assert "fingerslip validate --markdown" in text
     assert "| overall slip | paper, text | 1.63 to 1.65 | 1.840 | 0.190 | n/s | s | misses | predicted |" in text
@@ -152,16 +137,23 @@ ROWS = (One("a", (1.0, 2.0)),)
 OTHER_VERSION = r"ones.json: is of another version \(.*\); run fingerslip validate --ones"
 
 
-def test_computed_rows_are_stored_and_read_back(tmp_path: Path) -> None:
-    made = stored_rows(FILE, Work(ROOT / "studies", tmp_path), lambda: ROWS)
+def test_computed_rows_are_stored_and_read_back_before_those_that_ship(tmp_path):
+    work, reference = Work(ROOT / "studies", tmp_path), tmp_path / "reference"
+    nothing = stored_rows(FILE, Work(tmp_path, tmp_path))
+    assert nothing.rows == ()
+    assert nothing.origin == "No ones are stored; fingerslip validate --ones computes them, which takes an hour."
+    reference.mkdir()
+    stored_rows(FILE, Work(ROOT / "studies", reference), lambda: ROWS)
+    assert str(reference) in stored_rows(FILE, work).origin
+    made = stored_rows(FILE, work, lambda: ROWS)
     assert (made.rows, made.origin, made.computed) == (ROWS, "", True)
-    again = stored_rows(FILE, Work(ROOT / "studies", tmp_path))
+    again = stored_rows(FILE, work)
     assert (again.rows, again.computed) == (ROWS, False)
     assert again.origin.startswith(f"Ones are stored in {tmp_path / 'ones.json'} by fingerslip")
     assert "the studies are the same" in again.origin
 
 
-def test_rows_say_that_studies_have_changed_or_that_runs_are_read_in_another_way(tmp_path: Path) -> None:
+def test_rows_say_that_studies_have_changed_or_that_runs_are_read_in_another_way(tmp_path):
     read = dataclasses.replace(FILE, reading={"tolerance [m]": 50e-6})
     stored_rows(read, Work(ROOT / "studies", tmp_path), lambda: ROWS)
     assert "the studies are the same" in stored_rows(read, Work(ROOT / "studies", tmp_path)).origin
@@ -171,20 +163,6 @@ def test_rows_say_that_studies_have_changed_or_that_runs_are_read_in_another_way
         assert "how their runs are read has changed since" in again.origin
     (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
     assert "the studies have changed since" in stored_rows(read, Work(tmp_path, tmp_path)).origin
-
-
-def test_own_rows_come_before_those_that_ship(tmp_path: Path) -> None:
-    (tmp_path / "reference").mkdir()
-    stored_rows(FILE, Work(ROOT / "studies", tmp_path / "reference"), lambda: ROWS)
-    assert str(tmp_path / "reference") in stored_rows(FILE, Work(ROOT / "studies", tmp_path)).origin
-    stored_rows(FILE, Work(ROOT / "studies", tmp_path), lambda: ROWS)
-    assert str(tmp_path / "ones.json") in stored_rows(FILE, Work(ROOT / "studies", tmp_path)).origin
-
-
-def test_nothing_stored_says_what_to_do(tmp_path: Path) -> None:
-    found = stored_rows(FILE, Work(tmp_path, tmp_path))
-    assert found.rows == ()
-    assert found.origin == "No ones are stored; fingerslip validate --ones computes them, which takes an hour."
 
 
 @pytest.mark.parametrize(
@@ -197,9 +175,7 @@ def test_nothing_stored_says_what_to_do(tmp_path: Path) -> None:
         ({"made": {"version": "0", "inputs": {}}}, OTHER_VERSION),
     ],
 )
-def test_files_that_are_damaged_or_of_another_version_say_what_makes_them_again(
-    tmp_path: Path, content: str | dict[str, object], message: str
-) -> None:
+def test_files_that_are_damaged_or_of_another_version_say_what_makes_them_again(tmp_path, content, message):
     path = tmp_path / "ones.json"
     path.write_text(content) if isinstance(content, str) else write_json(path, content)
     with pytest.raises(DamagedError if isinstance(content, str) else ResultError, match=message):
@@ -212,16 +188,16 @@ GEOMETRY_ROWS = (
 )
 
 
-def section(folder: Path) -> StudyResult:
+def section(folder):
     return dataclasses.replace(study_of(), folder=folder / "wang2014_geometry")
 
 
 @pytest.fixture
-def ran(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[list[Path]]:
+def ran(monkeypatch, tmp_path):
     """Replace the runs of both studies by the samples of the section."""
-    asked: list[list[Path]] = []
+    asked = []
 
-    def fake(paths: list[Path], **_: Any) -> tuple[StudyResult, ...]:
+    def fake(paths, **_):
         asked.append(paths)
         return (section(tmp_path),)
 
@@ -229,7 +205,7 @@ def ran(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[list[Path]]:
     return asked
 
 
-def test_rows_name_model_and_reading(tmp_path: Path) -> None:
+def test_rows_name_model_and_reading(tmp_path):
     rows = geometry_rows(section(tmp_path))
     assert [row.quantity for row in rows] == [
         f"{time}, original, section (accumulated slip)" for time in ("incipient slip", "overall slip", "latency")
@@ -240,10 +216,10 @@ def test_rows_name_model_and_reading(tmp_path: Path) -> None:
     assert (overall.found, overall.samples) == (12, 12)
 
 
-def test_runs_in_3d_are_read_at_the_reference_nodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    read: list[Path] = []
+def test_runs_in_3d_are_read_at_the_reference_nodes(tmp_path, monkeypatch):
+    read = []
 
-    def fake(folder: Path, run: Any) -> Any:
+    def fake(folder, run):
         read.append(folder)
         return type("Measured", (), {"run": run})
 
@@ -255,7 +231,7 @@ def test_runs_in_3d_are_read_at_the_reference_nodes(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.usefixtures("ran")
-def test_computed_intervals_are_stored_and_read_back(tmp_path: Path, ran: list[list[Path]]) -> None:
+def test_computed_intervals_are_stored_and_read_back(tmp_path, ran):
     made = allowed_geometry(Work(ROOT / "studies", tmp_path), compute=True)
     assert [path.stem for path in ran[0]] == list(GEOMETRY)
     again = allowed_geometry(Work(ROOT / "studies", tmp_path))
@@ -263,7 +239,7 @@ def test_computed_intervals_are_stored_and_read_back(tmp_path: Path, ran: list[l
     assert (len(ran), again.computed) == (1, False)
 
 
-def test_table_has_a_row_for_each_published_time() -> None:
+def test_table_has_a_row_for_each_published_time():
     table = geometry_table(GEOMETRY_ROWS, "Stored.")
     assert texts(table) == [
         ["overall slip", "Table 2", "1.71", "1.500", "1.550", "1.600", "1.700", "1.800", "within, at 97 %", "50 of 50"],
@@ -275,7 +251,7 @@ def test_table_has_a_row_for_each_published_time() -> None:
 
 
 @pytest.mark.parametrize("name", GEOMETRY)
-def test_every_range_of_the_shipped_studies_has_its_reason(name: str) -> None:
+def test_every_range_of_the_shipped_studies_has_its_reason(name):
     path = ROOT / "studies" / f"{name}.yaml"
     sample = read_study(path).sample
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -285,7 +261,7 @@ def test_every_range_of_the_shipped_studies_has_its_reason(name: str) -> None:
     assert sample.count >= len(sample.ranges) + 15
 
 
-def test_reference_tables_and_intervals_are_the_same() -> None:
+def test_reference_tables_and_intervals_are_the_same():
     rows = allowed_geometry(Work(ROOT / "studies", ROOT / "results")).rows
     assert rows
     page = (ROOT / "results" / "reference" / "geometry.md").read_text(encoding="utf-8")

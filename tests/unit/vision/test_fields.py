@@ -1,10 +1,7 @@
 """Fields have closed forms for simple motions, units, and no value where nothing was seen."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given
 from hypothesis.extra.numpy import arrays
 from hypothesis.strategies import floats
@@ -33,16 +30,16 @@ LAYOUT = ring_layout(1e-3)
 TIMES = np.arange(31) / 30
 
 
-def strains(gradient: np.ndarray) -> np.ndarray:
+def strains(gradient):
     strain = 0.5 * (gradient + gradient.T + gradient.T @ gradient)
     return strain[[0, 1, 0], [0, 1, 1]]
 
 
-def turn_by(angle: float) -> np.ndarray:
+def turn_by(angle):
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def moved(gradient, speed=(0.0, 0.0), units: str = "m") -> xr.Dataset:
+def moved(gradient, speed=(0.0, 0.0), units="m"):
     """Return markers whose displacement is linear in place and time."""
     shift = np.einsum("ab,mb->ma", np.asarray(gradient, dtype=float), LAYOUT.position) + speed
     position = LAYOUT.position + TIMES[:, None, None] * shift
@@ -166,7 +163,7 @@ def test_too_few_frames_are_refused(call, said):
         call()
 
 
-def cloud(count: int, dim: int) -> np.ndarray:
+def cloud(count, dim):
     return np.random.default_rng(dim).standard_normal((count, dim))
 
 

@@ -1,10 +1,5 @@
 """Forms of laboratories come back as they were written, and what is no such form is refused."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -30,7 +25,7 @@ TRACKS = make_tracks(POSITION, np.arange(3) / 30.0, units="px", attributes=IMAGE
 FRAMES = np.random.default_rng(0).integers(0, 255, (5, 16, 24)).astype(np.uint8)
 
 
-def test_data_set_of_bristol_comes_back(tmp_path: Path) -> None:
+def test_data_set_of_bristol_comes_back(tmp_path):
     write_bristol(TRACKS, tmp_path / "data", labels={"pose_1": [1, 2, 3]}, image_parameters={"exposure": 7})
     data = read_bristol(tmp_path / "data")
     assert list(data.targets.columns) == ["sensor_image", "pose_1"]
@@ -39,12 +34,12 @@ def test_data_set_of_bristol_comes_back(tmp_path: Path) -> None:
     assert bristol_tracks(data, SIZE, 30.0)["position"].values == pytest.approx(POSITION)
 
 
-def refused(said: str, call: Callable[..., object], *arguments: object) -> None:
+def refused(said, call, *arguments):
     with pytest.raises(InputError, match=said):
         call(*arguments)
 
 
-def test_markers_that_change_in_number_or_are_no_numbers_are_no_tracks(tmp_path: Path) -> None:
+def test_markers_that_change_in_number_or_are_no_numbers_are_no_tracks(tmp_path):
     write_bristol(TRACKS, tmp_path)
     file = tmp_path / "processed_markers" / "markers_2.npy"
     np.save(file, np.zeros((5, 2)))
@@ -57,7 +52,7 @@ def test_markers_that_change_in_number_or_are_no_numbers_are_no_tracks(tmp_path:
     refused(r"markers_2.npy: there is no such file", read_bristol, tmp_path)
 
 
-def test_damaged_and_missing_parts_of_a_data_set(tmp_path: Path) -> None:
+def test_damaged_and_missing_parts_of_a_data_set(tmp_path):
     targets, settings = tmp_path / "targets.csv", tmp_path / "sensor_image_params.json"
     refused(r"targets.csv: there is no such file", read_bristol, tmp_path)
     for text, said in (("", "is no table"), ("pose_1\n3\n", "has no column sensor_image")):
@@ -75,7 +70,7 @@ def test_damaged_and_missing_parts_of_a_data_set(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sensor_image_params.json", "targets.csv"]
 
 
-def test_runs_come_back_and_can_be_tracked(tmp_path: Path) -> None:
+def test_runs_come_back_and_can_be_tracked(tmp_path):
     control = pd.DataFrame({"start": [0.0], "shear_start": [0.1], "shear_end": [0.2], "end": [0.3]})
     for number in (2, 10):
         write_series_run(tmp_path, number, FRAMES, 25.0, {"control": control})
@@ -89,7 +84,7 @@ def test_runs_come_back_and_can_be_tracked(tmp_path: Path) -> None:
     assert (run.image_times, run.frame_rate) == (None, None), "times that nobody wrote"
 
 
-def test_folders_that_are_no_recording_and_runs_that_are_there(tmp_path: Path) -> None:
+def test_folders_that_are_no_recording_and_runs_that_are_there(tmp_path):
     refused("has no runs", read_series, tmp_path)
     (tmp_path / "run_1").mkdir()
     refused("has no time_series_images", read_series, tmp_path)
@@ -99,7 +94,7 @@ def test_folders_that_are_no_recording_and_runs_that_are_there(tmp_path: Path) -
     assert (tmp_path / "run_1" / "image_data.csv").read_text() == "theirs"
 
 
-def test_pins_come_back(tmp_path: Path) -> None:
+def test_pins_come_back(tmp_path):
     tracks = hide(moving_tracks(), 2, 1)
     write_pins(tracks, tmp_path / "pins.csv")
     again = read_pins(tmp_path / "pins.csv")

@@ -1,7 +1,5 @@
 """Overlays show each marker that is seen with its arrow, or a field: colours between markers, arrows, the centroid."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -28,13 +26,13 @@ def tracks(**more):
     return make_tracks(position, [0.0, 0.1], units="px", ring=[0, 1], **more)
 
 
-def coloured(frame, ring: int) -> np.ndarray:
+def coloured(frame, ring):
     """Tell which pixels below the text have the colour of a ring."""
     found = (np.abs(frame.astype(int) - RING_COLOURS[ring]).sum(axis=2) < 60) & (np.arange(120) > 30)[:, None]
     return np.asarray(found)
 
 
-def columns(frame, ring: int) -> np.ndarray:
+def columns(frame, ring):
     return np.flatnonzero(coloured(frame, ring).any(axis=0))
 
 

@@ -1,10 +1,7 @@
 """Videos come back as they were written, stream, and tell what is wrong with them and with their frames."""
 
-from __future__ import annotations
-
 import sys
 import tracemalloc
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -32,7 +29,7 @@ COLOUR = np.stack([NOISE, NOISE // 2, NOISE // 4], axis=3)
 SQUARE = np.zeros((4, 4), np.uint8)
 
 
-def clip(count: int = 12, colour: bool = False) -> Iterator[np.ndarray]:
+def clip(count=12, colour=False):
     """Yield frames of 64 x 48 with a bright square that moves, on a grey slope."""
     slope = np.tile(np.linspace(40, 80, 64), (48, 1)).astype(np.uint8)
     for number in range(count):
@@ -68,16 +65,26 @@ def test_frames_come_back_in_colour_in_grey_and_in_part(tmp_path, name, error, c
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [name]
 
 
-def test_images_sort_by_their_numbers(tmp_path):
+def test_folders_sort_their_images_take_any_size_and_replace_their_like_and_nothing_else(tmp_path):
     for number in (10, 2, 1):
         opencv().imwrite(str(tmp_path / f"frame_{number}.png"), np.full((4, 4), number, dtype=np.uint8))
     assert [int(frame[0, 0]) for frame in read_frames(tmp_path)] == [1, 2, 10]
+    frames = np.full((3, 5, 7), 7, dtype=np.uint8)
+    write_video(tmp_path / "mine", frames, 25.0)
+    write_video(tmp_path / "mine", frames[:2], 25.0)
+    np.testing.assert_array_equal(list(read_frames(tmp_path / "mine")), frames[:2])
+    theirs = tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "notes.txt").write_text("theirs")
+    with pytest.raises(InputError, match=r"holds files, but no video\.json, needs a new folder"):
+        write_video(theirs, frames, 25.0)
+    assert [path.name for path in theirs.iterdir()] == ["notes.txt"]
 
 
 def test_frames_stream(tmp_path):
     """Memory does not grow with the length of a video, in either direction."""
 
-    def peak(count: int) -> int:
+    def peak(count):
         tracemalloc.start()
         write_video(tmp_path / "a.avi", clip(count), 30)
         assert sum(1 for _ in read_frames(tmp_path / "a.avi")) == count
@@ -89,7 +96,7 @@ def test_frames_stream(tmp_path):
     assert peak(20) < 1.5 * peak(5)
 
 
-def cut(path) -> None:
+def cut(path):
     path.write_bytes(path.read_bytes()[: 4 * path.stat().st_size // 5])
 
 
@@ -180,19 +187,6 @@ def test_what_cannot_be_written_is_told_and_nothing_is_left(tmp_path, name, fram
     with pytest.raises(kind, match=said):
         write_video(tmp_path / name, frames, 30, codec=codec)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_folders_take_images_of_any_size_and_replace_their_like_and_nothing_else(tmp_path):
-    frames = np.full((3, 5, 7), 7, dtype=np.uint8)
-    write_video(tmp_path / "mine", frames, 25.0)
-    write_video(tmp_path / "mine", frames[:2], 25.0)
-    np.testing.assert_array_equal(list(read_frames(tmp_path / "mine")), frames[:2])
-    theirs = tmp_path / "theirs"
-    theirs.mkdir()
-    (theirs / "notes.txt").write_text("theirs")
-    with pytest.raises(InputError, match=r"holds files, but no video\.json, needs a new folder"):
-        write_video(theirs, frames, 25.0)
-    assert [path.name for path in theirs.iterdir()] == ["notes.txt"]
 
 
 def test_frames_in_memory_can_be_read_again_of_any_depth_and_channel():

@@ -11,6 +11,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from fingerslip.dynamics.motions import Motions, Outcome, compute
 from fingerslip.dynamics.reduced.reduction import (
@@ -18,8 +19,10 @@ from fingerslip.dynamics.reduced.reduction import (
     interface_unknowns,
     observed_unknowns,
     reduced_system,
+    site_responses,
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
+from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.space import free_pieces
@@ -40,13 +43,16 @@ __all__ = ["BasisStore", "compute_in_basis", "in_basis"]
 T = TypeVar("T")
 Array = NDArray[np.float64]
 
-# Normal modes of the first basis and of the largest one, and how many times as many the next one has at most.
+# Normal modes of the first basis and of the largest one, and how many times as many the next one has at most. There are
+# as many responses at sites.
 _FEWEST, _MOST, _MOST_TIMES = 40, 320, 8
+# Numerical damping below which the first basis is twice as large: what begins to ring rings on.
+_LITTLE = 0.2
 # Slow motions that excite them: more normal modes for each bring more than more motions do (measured).
 _MOTIONS = 20
 # Square matrices of the interface's size that exist at once: constraint modes, eigenvectors, compliances.
 _SQUARES = 10
-_VERSION = 3
+_VERSION = 4
 # Normal modes of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
 _STEPWISE = 120
 
@@ -101,18 +107,35 @@ class _Maker:
             with self.motions.watch.part("basis"):
                 self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
 
+    @property
+    def fewest(self) -> int:
+        """How many normal modes the first basis has."""
+        scheme = make_scheme(self.motions.models[0].time)
+        return 2 * _FEWEST if scheme.inertia_factor and scheme.start_weight > -_LITTLE else _FEWEST
+
     def make(self, count: int) -> CraigBampton:
-        """Make a basis with some normal modes."""
+        """Make a basis with some normal modes and as many responses at sites."""
         further = further_shapes(self.body, self.motions.systems)
         slow = slow_motions(self.body, self._responses[0], 2 * _MOTIONS)
         start, faster = np.column_stack([slow[:, :_MOTIONS], *further]), slow[:, _MOTIONS:]
-        shapes = normal_modes(self.body, start, count, following=max(start.shape[1], count // 2))
-        shapes = replace(shapes, following=np.hstack([shapes.following, self.body.give_way(self.body.mass @ faster)]))
-        return craig_bampton(self.body, self._responses, shapes, self.rows, further)
+        modes = normal_modes(self.body, start, count, following=max(start.shape[1], count // 2))
+        at_sites, next_at_sites = np.split(self._site_responses[:, : 2 * count], [count], axis=1)
+        # What shows the error of a basis: the next modes, the next motions, and the next responses at sites.
+        following = [modes.following, self.body.give_way(self.body.mass @ faster), next_at_sites]
+        modes = replace(modes, following=np.hstack(following))
+        return craig_bampton(self.body, self._responses, modes, self.rows, [*further, *at_sites.T])
 
     @cached_property
     def _responses(self) -> tuple[Array, Array]:
         return constraint_modes(self.body, self.rows)
+
+    @cached_property
+    def _site_responses(self) -> Array:
+        """Responses at sites (n, k) [m], in the order of their inertia."""
+        fields = site_responses(self.body, self.motions.systems)
+        _, vectors = linalg.eigh(fields.T @ (self.body.mass @ fields))
+        ordered: Array = fields @ vectors[:, ::-1]
+        return ordered
 
     @cached_property
     def _key(self) -> str:
@@ -187,7 +210,7 @@ def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Outcome
     """Return the basis that is kept, or a motion and the basis that suffices for it, which is kept from now on."""
     with first.watch.part("basis"):
         stored = maker.kept()
-        basis = stored or maker.make(_FEWEST)
+        basis = stored or maker.make(maker.fewest)
     if stored is not None:
         return None, stored
     outcome, basis = _suitable(first, maker, basis, wanted)

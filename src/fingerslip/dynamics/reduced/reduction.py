@@ -42,6 +42,7 @@ __all__ = [
     "interface_unknowns",
     "observed_unknowns",
     "reduced_system",
+    "site_responses",
 ]
 
 Array = NDArray[np.float64]
@@ -113,6 +114,8 @@ def condense_modes(diagonal: Array, interface: Array, local: sparse.csr_matrix) 
 
 
 Indices = NDArray[np.int64]
+
+_MOST_RESPONSES = 500  # forces at sites
 
 
 @dataclass(frozen=True)
@@ -221,6 +224,21 @@ def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Arr
     fields = [*(factor.backward(factor.forward(push)) for push in pushes), *velocities.values()]
     responses = [body.give_way(force) for force in forces.values()]
     return responses + [field - body.follow(field[body.interface]) for field in fields]
+
+
+def site_responses(body: ConstraintModes, systems: Sequence[System]) -> Array:
+    """Return the displacements (n, k) [m] under a unit force at each site while the interface is held.
+
+    A motion is read at a site as well as its response to a force there is held by the basis. Of very many sites, some
+    that are evenly spread stand for all.
+    """
+    nodes = np.unique(np.concatenate([system.site_nodes for system in systems]))
+    components = systems[0].coordinates.components(vector_dofs(nodes, systems[0].space.dim).ravel())
+    unknowns = np.setdiff1d(components.rows[~components.held], body.interface)
+    unknowns = unknowns[:: 1 + unknowns.size // _MOST_RESPONSES]
+    forces = np.zeros((body.stiffness.shape[0], unknowns.size), order="F")
+    forces[unknowns, np.arange(unknowns.size)] = 1.0
+    return body.give_way(forces)
 
 
 def reduced_system(system: System, body: ConstraintModes, basis: CraigBampton, twin: System | None = None) -> System:

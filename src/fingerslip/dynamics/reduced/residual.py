@@ -128,7 +128,8 @@ def _oscillate(squares, viscous, compliance, prediction, factors, start, forces)
             acceleration[j] = of_inertia * unknown
             fields[3, step, j] = moved + of_displacement * end_weight * unknown
             fields[4, step, j] = moving + of_velocity * end_weight * unknown
-        fields[0, step], fields[1, step], fields[2, step] = displacement, velocity, acceleration
+            # Element by element: a row at a time compiles four times as long.
+            fields[0, step, j], fields[1, step, j], fields[2, step, j] = displacement[j], velocity[j], acceleration[j]
     return fields
 
 

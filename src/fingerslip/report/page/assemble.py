@@ -31,7 +31,6 @@ from fingerslip.report.page.pictures import (
     swept_pictures,
 )
 from fingerslip.report.page.samples import sample_sections, samples_in_motion
-from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.prose import prose
 from fingerslip.report.tables.compare import compare_table, convergence_table, statements_table
 from fingerslip.report.tables.parameters import ShownValue, conditions_table, models_table, value_tables
@@ -87,7 +86,11 @@ def _results(content: ReportContent) -> Iterator[ReportSection]:
     measures = (measures_table(first, [titles[run.name] for run in first]),) if len(first) > 1 else ()
     pictures = (*swept_pictures(content, slice(1, None)), *overview_pictures(content))
     yield ReportSection("The runs side by side", (), measures, pictures)
-    yield cameras_section(content)
+    if content.films:
+        # What cameras saw is slow to import.
+        from fingerslip.report.page.sensor import cameras_section
+
+        yield cameras_section(content)
 
 
 def _described(content: ReportContent) -> Iterator[ReportSection]:

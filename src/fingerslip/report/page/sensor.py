@@ -30,9 +30,7 @@ if TYPE_CHECKING:
 
 
 def cameras_section(content: ReportContent) -> ReportSection:
-    """Return the section on what cameras saw; empty without films."""
-    if not content.films:
-        return ReportSection("Cameras")
+    """Return the section on what cameras saw."""
     pixels = (Column("error, rms", "px", digits=4), Column("largest error", "px", digits=3))
     names = ("frames", "markers", "rms", "largest", "kept", "swapped")
     columns = (*map(Column, ("run", "camera", *names[:2])), *pixels, Column("kept", "%", digits=2), Column("swapped"))

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyvista
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
@@ -156,6 +155,8 @@ def stills(
     history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
 ) -> Iterator[NDArray[np.uint8]]:
     """Render snapshots with one camera, see :func:`still`."""
+    import pyvista
+
     check_options(history, options)
     prepare_rendering()
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
@@ -206,6 +207,8 @@ def open_window(
 
     The keys F and X show the next field and the next cut; P over the body draws what the node below the mouse does.
     """
+    import pyvista
+
     options = options or SceneOptions()
     check_options(history, options)
     if not has_display():
@@ -245,6 +248,8 @@ def _add_controls(control: SceneControl, events: Events = NO_EVENTS) -> None:
 
 def _draw_picked_node(control: SceneControl, point: Any) -> None:
     """Draw the displacement of the picked node over time in a corner."""
+    import pyvista
+
     node, renderer = nearest_node(control.history, control.number, np.asarray(point)), control.plotter.renderer
     distances = 1e3 * np.linalg.norm(control.history["snapshot_displacement"].values[:, node], axis=1)
     chart = pyvista.Chart2D(size=(0.32, 0.26), loc=(0.66, 0.02), x_label="time [s]", y_label="displacement [mm]")

@@ -173,7 +173,8 @@ def _compute_apart(
     threads: int,
     drawings: Mapping[str, Drawing],
 ) -> Generator[Outcome, None, None]:
-    context = multiprocessing.get_context("spawn")
+    prepare_workers()
+    context = multiprocessing.get_context(_METHOD)
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
@@ -185,6 +186,20 @@ def _compute_apart(
         stop.set()
         pool.shutdown(wait=True, cancel_futures=True)
         news.close()
+
+
+_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+
+
+def prepare_workers() -> None:
+    """Begin to load what workers need, in a process that they are forked from, where the system has such."""
+    if _METHOD == "forkserver":
+        # Other systems do not have the module.
+        from multiprocessing import forkserver
+
+        forkserver.set_forkserver_preload([__name__, "fingerslip.report.page.pictures", "scipy.signal"])
+        with hold_interrupts():
+            forkserver.ensure_running()
 
 
 def _follow(

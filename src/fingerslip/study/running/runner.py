@@ -16,7 +16,7 @@ from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult, stored_result
 from fingerslip.storage.files import check_folder, clean_stale, digest, remove_empty
 from fingerslip.study.definition.expressions import derive
-from fingerslip.study.definition.runs import Plan, plan_studies
+from fingerslip.study.definition.runs import Plan, Run, plan_studies
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.storage.reporting import REPORT, film_keys, write_report
 from fingerslip.study.storage.store import read_manifest, read_uncertainties, refused_in, write_results
@@ -137,7 +137,13 @@ def run_plans(
     for plan in plans:
         check_folder(plan.folder.parent)
         check_folder(plan.folder)
-    prepared = [_prepare(plan, force=force) for plan in plans]
+    to_compute = [_unfinished(plan, force=force) for plan in plans]
+    if scheduler is None and workers > 1 and max(map(len, to_compute), default=0) > 1:
+        # Workers load what they need while meshes are made.
+        from fingerslip.study.running.compute import prepare_workers
+
+        prepare_workers()
+    prepared = [_prepare(plan, runs) for plan, runs in zip(plans, to_compute, strict=True)]
     with progress or StudyProgress() as reporter:
         engine = Engine(reporter, workers, scheduler)
         outcomes = [_execute(plan, *todo, engine) for plan, todo in zip(plans, prepared, strict=True)]
@@ -148,10 +154,14 @@ def run_plans(
     return results
 
 
-def _prepare(plan: Plan, *, force: bool) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
-    """Build and check what is to be computed; where nothing is, nothing that does so is loaded."""
+def _unfinished(plan: Plan, *, force: bool) -> list[Run]:
+    """Return the runs of a study that are to be computed."""
     finished = {} if force else plan.finished_runs()
-    runs = [run for run in plan.runs if run.name not in finished]
+    return [run for run in plan.runs if run.name not in finished]
+
+
+def _prepare(plan: Plan, runs: Sequence[Run]) -> tuple[tuple[Job, ...], tuple[RefusedRun, ...]]:
+    """Build and check runs; where there are none, nothing that does so is loaded."""
     if not runs:
         return (), plan.refused
     from fingerslip.study.running.build import prepare_samples
@@ -205,7 +215,7 @@ def _execute(
         raise
     computed = tuple(name for name in to_compute if name not in failures)
     if plan.study.cameras:
-        from fingerslip.study.running.pictures import film_runs
+        from fingerslip.study.running.films import film_runs
 
         failures |= film_runs(plan, progress)
     result = write_up(plan, refused, pictures, whole=(*computed, *unchanged))

@@ -1,7 +1,5 @@
 """Contact in 2D by partitions: what the compiled solver finds, with an inverse that serves over steps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,15 +7,7 @@ from fingerslip.contact.solve import partition as module
 from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.partition import first_partition, solve_in_partitions
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from problems.contact import TOLERANCE
-
-
-def pressed_row(count, slide, mu=0.6):
-    """Return a shallow arch of nodes on an elastic row, pressed and pulled sideways."""
-    x = np.linspace(-1.0, 1.0, count)
-    body = np.kron(0.1 / (np.abs(x[:, None] - x) + 0.5 / count), np.eye(2) + 0.1 * (np.eye(2, k=1) + np.eye(2, k=-1)))
-    free = np.column_stack([x**2 - 0.5, np.full(count, slide)])
-    return body + 0.1 * np.eye(2 * count), np.full((count, 2), 0.1), free, np.full(count, mu)
+from problems.contact import TOLERANCE, pressed_row
 
 
 def to_and_fro():
@@ -70,24 +60,25 @@ def test_the_inverse_is_that_of_its_partition_and_changes_with_nodes_alone():
     np.testing.assert_allclose(partition.inverse.T, inverse, atol=1e-11 * np.abs(inverse).max())
 
 
+def solution_of(row, start=None, **options):
+    compliance, penalty, free, friction = row
+    start = np.zeros_like(free) if start is None else start
+    return solve_in_partitions(compliance, penalty, free, friction, start, 1e-12, **options)
+
+
 def test_a_partition_of_another_compliance_is_not_used():
     compliance, penalty, free, friction = pressed_row(20, 0.2)
-    first, partition = solve_in_partitions(compliance, penalty, free, friction, np.zeros_like(free), 1e-12)
-    again, _ = solve_in_partitions(
-        2.0 * compliance, 2.0 * penalty, 2.0 * free, friction, first.forces, 1e-12, partition=partition
-    )
+    first, partition = solution_of((compliance, penalty, free, friction))
+    again, _ = solution_of((2.0 * compliance, 2.0 * penalty, 2.0 * free, friction), first.forces, partition=partition)
     np.testing.assert_allclose(again.forces, first.forces, rtol=1e-9, atol=1e-12)
 
 
 def test_a_partition_stays_as_it_is_when_a_step_begins_with_it():
     """Two motions may go on from one state, and a restored one from where it was saved."""
-    compliance, penalty, free, friction = pressed_row(40, 0.1)
-    first, partition = solve_in_partitions(compliance, penalty, free, friction, np.zeros_like(free), 1e-12)
+    first, partition = solution_of(pressed_row(40, 0.1))
     copies = {name: np.copy(value) for name, value in vars(partition).items()}
     paths = [
-        solve_in_partitions(
-            compliance, penalty, free + np.array([0.0, slide]), friction, first.forces, 1e-12, partition=partition
-        )[0].forces
+        solution_of(pressed_row(40, 0.1 + slide), first.forces, partition=partition)[0].forces
         for slide in (0.7, -0.7, 0.7)
     ]
     np.testing.assert_array_equal(paths[0], paths[2])
@@ -97,13 +88,9 @@ def test_a_partition_stays_as_it_is_when_a_step_begins_with_it():
 
 
 def test_the_compiled_solver_takes_over_where_no_step_helps(monkeypatch):
-    def stuck(*arguments):
-        return *arguments[-4:-2], np.inf, 0, 0
-
-    monkeypatch.setattr(module, "solve_partitions", stuck)
-    compliance, penalty, free, friction = pressed_row(20, 0.2)
-    exact = solve_friction(compliance, free, friction, np.zeros_like(free), 1e-12)
-    solution, _ = solve_in_partitions(compliance, penalty, free, friction, np.zeros_like(free), 1e-12)
+    monkeypatch.setattr(module, "solve_partitions", lambda *arguments: (*arguments[-4:-2], np.inf, 0, 0))
+    compliance, _, free, friction = row = pressed_row(20, 0.2)
+    exact, (solution, _) = solve_friction(compliance, free, friction, np.zeros_like(free), 1e-12), solution_of(row)
     np.testing.assert_array_equal(solution.forces, exact.forces)
     assert solution.iterations == exact.iterations
 
@@ -111,8 +98,5 @@ def test_the_compiled_solver_takes_over_where_no_step_helps(monkeypatch):
 def test_a_residual_that_is_no_number_is_not_below_the_tolerance():
     compliance, penalty, free, friction = pressed_row(5, 0.2)
     free[2, 0] = np.nan
-    partition = first_partition(compliance, penalty)
-    solution, _ = solve_in_partitions(
-        compliance, penalty, free, friction, np.zeros_like(free), 1e-12, partition=partition
-    )
-    assert not solution.residual <= TOLERANCE
+    row = compliance, penalty, free, friction
+    assert not solution_of(row, partition=first_partition(compliance, penalty))[0].residual <= TOLERANCE

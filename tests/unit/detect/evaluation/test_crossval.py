@@ -1,11 +1,7 @@
 """Folds of trials, and an evaluation that goes on where it was interrupted."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +20,6 @@ from fingerslip.detect.evaluation.crossval import (
 )
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import Samples, grouped_folds
-from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING
 
@@ -33,7 +28,7 @@ Begin = Callable[..., Evaluation]
 ARRAYS = {"rows": np.arange(5), "chances": np.linspace(0.0, 1.0, 6).reshape(2, 3)}
 
 
-def test_no_trial_is_on_both_sides_and_events_are_found_in_all(samples: Samples, trials: TrialSet) -> None:
+def test_no_trial_is_on_both_sides_and_events_are_found_in_all(samples, trials):
     onsets, tests = trials.onsets(), grouped_folds(trials.names, 3, 0)
     folds = [fit_fold(samples, onsets, CLASSIFIERS["logistic"], test, window=5, share=0.25) for test in tests]
     for fold in folds:
@@ -49,7 +44,7 @@ def test_no_trial_is_on_both_sides_and_events_are_found_in_all(samples: Samples,
     assert early < 12
 
 
-def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_heart() -> None:
+def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_heart():
     """Trials whose frames differ by an offset of the trial alone leak through a split by sample."""
     draw = np.random.default_rng(0)
     classes = np.tile(np.repeat([0, 1, 2], 20), 20).astype(np.int8)
@@ -67,7 +62,7 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
     assert accuracy[1] > 0.95
 
 
-def test_folds_that_leave_nothing_to_learn_from_are_refused(begin: Begin, trials: TrialSet) -> None:
+def test_folds_that_leave_nothing_to_learn_from_and_a_file_for_a_folder_are_refused(begin, trials, tmp_path):
     run = begin()
     with pytest.raises(InputError, match="folds: leave no trial to learn from"):
         run.check([trials.names])
@@ -75,21 +70,24 @@ def test_folds_that_leave_nothing_to_learn_from_are_refused(begin: Begin, trials
     few = dataclasses.replace(run.samples, classes=classes)
     with pytest.raises(InputError, match="leaves out trial slide-0000: has no frame of gross to learn from"):
         dataclasses.replace(run, samples=few).check([trials.names[:1]])
+    (tmp_path / "tables").write_text("mine")
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        parts_beside(tmp_path / "tables")
 
 
 @pytest.fixture
-def begin(trials: TrialSet, samples: Samples) -> Begin:
+def begin(trials, samples):
     """Return a function that begins an evaluation, with parts beside an output."""
     onsets = trials.onsets()
     return lambda output=None: Evaluation(trials, onsets, samples, MOTION, parts=parts_beside(output, "data"))
 
 
 @pytest.fixture
-def fits(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def fits(monkeypatch):
     """Return a list that gets the name of the classifier of every fit; the third fit is interrupted."""
-    names: list[str] = []
+    names = []
 
-    def counted(*arguments: Any, **options: Any) -> Any:
+    def counted(*arguments, **options):
         names.append(arguments[2].name)
         if len(names) == 3:
             raise KeyboardInterrupt
@@ -99,7 +97,7 @@ def fits(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def test_an_interrupted_evaluation_goes_on(trials: TrialSet, begin: Begin, tmp_path: Path, fits: list[str]) -> None:
+def test_an_interrupted_evaluation_goes_on(trials, begin, tmp_path, fits):
     tests = grouped_folds(trials.names, 3, 0)
     with pytest.raises(KeyboardInterrupt):
         begin(tmp_path / "tables").by_fold(CANDIDATES, tests)
@@ -122,7 +120,7 @@ def test_an_interrupted_evaluation_goes_on(trials: TrialSet, begin: Begin, tmp_p
 
 
 @pytest.mark.slow
-def test_other_labels_are_not_taken_for_the_same(trials: TrialSet, tmp_path: Path) -> None:
+def test_other_labels_are_not_taken_for_the_same(trials, tmp_path):
     later = {name: Onsets(one.incipient, (one.gross or 0.0) + 0.05) for name, one in trials.onsets().items()}
     output = tmp_path / "tables"
     first, second, third = (
@@ -133,14 +131,12 @@ def test_other_labels_are_not_taken_for_the_same(trials: TrialSet, tmp_path: Pat
 
 
 @pytest.mark.parametrize("folder", ["tables", None])
-def test_a_part_is_made_once_where_there_is_a_folder(
-    folder: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_part_is_made_once_where_there_is_a_folder(folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     calls = []
     store = parts_beside(tmp_path / folder if folder else None, "data")
     for _ in range(2):
-        arrays = store.part("forest:mean", [1, "a"], lambda: calls.append(1) or ARRAYS)  # type: ignore[func-returns-value]
+        arrays = store.part("forest:mean", [1, "a"], lambda: calls.append(1) or ARRAYS)
         assert arrays.keys() == ARRAYS.keys()
         assert all(np.array_equal(arrays[name], ARRAYS[name]) for name in ARRAYS)
     assert len(calls) == (1 if folder else 2)
@@ -152,14 +148,14 @@ def test_a_part_is_made_once_where_there_is_a_folder(
 @pytest.mark.parametrize(
     ("data", "name", "inputs"), [("other", "forest", [1]), ("data", "logistic", [1]), ("data", "forest", [2])]
 )
-def test_other_inputs_are_another_part(tmp_path: Path, data: str, name: str, inputs: list[int]) -> None:
+def test_other_inputs_are_another_part(tmp_path, data, name, inputs):
     parts_beside(tmp_path / "tables", "data").write("forest", [1], ARRAYS)
     assert parts_beside(tmp_path / "tables", "data").read("forest", [1]) is not None
     assert parts_beside(tmp_path / "tables", data).read(name, inputs) is None
 
 
 @pytest.mark.parametrize("damage", ["cut", "changed", "foreign", "empty", "what would run"])
-def test_a_damaged_part_is_made_again(tmp_path: Path, damage: str) -> None:
+def test_a_damaged_part_is_made_again(tmp_path, damage):
     store = Parts(tmp_path, "data")
     store.write("forest", [1], ARRAYS)
     (path,) = tmp_path.iterdir()
@@ -173,9 +169,3 @@ def test_a_damaged_part_is_made_again(tmp_path: Path, damage: str) -> None:
     else:
         path.write_bytes(b"" if damage == "empty" else b"no arrays")
     assert store.read("forest", [1]) is None
-
-
-def test_a_file_is_no_folder_for_what_is_to_be_written(tmp_path: Path) -> None:
-    (tmp_path / "tables").write_text("mine")
-    with pytest.raises(InputError, match="is a file, needs a folder"):
-        parts_beside(tmp_path / "tables")

@@ -1,7 +1,3 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -23,7 +19,6 @@ from fingerslip.detect.evaluation.scores import (
 )
 from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 
 CLASSES = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(0, 4)), min_size=1, max_size=60)
@@ -31,16 +26,14 @@ LABELS = {"a": Onsets(2.0, 4.0), "b": Onsets(2.0, 4.0), "c": Onsets(2.0, 4.0), "
 REST = dict.fromkeys(LABELS, 1.0)
 
 
-def test_the_interval_of_a_mean_is_that_of_theory() -> None:
+def test_the_interval_of_a_mean_is_that_of_theory_and_of_nothing_none():
     values = np.random.default_rng(0).normal(size=400)
     (mean,) = bootstrap_estimates(lambda drawn: values[drawn].mean(axis=1)[:, None], 400)
     half = 1.96 * values.std() / 20
     assert mean.value == pytest.approx(values.mean())
     assert (mean.low, mean.high) == pytest.approx(values.mean() + np.array([-half, half]), abs=0.01)
 
-
-def test_without_trials_or_values_there_is_no_interval() -> None:
-    def whole(drawn: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    def whole(drawn):
         """Return 1 where all trials are drawn, else nothing."""
         return np.array([[1.0 if len(set(row.tolist())) == drawn.shape[1] > 0 else np.nan] for row in drawn])
 
@@ -49,7 +42,7 @@ def test_without_trials_or_values_there_is_no_interval() -> None:
 
 
 @given(CLASSES)
-def test_scores_are_those_of_scikit_learn(rows: list[tuple[int, int, int]]) -> None:
+def test_scores_are_those_of_scikit_learn(rows):
     true, predicted, trial = (np.array(column) for column in zip(*rows, strict=True))
     matrices = confusion_by_trial(true.astype(np.int8), predicted.astype(np.int8), trial)
     assert len(matrices) == len(set(trial.tolist()))
@@ -59,7 +52,7 @@ def test_scores_are_those_of_scikit_learn(rows: list[tuple[int, int, int]]) -> N
     assert precision_recall_f1(whole)[:2] == pytest.approx(np.array(theirs[:2]), nan_ok=True)
 
 
-def test_intervals_are_over_trials() -> None:
+def test_intervals_are_over_trials():
     good, bad = np.diag([10, 10, 10]), np.array([[0, 10, 0], [0, 10, 0], [0, 0, 10]])
     scores = frame_scores_of(np.array([good] * 9 + [bad]))
     assert scores.accuracy.value == pytest.approx(290 / 300)
@@ -72,7 +65,7 @@ def test_intervals_are_over_trials() -> None:
     assert never.f1_mean.value == 1.0
 
 
-def test_calibration_error_is_the_mean_gap_of_the_bins() -> None:
+def test_calibration_error_is_the_mean_gap_of_the_bins():
     draw = np.random.default_rng(0)
     slip = draw.random(20_000)
     classes = (draw.random(20_000) < slip**2).astype(np.int8)
@@ -85,7 +78,7 @@ def test_calibration_error_is_the_mean_gap_of_the_bins() -> None:
     assert (sure.error, sure.brier) == pytest.approx((0.5, 1.0))
 
 
-def test_events_are_scored() -> None:
+def test_events_are_scored():
     onsets = {"a": Onsets(2.5, 4.5), "b": Onsets(1.7, 3.0), "c": Onsets(None, None), "held": Onsets(None, None)}
     scores = event_scores_of(onsets, LABELS, REST, frame=0.1)
     assert (scores.trials, scores.missed) == (3, 1)
@@ -97,20 +90,17 @@ def test_events_are_scored() -> None:
     assert scores.bound is None
 
 
-def test_alarms_at_rest_and_where_nothing_slips_are_false_and_gross_slip_counts_as_slip() -> None:
+def test_alarms_at_rest_are_false_gross_slip_counts_as_slip_and_the_bound_needs_19_trials():
     onsets = {"a": Onsets(0.5, None), "b": Onsets(2.0, None), "c": Onsets(2.0, None), "held": Onsets(3.0, None)}
     assert event_scores_of(onsets, LABELS, REST).at_rest.value == 0.5
     gross = event_scores_of({"a": Onsets(None, 2.2)}, LABELS, REST)
     assert (gross.error.value, gross.missed) == (pytest.approx(0.2), 0)
-
-
-def test_the_bound_needs_19_trials() -> None:
     labels = {f"t{number}": Onsets(1.0, 3.0) for number in range(19)}
     onsets = {name: Onsets(1.0 + 0.1 * number, None) for number, name in enumerate(labels)}
     assert event_scores_of(onsets, labels, dict.fromkeys(labels, 0.5)).bound == pytest.approx(0.2)
 
 
-def test_the_labels_themselves_are_a_perfect_submission(trials: TrialSet, tmp_path: Path) -> None:
+def test_the_labels_themselves_are_a_perfect_submission(trials, tmp_path):
     tests, onsets = benchmark_test_trials(trials.names), trials.onsets()
     write_onsets({name: onsets[name] for name in tests}, tmp_path / "mine.csv")
     scores = score_submission(trials, tmp_path / "mine.csv", rest_frames=20)
@@ -121,7 +111,7 @@ def test_the_labels_themselves_are_a_perfect_submission(trials: TrialSet, tmp_pa
         score_submission(trials, tmp_path / "mine.csv", labels=few, rest_frames=20)
 
 
-def test_submissions_that_do_not_fit_are_refused() -> None:
+def test_submissions_that_do_not_fit_are_refused():
     with pytest.raises(InputError) as caught:
         check_submission({"a": Onsets(1.0, None), "c": Onsets(1.0, None)}, ("a", "b"), "mine.csv")
     mistakes = [mistake.found for mistake in caught.value.all]
@@ -132,7 +122,7 @@ def test_submissions_that_do_not_fit_are_refused() -> None:
     assert check_submission(both, ("a", "b"), "mine.csv") == both
 
 
-def test_rest_ends_with_its_last_frame(trials: TrialSet) -> None:
+def test_rest_ends_with_its_last_frame(trials):
     ends, frame = rest_ends(trials, trials.names[:2], 20)
     assert ends[trials.names[0]] == pytest.approx(19 / 30)
     assert frame == pytest.approx(1 / 30)

@@ -1,30 +1,25 @@
 """Bodies at large strain that tests share, elastic and relaxing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import fingerslip as fs
 from fingerslip.fe.cell_materials import finite_cell_materials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.space import build_space
-from fingerslip.materials.mooney_rivlin import MooneyRivlin
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.materials.ogden import Ogden, OgdenTerm
-from fingerslip.materials.prony import PronyTerm
 from problems.blocks import KINDS, distorted
 
-SOFT, STIFF = NeoHookean(3.0, 0.45, 1.0), MooneyRivlin(1.0, 1.0, 0.4, poisson_ratio=0.48)
+SOFT, STIFF = fs.NeoHookean(3.0, 0.45, 1.0), fs.MooneyRivlin(1.0, 1.0, 0.4, poisson_ratio=0.48)
 
-POWERS = (OgdenTerm(1.0, 1.3), OgdenTerm(0.1, 5.0), OgdenTerm(-0.2, -2.0))
-LAWS = (SOFT, STIFF, Ogden(POWERS, 1.0, poisson_ratio=0.4))
+POWERS = (fs.OgdenTerm(1.0, 1.3), fs.OgdenTerm(0.1, 5.0), fs.OgdenTerm(-0.2, -2.0))
+LAWS = (SOFT, STIFF, fs.Ogden(POWERS, 1.0, poisson_ratio=0.4))
 
 EVERY = pytest.mark.parametrize(("element", "integration", "formulation"), KINDS)
 EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 STEP = 0.05
-TERMS = (PronyTerm(0.3, 0.1), PronyTerm(0.25, 0.4))
+TERMS = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.25, 0.4))
 RELAXING = tuple(replace(law, prony=TERMS) for law in LAWS)
 # A displacement gradient, of which 2D takes a part.
 GRADIENT = np.array([[0.3, 0.2, 0.1], [-0.1, -0.2, 0.0], [0.1, 0.1, 0.1]])

@@ -1,13 +1,11 @@
 """What bodies that relax remember, what a step finds of it, and what their springs store."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fingerslip.fe.finite.history import PACKED, end_history, selective_excess, spring_excess
+from fingerslip.fe.finite.history import end_history, selective_excess, spring_excess
 from fingerslip.materials.prony import PronyTerm, recurrence
 from fingerslip.materials.relaxing import Constants, shape_energy
 from problems.blocks import KINDS
@@ -49,21 +47,8 @@ def test_dashpots_follow_what_is_remembered_and_a_step_finds_their_share(kind):
             np.testing.assert_allclose(found[members], shared, atol=1e-12)
 
 
-@EVERY_KIND
-def test_sizes_and_what_a_step_finds_at_rest(kind):
-    bulk = relaxing_body(kind)
-    rest, dim = bulk.at_rest(STEP), bulk.space.dim
-    assert rest.history.points.shape == (bulk.weights.size, PACKED[dim] + 3)
-    assert rest.history.point_dashpots.shape[0] == len(TERMS)
-    assert rest.left.terms.taken_share == pytest.approx(
-        [recurrence(TERMS, STEP).shares @ recurrence(TERMS, STEP).end, 0.0]
-    )
-    for left in (rest.left.points, rest.left.groups, rest.left.offsets, rest.left.group_offsets, rest.pulled):
-        assert not left.any()
-    assert rest.left.moduli[1] == pytest.approx(0.0, abs=1e-12)
-
-
 def test_halved_steps_have_their_own_weights_and_the_state_keeps_its_history():
+    """Strain is linear within a step: with the middle on the line, halves differ by what the law is nonlinear."""
     bulk = relaxing_body(("H8", "selective", "solid"))
     state = stepped(bulk)
     whole, half = bulk.begun(state, STEP), bulk.begun(state, STEP / 2)
@@ -72,10 +57,6 @@ def test_halved_steps_have_their_own_weights_and_the_state_keeps_its_history():
     ended = bulk.ended(bulk.deformed(moved(bulk, 0.02), whole))
     assert ended.history is not state.history
     np.testing.assert_array_equal(state.history.points, stepped(bulk).history.points)
-
-
-def test_two_halves_are_nearly_a_step():
-    """Strain is linear within a step: with the middle on the line, halves differ by what the law is nonlinear."""
     bulk = relaxing_body(("Q4", "full", "plane_strain"))
     start, at = bulk.at_rest(STEP), moved(bulk, 1e-4)
     whole = bulk.ended(bulk.deformed(at, bulk.begun(start, STEP)))
@@ -143,17 +124,12 @@ def test_held_strain_loses_energy_in_every_step(kind):
     assert (np.diff(energies) < 0.0).all()
 
 
-def test_energy_densities_of_some_points_are_those_of_all():
-    bulk = relaxing_body(("Q4", "selective", "plane_stress"))
-    state, every = stepped(bulk), np.arange(bulk.weights.size)
-    some = every[::3]
-    np.testing.assert_allclose(bulk.energy_densities(state, some), bulk.energy_densities(state, every)[::3])
-
-
 def test_an_elastic_layer_stores_nothing_more_and_a_step_that_was_not_begun_has_no_end():
     bulk = relaxing_body(("Q4", "selective", "plane_strain"), RELAXING[1])
     state = stepped(bulk)
     far = np.flatnonzero(bulk.relaxation.points == 1)
     assert not spring_excess(bulk.relaxation, 1, bulk.materials.materials[1], state, far).any()
+    every = np.arange(bulk.weights.size)
+    np.testing.assert_allclose(bulk.energy_densities(state, every[::3]), bulk.energy_densities(state, every)[::3])
     with pytest.raises(ValueError, match="was not begun"):
         end_history(bulk.relaxation, bulk.materials.materials, bulk.deformed(moved(bulk, 0.01)))

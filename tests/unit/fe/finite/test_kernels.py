@@ -1,7 +1,5 @@
 """Compiled loops: principal directions, forces and stiffness by independent formulas."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Scans as a source of meshes: files, placement, layers, quality, and what is refused; nothing is meshed here."""
 
-from __future__ import annotations
-
 import dataclasses
 import subprocess
 import sys
@@ -16,18 +14,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import fingerslip as fs
-from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan import build
-from fingerslip.mesh.scan.build import (
-    SurfaceMesh,
-    deviation,
-    layer_quality,
-    scan_cells,
-    skin_range,
-)
-from fingerslip.mesh.scan.layered import LayerSizes, _bodies, _wanted_sizes, build_from_surfaces
-from fingerslip.mesh.scan.placement import Placement, place_surface, placement_from_directions, placement_from_landmarks
-from fingerslip.mesh.scan.surfaces import Surface
+from fingerslip.mesh.scan.build import deviation, layer_quality, scan_cells, skin_range
+from fingerslip.mesh.scan.layered import _bodies, _wanted_sizes
 from unit.ellipsoids import ellipsoid, with_hole
 from unit.scans import MESHES, SCAN, mesh_of_a_scan
 
@@ -53,29 +42,19 @@ def test_number_of_tetrahedra_is_foreseen_from_the_volume():
     assert SCAN.refined(0.5) is None
 
 
-def test_paths_are_relative_to_a_folder(tmp_path: Path):
-    scan = SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0), "phalanx.stl").beside(tmp_path)
-    assert (scan.skin, scan.phalanx) == (str(tmp_path.resolve() / "skin.stl"), str(tmp_path.resolve() / "phalanx.stl"))
-    assert SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0)).beside(tmp_path).phalanx is None
-
-
-def test_key_follows_content_and_settings_but_not_the_folder(tmp_path: Path):
-    def scan(folder: str, skin: str = "skin") -> SurfaceMesh:
+def test_paths_are_relative_to_a_folder_and_the_key_follows_content_and_settings_alone(tmp_path: Path):
+    def scan(folder: str, skin: str = "skin") -> fs.SurfaceMesh:
         (tmp_path / folder).mkdir(exist_ok=True)
         (tmp_path / folder / "skin.stl").write_text(skin)
-        return SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0)).beside(tmp_path / folder)
+        return fs.SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0)).beside(tmp_path / folder)
 
     first = scan("a").key()
     assert scan("a").key() == scan("b").key() == first
     assert dataclasses.replace(scan("a"), plate_angle=0.1).key() != first
     assert scan("b", "another skin").key() != first
-
-
-def test_a_flat_skin_has_no_size(tmp_path: Path) -> None:
-    points = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], dtype=float)
-    meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
-    with pytest.raises(MeshError, match=r"skin\.vtu: is flat, needs a surface around a body"):
-        scan_cells(dataclasses.replace(SCAN, skin=str(tmp_path / "skin.vtu")))
+    both = fs.SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0), "phalanx.stl").beside(tmp_path)
+    assert (both.skin, both.phalanx) == (str(tmp_path.resolve() / "skin.stl"), str(tmp_path.resolve() / "phalanx.stl"))
+    assert scan("a").phalanx is None
 
 
 def test_mesh_and_its_tables_in_millimetres_come_from_one_scan(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,26 +86,23 @@ def test_quality_of_a_known_tetrahedron():
     assert row.mean_radius_ratio == pytest.approx(3 * (3 - np.sqrt(3)) / 6 / (np.sqrt(3) / 2))
 
 
-def test_deviation_of_a_box_from_a_shifted_sphere():
+def test_deviation_of_a_ball_from_a_smaller_sphere_and_no_thickness_without_an_inside():
     sphere = ellipsoid((5e-3, 5e-3, 5e-3), points=400)
     points = np.vstack([sphere.points * 1.1, np.zeros((1, 3))])
     cells = np.column_stack([sphere.triangles, np.full(len(sphere.triangles), 400)])
     ball = skfem.MeshTet1(points.T.copy(), cells.T.copy())
-    found = deviation(ball.with_boundaries({"skin": ball.boundary_facets()}), "skin", sphere)
+    ball = ball.with_boundaries({"skin": ball.boundary_facets()})
+    found = deviation(ball, "skin", sphere)
     assert found.mean == pytest.approx(0.5e-3, rel=0.02)
     assert found.largest == pytest.approx(0.5e-3, rel=0.05)
-
-
-def test_a_mesh_without_an_inside_of_the_skin_has_no_thickness():
-    mesh = skfem.MeshTet1()
-    assert skin_range(mesh.with_boundaries({"skin": mesh.boundary_facets()}), ellipsoid()) == (0.0, 0.0, 0.0)
+    assert skin_range(ball, sphere) == (0.0, 0.0, 0.0)
 
 
 SKIN = ellipsoid(points=400, name="skin.stl")
 
 PHALANX = ellipsoid((7e-3, 3e-3, 3e-3), points=200, name="phalanx.stl")
 
-SIZES = LayerSizes(
+SIZES = fs.LayerSizes(
     skin_thickness=1.2e-3, contact_size=2e-3, bulk_size=4e-3, contact_reach=3e-3, tolerance=0.2e-3, cut=14e-3
 )
 
@@ -141,12 +117,6 @@ def test_wanted_sizes_grow_from_the_pad():
     assert far == SIZES.bulk_size
 
 
-@pytest.mark.parametrize(("field", "value"), [("bulk_size", 1e-3), ("tolerance", 0.5e-3), ("cut", -1.0)])
-def test_sizes_that_do_not_fit(field: str, value: float):
-    with pytest.raises(InputError, match=field):
-        dataclasses.replace(SIZES, **{field: value})
-
-
 FINGER = ellipsoid()
 
 TIP, PAD = np.array([0.9, 0.3, -0.2]), np.array([0.1, -1.0, 0.2])
@@ -155,11 +125,11 @@ TIP, PAD = np.array([0.9, 0.3, -0.2]), np.array([0.1, -1.0, 0.2])
 @given(st.integers(0, 2**32 - 1))
 def test_any_pose_comes_back(seed: int):
     rotation = Rotation.random(random_state=seed).as_matrix()
-    scanned = place_surface(FINGER, Placement(rotation, np.array([0.3, -0.1, 0.5])))
-    placement = placement_from_directions(scanned, rotation @ TIP, rotation @ PAD)
+    scanned = fs.place_surface(FINGER, fs.Placement(rotation, np.array([0.3, -0.1, 0.5])))
+    placement = fs.placement_from_directions(scanned, rotation @ TIP, rotation @ PAD)
     assert placement.rotation @ placement.rotation.T == pytest.approx(np.eye(3), abs=1e-12)
     assert np.linalg.det(placement.rotation) == pytest.approx(1.0)
-    placed = place_surface(scanned, placement)
+    placed = fs.place_surface(scanned, placement)
     assert placed.volume == pytest.approx(FINGER.volume)
     assert placed.points[:, 0].max() == pytest.approx(0.0, abs=1e-12)
     assert placed.points[:, 1].min() == pytest.approx(0.0, abs=1e-12)
@@ -168,23 +138,21 @@ def test_any_pose_comes_back(seed: int):
 
 
 @pytest.mark.parametrize("angle", [0.0, 20.0, -10.0])
-def test_plate_angle_lowers_the_tip(angle: float):
-    placement = placement_from_directions(FINGER, (1, 0, 0), (0, -1, 0), np.radians(angle))
+def test_landmarks_give_the_axes_and_a_plate_angle_lowers_the_tip(angle: float):
+    placement = fs.placement_from_directions(FINGER, (1, 0, 0), (0, -1, 0), np.radians(angle))
     tip = placement.rotation @ [1.0, 0.0, 0.0]
     assert np.degrees(np.arcsin(-tip[1])) == pytest.approx(angle, abs=1.0)
-
-
-def test_landmarks_give_the_axes():
-    placement = placement_from_landmarks(FINGER, (12e-3, 1e-3, 0), (-12e-3, 1e-3, 0), (0, -8e-3, 0))
-    assert placement.rotation == pytest.approx(np.eye(3), abs=1e-12)
-    assert placement.shift == pytest.approx([-12e-3, 8e-3, 0.0], abs=0.2e-3)
+    level = fs.placement_from_landmarks(FINGER, (12e-3, 1e-3, 0), (-12e-3, 1e-3, 0), (0, -8e-3, 0))
+    assert level.rotation == pytest.approx(np.eye(3), abs=1e-12)
+    assert level.shift == pytest.approx([-12e-3, 8e-3, 0.0], abs=0.2e-3)
 
 
 def moved(shift):
     return dataclasses.replace(PHALANX, points=PHALANX.points + np.array([shift, 0.0, 0.0]))
 
 
-INSIDE_OUT = Surface(SKIN.points, SKIN.triangles[:, ::-1])
+INSIDE_OUT = fs.Surface(SKIN.points, SKIN.triangles[:, ::-1])
+UNFIT = ({"bulk_size": 1e-3}, {"tolerance": 0.5e-3}, {"cut": -1.0})
 BEHIND = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="phalanx.stl")
 
 
@@ -198,28 +166,34 @@ BEHIND = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="phalanx.stl")
         (INSIDE_OUT, PHALANX, {}, "inside out"),
         (SKIN, PHALANX, {"cut": 30e-3}, r"cut: got 30 mm from the tip, needs < 23.9"),
         (SKIN, PHALANX, {"skin_thickness": 7.5e-3}, "smaller skin_thickness"),
+        *((SKIN, PHALANX, change, next(iter(change))) for change in UNFIT),
     ],
 )
-def test_bodies_that_are_no_finger(skin, phalanx, changes, message):
-    with pytest.raises(MeshError, match=message):
-        build_from_surfaces(skin, phalanx, dataclasses.replace(SIZES, **changes))
+def test_bodies_and_sizes_that_are_no_finger(skin, phalanx, changes, message):
+    with pytest.raises((fs.InputError, fs.MeshError), match=message):
+        fs.build_from_surfaces(skin, phalanx, dataclasses.replace(SIZES, **changes))
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"unit": "m"}, r"scan_skin.stl: is 2\d.* m long when its unit is 'm'.*is its unit 'mm'"),
-        ({"layers": LayerSizes()}, r"scan_skin.stl: is open: 1 hole.*cut the finger"),
+        ({"layers": fs.LayerSizes()}, r"scan_skin.stl: is open: 1 hole.*cut the finger"),
         ({"phalanx": SCAN.skin}, r"phalanx: got .* the file of the skin"),
         ({"skin": "none.stl"}, r"mesh.skin: cannot read none.stl"),
+        ({"skin": "flat.vtu"}, r"flat\.vtu: is flat, needs a surface around a body"),
         ({"tip": (0, 1, 0), "pad": (0, 0, -1)}, r"long axis is \d\d degrees off the direction of the tip"),
         ({"tip": (0, 0, 0)}, "tip: got"),
     ],
 )
-def test_scans_that_do_not_fit(changes, message):
+def test_scans_that_do_not_fit(changes, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    points = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], dtype=float)
+    meshio.write("flat.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
     scan = dataclasses.replace(SCAN, **changes)
-    with pytest.raises((InputError, MeshError), match=message):
-        (scan.key if scan.skin == "none.stl" else scan.build)()
+    make = {"none.stl": scan.key, "flat.vtu": lambda: scan_cells(scan)}.get(scan.skin, scan.build)
+    with pytest.raises((fs.InputError, fs.MeshError), match=message):
+        make()
 
 
 @pytest.mark.parametrize(
@@ -227,5 +201,5 @@ def test_scans_that_do_not_fit(changes, message):
     [((1, 0), "tip: got"), ((np.nan, 0, 1), "tip: got"), ((0, -2, 0), "pad: is parallel to the direction of the tip")],
 )
 def test_landmarks_that_give_no_axes(tip, message):
-    with pytest.raises(InputError, match=message):
-        placement_from_landmarks(FINGER, tip, (0, 0, 0) if len(tip) == 3 else (0, 0), (0, -1, 0))
+    with pytest.raises(fs.InputError, match=message):
+        fs.placement_from_landmarks(FINGER, tip, (0, 0, 0) if len(tip) == 3 else (0, 0), (0, -1, 0))

@@ -1,9 +1,5 @@
 """Figures by name: which runs they can show, that all of them can be drawn; films, and a history to browse."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -22,7 +18,7 @@ from unit.synthetic import Process, make
 EVENTS = Events(slip=SlipEvents(incipient=0.06, overall=0.09))
 
 
-def test_kinds_are_those_that_can_be_drawn() -> None:
+def test_kinds_are_those_that_can_be_drawn():
     assert list(RUN_FIGURES) == list(_DRAW_RUNS)
     assert list(STUDY_FIGURES) == list(_DRAW_STUDIES)
     assert {need for kind in (*RUN_FIGURES.values(), *STUDY_FIGURES.values()) for need in kind.needs} == {*_HAS}
@@ -32,7 +28,7 @@ def test_kinds_are_those_that_can_be_drawn() -> None:
 
 
 @pytest.mark.parametrize("kind", list(OF_RUNS))
-def test_figures_of_a_run_are_drawn_or_refused_with_those_that_fit(kind: str) -> None:
+def test_figures_of_a_run_are_drawn_or_refused_with_those_that_fit(kind):
     solid = kind in {"slip-frames", "cut", "surface-strain", "reference-nodes"}
     history = block_history("T4" if solid else "Q4") if solid or kind == "deformed" else make(Process())
     if kind == "reference-nodes":
@@ -49,7 +45,7 @@ def test_figures_of_a_run_are_drawn_or_refused_with_those_that_fit(kind: str) ->
 
 
 @pytest.mark.parametrize("kind", list(OF_STUDIES))
-def test_figures_of_a_study_are_drawn(kind: str) -> None:
+def test_figures_of_a_study_are_drawn(kind):
     content, solid = two_runs(), kind in {"slip-onset", "stick-ratio"}
     subject = StudySubject(
         content.study.runs,
@@ -64,7 +60,7 @@ def test_figures_of_a_study_are_drawn(kind: str) -> None:
 
 
 @pytest.mark.parametrize("element", [pytest.param("Q4", marks=pytest.mark.slow), "T4"])
-def test_frames_have_the_asked_size_and_number_and_change(element: str) -> None:
+def test_frames_have_the_asked_size_and_number_and_change(element):
     film = Film(size=(480, 270), frame_rate=5.0, seconds=1.0)
     frames = list(film_frames(block_history(element), EVENTS, film=film))
     assert [frame.shape for frame in frames] == [(270, 480, 3)] * 5
@@ -75,7 +71,7 @@ def test_frames_have_the_asked_size_and_number_and_change(element: str) -> None:
 
 
 @pytest.mark.parametrize("element", ["Q4", pytest.param("T4", marks=pytest.mark.slow)])
-def test_nothing_moves_when_the_name_of_an_event_appears(element: str) -> None:
+def test_nothing_moves_when_the_name_of_an_event_appears(element):
     film = Film(size=(640, 360), frame_rate=8.0, seconds=1.0)
     frames = np.array(list(film_frames(block_history(element), EVENTS, film=film)))
     # Between the lines that are drawn at events and at the time of a frame, grid lines stay where they are.
@@ -91,12 +87,12 @@ def test_nothing_moves_when_the_name_of_an_event_appears(element: str) -> None:
         ({"seconds": float("inf")}, "--seconds: got inf"),
     ],
 )
-def test_a_film_that_cannot_be_written_is_refused(values: dict[str, Any], words: str) -> None:
+def test_a_film_that_cannot_be_written_is_refused(values, words):
     with pytest.raises(InputError, match=words):
         Film(**values)
 
 
-def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch):
     history = make(Process())
     plot = fs.plot(history)
     above, below = plot.figure.axes

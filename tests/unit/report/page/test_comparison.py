@@ -1,7 +1,5 @@
 """The report of two studies side by side."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from fingerslip.report.page.comparison import ComparedStudy, comparison_report, pairs_of
@@ -13,7 +11,7 @@ from fingerslip.tables.table import Missing, texts
 from unit.report.pages import checked
 
 
-def study(title: str, times: dict[float, float | None], friction: str = "0.6") -> ComparedStudy:
+def study(title, times, friction="0.6"):
     runs = tuple(
         RunResult(str(mu), {"contact.friction_coefficient": mu}, Events(slip=SlipEvents(incipient=1.1, overall=time)))
         for mu, time in times.items()
@@ -22,7 +20,7 @@ def study(title: str, times: dict[float, float | None], friction: str = "0.6") -
     return ComparedStudy(StudyResult(Path(title), (), runs, title=title), values, {run.name: 1.0 for run in runs})
 
 
-def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown() -> None:
+def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown():
     report = comparison_report(study("one", {0.4: 1.4, 0.6: 1.7}), study("two", {0.6: 1.75, 0.8: None}, "0.7"), {})
     assert report.answer == (
         "One value differs between the studies; what follows is the effect of it.",
@@ -35,13 +33,13 @@ def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown
     checked(render_page(report))
 
 
-def test_without_common_runs_it_says_so() -> None:
+def test_without_common_runs_it_says_so():
     report = comparison_report(study("one", {0.4: 1.4}), study("two", {0.6: 1.7, 0.8: 1.8}), {})
     assert report.answer[-1].startswith("The studies have no runs with the same swept values")
     assert report.hero == ()
 
 
-def test_single_runs_are_a_pair_whatever_their_values() -> None:
+def test_single_runs_are_a_pair_whatever_their_values():
     first, second = study("one", {0.4: 1.4}), study("two", {0.6: None})
     assert comparison_report(first, second, {}).answer[0] == "No value differs between the studies."
     assert len(pairs_of(first.study, second.study)) == 1

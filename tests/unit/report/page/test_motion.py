@@ -1,16 +1,11 @@
 """Runs in motion as plain data: the body, the slip map and the signals."""
 
-from __future__ import annotations
-
 import base64
 import json
 import zlib
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from fingerslip.report.page.motion import language, pack_arrays, quantise, run_motion, surface_arrays
 from fingerslip.slip import Events, SlipEvents
@@ -19,11 +14,11 @@ from unit.synthetic import Process, make
 
 
 @pytest.fixture(scope="module")
-def plane() -> xr.Dataset:
+def plane():
     return block_history("Q4")
 
 
-def unpack_arrays(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
+def unpack_arrays(values):
     """Return the arrays of a motion as the page unpacks them."""
     data = zlib.decompress(base64.b64decode(values["data"]))
     return {
@@ -34,12 +29,12 @@ def unpack_arrays(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
     }
 
 
-def summed(frames: np.ndarray) -> np.ndarray:
+def summed(frames):
     """Undo the differences between frames as the page does."""
     return np.cumsum(frames, axis=0, dtype=frames.dtype)
 
 
-def test_section_moves_as_its_snapshots_do(plane: xr.Dataset) -> None:
+def test_section_moves_as_its_snapshots_do(plane):
     motion = run_motion(plane, Events(), "a title")
     arrays, body = unpack_arrays(motion), motion["body"]
     assert body["frames"] == pytest.approx(plane["snapshot_time"].values.tolist())
@@ -55,9 +50,8 @@ def test_section_moves_as_its_snapshots_do(plane: xr.Dataset) -> None:
     json.dumps(motion)
 
 
-def test_a_run_without_snapshots_has_no_body_and_its_events_are_named() -> None:
-    history = make(Process())
-    motion = run_motion(history, Events(slip=SlipEvents(incipient=1.2, overall=1.7)), "t")
+def test_a_run_without_snapshots_has_no_body_and_its_events_are_named():
+    motion = run_motion(make(Process()), Events(slip=SlipEvents(incipient=1.2, overall=1.7)), "t")
     assert motion["body"] is None
     assert [event["name"] for event in motion["events"]] == ["incipient", "overall"]
     arrays = unpack_arrays(motion)
@@ -67,18 +61,15 @@ def test_a_run_without_snapshots_has_no_body_and_its_events_are_named() -> None:
         assert all(arrays[line["array"]].size == arrays["times"].size for line in panel["lines"])
 
 
-def test_the_snapshots_nearest_to_events_are_among_the_frames(
-    monkeypatch: pytest.MonkeyPatch, plane: xr.Dataset
-) -> None:
+def test_the_snapshots_nearest_to_events_are_among_the_frames(monkeypatch, plane):
     monkeypatch.setattr("fingerslip.report.page.motion._FRAMES", 2)
     assert run_motion(plane, Events(), "t")["body"]["frames"] == [0.05, 0.1]
     motion = run_motion(plane, Events(slip=SlipEvents(incipient=0.01)), "t")
     assert motion["body"]["frames"] == [0.0, 0.05, 0.1]
 
 
-def test_solid_has_triangles_and_its_states() -> None:
-    history = block_history("T4")
-    motion = run_motion(history, Events(), "t")
+def test_solid_has_triangles_and_its_states():
+    motion = run_motion(block_history("T4"), Events(), "t")
     arrays = unpack_arrays(motion)
     assert motion["solid"]
     assert arrays["triangles"].max() < len(arrays["points"])
@@ -93,7 +84,7 @@ def test_solid_has_triangles_and_its_states() -> None:
 
 
 @pytest.mark.parametrize("element", ["Q4", "T4"])
-def test_the_phalanx_does_not_set_the_colours(element: str) -> None:
+def test_the_phalanx_does_not_set_the_colours(element):
     history = block_history(element)
     soft = run_motion(history, Events(), "t")["body"]
     stress = history["snapshot_von_mises"].where(history["cell_region"] == 0, 1e9)
@@ -104,7 +95,7 @@ def test_the_phalanx_does_not_set_the_colours(element: str) -> None:
     assert "phalanx" not in soft["field"]
 
 
-def test_arrays_come_back() -> None:
+def test_arrays_come_back_and_quantised_numbers_are_off_by_half_a_unit_at_most():
     arrays = {
         "states": np.array([[0, 1, 2]], dtype=np.uint8),
         "times": np.array([0.5, 1.5], dtype=np.float32),
@@ -116,9 +107,6 @@ def test_arrays_come_back() -> None:
         np.testing.assert_array_equal(unpack_arrays(packed)[name], array)
     with pytest.raises(AssertionError, match="times has the type f8"):
         pack_arrays({"times": np.array([1.0])})
-
-
-def test_quantised_numbers_are_off_by_half_a_unit_at_most() -> None:
     values = np.linspace(-3.0, 7.0, 11)
     whole, unit = quantise(values)
     assert np.abs(whole * unit - values).max() <= 0.5 * unit
@@ -129,13 +117,13 @@ def test_quantised_numbers_are_off_by_half_a_unit_at_most() -> None:
 SIDE = 10e-3
 
 
-def areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def areas(points, triangles):
     a, b, c = (points[triangles[:, i]] for i in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
 
 
 @pytest.mark.parametrize("element", ["T4", "T10", "H8"])
-def test_a_block_of_two_layers_has_its_faces_and_its_section(element: str) -> None:
+def test_a_block_of_two_layers_has_its_faces_and_its_section(element):
     history = block_history(element)
     surface = surface_arrays(history, [0, history.sizes["snapshot_time"] - 1])
     size = areas(surface.points, surface.triangles)
@@ -150,7 +138,7 @@ def test_a_block_of_two_layers_has_its_faces_and_its_section(element: str) -> No
 
 
 @pytest.mark.parametrize("element", ["T4", "T10", "H8"])
-def test_vertices_move_and_touch_as_nodes_do(element: str) -> None:
+def test_vertices_move_and_touch_as_nodes_do(element):
     history = block_history(element)
     last = history.sizes["snapshot_time"] - 1
     surface = surface_arrays(history, [last])

@@ -1,9 +1,6 @@
 """The user's own notes and figures in a report, and what to cite with it."""
 
-from __future__ import annotations
-
 import re
-from pathlib import Path
 
 import pytest
 
@@ -16,7 +13,7 @@ from places import ROOT
 PNG = b"\x89PNG\r\n"
 
 
-def test_markdown_is_shown_with_its_pictures_and_no_html_of_its_own(tmp_path: Path) -> None:
+def test_markdown_is_shown_with_its_pictures_and_no_html_of_its_own(tmp_path):
     assert notes_html(tmp_path) == ""
     (tmp_path / "my plot.png").write_bytes(PNG)
     text = "# What I saw\n\nIt *slips* <script>x</script>.\n\n![a plot](my%20plot.png)\n\n| a |\n|---|\n| 1 |\n"
@@ -29,7 +26,7 @@ def test_markdown_is_shown_with_its_pictures_and_no_html_of_its_own(tmp_path: Pa
     assert '<div class="table"><table>' in found
 
 
-def test_figures_beside_the_notes_follow_each_once(tmp_path: Path) -> None:
+def test_figures_beside_the_notes_follow_each_once(tmp_path):
     (tmp_path / "notes").mkdir()
     for name in ("one_two.png", "shown.png", "data.csv"):
         (tmp_path / "notes" / name).write_bytes(PNG)
@@ -42,13 +39,13 @@ def test_figures_beside_the_notes_follow_each_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("source", "words"), [("lost.png", "which is not there"), ("https://a.b/c.png", "a report needs no network")]
 )
-def test_a_picture_that_cannot_be_shown_is_refused(tmp_path: Path, source: str, words: str) -> None:
+def test_a_picture_that_cannot_be_shown_is_refused(tmp_path, source, words):
     (tmp_path / "notes.md").write_text(f"![x]({source})", encoding="utf-8")
     with pytest.raises(ResultError, match=words):
         notes_html(tmp_path)
 
 
-def test_the_papers_of_values_and_comparisons_are_cited_and_no_others() -> None:
+def test_the_papers_of_values_and_comparisons_are_cited_and_no_others():
     values = (ShownValue("a", "1", "corniani2024"), ShownValue("b", "2", "assumed"))
     text = bibtex_entries(values, [published_set("wang2014-table2")])
     assert text.startswith("@misc{fingerslip,"), "plain BibTeX knows no @software"
@@ -59,7 +56,7 @@ def test_the_papers_of_values_and_comparisons_are_cited_and_no_others() -> None:
     assert text.count("{") == text.count("}")
 
 
-def test_every_entry_has_what_styles_of_bibliographies_ask_for() -> None:
+def test_every_entry_has_what_styles_ask_for_and_the_program_the_year_of_its_licence():
     needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "misc": set()}
     assert {"wang2014", "bulens2023"} <= bibliography().keys()
     for entry in [*bibliography().values(), bibtex_entries([], []).partition("\n\n")[0]]:
@@ -67,8 +64,5 @@ def test_every_entry_has_what_styles_of_bibliographies_ask_for() -> None:
         assert entry.count("{") == entry.count("}")
         assert fields >= {"title", "author", "year"} | needed[kind], entry
         assert entry.isascii(), "plain BibTeX sorts and prints nothing else"
-
-
-def test_the_year_of_the_program_is_that_of_its_licence() -> None:
     year = re.search(r"Copyright \(c\) (\d{4})", (ROOT / "LICENSE").read_text(encoding="utf-8"))[1]
     assert f"year   = {{{year}}}" in bibtex_entries([], [])

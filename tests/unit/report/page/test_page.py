@@ -1,27 +1,48 @@
-"""The HTML page: well formed, self-contained, every text escaped."""
-
-from __future__ import annotations
+"""The HTML page: well formed, self-contained, every text escaped; the pages of samples and of tracks."""
 
 import base64
+import dataclasses
 import json
-from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fingerslip.errors import ResultError
+from fingerslip.errors import InputError, ResultError
+from fingerslip.published import published_set
+from fingerslip.report.content import ReportContent
+from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.page import Picture, Report, ReportSection, render_page, write_page
+from fingerslip.report.page.samples import (
+    published_times,
+    representatives,
+    sample_sections,
+    samples_in_motion,
+    tornado_pictures,
+)
+from fingerslip.report.page.sensor import quality_report, write_tracking
+from fingerslip.report.page.tracking import track_video
+from fingerslip.results import RefusedRun
+from fingerslip.sampling.sensitivity import fits_of
+from fingerslip.slip import Events, SlipEvents
+from fingerslip.storage.netcdf import read_netcdf
 from fingerslip.tables.table import Column, Measured, Missing, Table
+from fingerslip.vision.overlay import SHOWN_FIELDS
+from fingerslip.vision.tracking.track import track_markers
+from fingerslip.vision.video import open_frames, read_frames, write_video
+from problems import clips
 from unit.report.pages import checked
+from unit.sampled import study_of
+from unit.synthetic import Process, make
 
 
-def picture(name: str) -> Picture:
+def picture(name):
     figure = Figure(figsize=(1.0, 1.0))
     figure.subplots().plot([0.0, 1.0])
     return Picture(name, f'caption of "{name}"', figure)
 
 
-def report() -> Report:
+def report():
     table = Table(
         "times", (Column("time", "s", 2), Column("name")), ((1.5, "a"), (Missing.NO_EVENT, "b")), "a note", marked=(1,)
     )
@@ -34,11 +55,11 @@ def report() -> Report:
     )
 
 
-def page_with(table: Table) -> str:
+def page_with(table):
     return render_page(Report("r", (ReportSection("s", tables=(table,)),)))
 
 
-def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer() -> None:
+def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer():
     page = render_page(report())
     checker = checked(page)
     assert len(checker.loaded) == 3
@@ -54,7 +75,7 @@ def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer() ->
     assert 'id="provenance"' not in render_page(Report("r", ()))
 
 
-def test_texts_are_escaped_and_notes_and_code_stand_as_they_are() -> None:
+def test_texts_are_escaped_and_notes_and_code_stand_as_they_are():
     table = Table("t", (Column("x"),), (("<script>",),))
     section = ReportSection("a & b", ("1 < 2",), (table,), body="<p>a note</p>", code="@article{a<b}")
     page = render_page(Report("<title>", (section,), {"k": "<v>"}))
@@ -66,7 +87,7 @@ def test_texts_are_escaped_and_notes_and_code_stand_as_they_are() -> None:
     assert ReportSection("s", ("text",)).is_empty
 
 
-def test_tables_say_what_is_missing_and_what_stands_out() -> None:
+def test_tables_say_what_is_missing_and_what_stands_out():
     page = render_page(report())
     for text in (
         '<th class="number short" scope="col">time [s]</th>',
@@ -84,7 +105,7 @@ def test_tables_say_what_is_missing_and_what_stands_out() -> None:
     assert "data-sortable>" in page_with(Table("t", (Column("x"),), ((1,), (2,), (3,))))
 
 
-def test_long_texts_may_wrap_answers_stay_in_sight_and_uncertainties_keep_to_their_sign() -> None:
+def test_long_texts_may_wrap_answers_stay_in_sight_and_uncertainties_keep_to_their_sign():
     page = page_with(Table("t", (Column("x"),), (("short",), ("a text that is longer than most values are",))))
     assert '<td class="text short">short</td>' in page
     assert '<td class="text">a text that is longer' in page
@@ -94,7 +115,7 @@ def test_long_texts_may_wrap_answers_stay_in_sight_and_uncertainties_keep_to_the
     assert '<td class="number answers short">1.50 ±\u00a00.25</td>' in page
 
 
-def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_script() -> None:
+def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_script():
     # '<!--<script>' opens a state in which the next '</script>' does not end the script.
     title = "</script><script>alert(1)</script> <!--<script>"
     motions = tuple({"title": name, "data": "", "arrays": {}} for name in (title, "b"))
@@ -110,9 +131,150 @@ def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_scr
     assert "class Solid" not in render_page(report())
 
 
-def test_page_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+def test_page_is_written_whole_or_not_at_all(tmp_path):
     write_page(report(), tmp_path / "report.html")
     assert "caption of" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     with pytest.raises(ResultError, match="cannot be written"):
         write_page(Report("r", ()), tmp_path / "missing" / "report.html")
+
+
+REFERENCES = (published_set("wang2014-table2"),)
+
+
+def content(**more):
+    return ReportContent(study_of(**more), {}, references=REFERENCES)
+
+
+def test_sections_of_a_study_with_samples():
+    report = study_report(content())
+    assert [section.title for section in report.sections] == [
+        "Slip times over the samples",
+        "What moves overall slip",
+        "What moves the other times",
+        "All samples",
+        "Citations",
+    ]
+    assert [picture.name for section in report.sections for picture in section.pictures] == [
+        "tornado-overall",
+        "tornado-incipient",
+    ]
+    assert "clearance" in render_page(report)
+    section = sample_sections(content(count=3))[1]
+    assert section.text == ("Too few samples for 3 ranges: a regression needs 5.",)
+    refused = (RefusedRun("sample-3", {}, {}, "too large"),)
+    made = content()
+    made = dataclasses.replace(made, study=dataclasses.replace(made.study, refused=refused))
+    assert "Refused samples" in [section.title for section in study_report(made).sections]
+
+
+def test_published_times_are_those_of_the_phalanx_of_a_fit():
+    study = study_of(12, ("original", "scaled"))
+    fits = [fit for fit in fits_of(study) if fit.time == "overall"]
+    assert published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}
+    assert len(tornado_pictures(study.runs, fits, REFERENCES)) == 1
+
+
+HISTORY = make(Process())
+
+
+def starts_of(study):
+    return {run.name: 1.0 for run in study.runs}
+
+
+def content_in_motion(study):
+    histories = {one.run.name: HISTORY for one in representatives(study, starts_of(study))}
+    return ReportContent(study, {}, starts=starts_of(study), representatives=histories)
+
+
+def test_the_middle_and_both_ends_of_overall_slip_are_chosen_or_of_an_earlier_event():
+    study = study_of(count=11)
+    found = representatives(study, starts_of(study))
+    titles = ["overall slip nearest to the median", "earliest overall slip", "latest overall slip"]
+    assert [one.title for one in found] == titles
+    times = sorted(run.events.overall or 0.0 for run in study.runs)
+    assert [one.since + 1.0 for one in found] == [times[5], times[0], times[-1]]
+    assert [one.run.events.overall for one in found] == [times[5], times[0], times[-1]]
+    # Times are counted from the start of each slide.
+    late = study.runs[0].name
+    assert representatives(study, {**starts_of(study), late: -10.0})[-1].run.name == late
+    partly = tuple(
+        dataclasses.replace(run, events=Events(SlipEvents(incipient=run.events.incipient))) for run in study.runs
+    )
+    found = representatives(dataclasses.replace(study, runs=partly), starts_of(study))
+    assert [one.title for one in found][1:] == ["earliest incipient slip", "latest incipient slip"]
+    assert representatives(study_of(count=5, time=lambda *_: None), starts_of(study)) == ()
+    assert representatives(study, {}) == ()
+
+
+def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_names_of_runs():
+    made = content_in_motion(study_of(count=11))
+    section = samples_in_motion(made)
+    titles = ["Overall slip nearest to the median", "Earliest overall slip", "Latest overall slip"]
+    assert [motion["title"] for motion in section.motions] == titles
+    (table,) = section.tables
+    headings = ["sample", "overall slip [s]", "phalanx", "clearance", "half height", "Poisson's ratio"]
+    assert [column.heading for column in table.columns] == headings
+    assert all(len(str(cell).split()[0]) <= 7 for row in table.rows for cell in row[3:])
+    report = study_report(made)
+    page = render_page(dataclasses.replace(report, sections=tuple(one for one in report.sections if one.motions)))
+    assert "Samples in motion" in page
+    assert not [run.name for run in made.study.runs if run.name in page]
+    assert samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
+
+
+def test_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
+    frames = list(clips.filmed(clips.still(clips.field(), 6)))
+    tracks = track_markers(frames, n_markers=81, rest_frames=4, frame_rate=30.0)
+    tracks.attrs |= {"partial": 1, "warnings": "something is odd"}
+    page = render_page(quality_report(tracks, frames[0]))
+    for words in ("These tracks are partial.", "something is odd", "largest noise at rest", "No marker was lost"):
+        assert words in page
+    broken = open_frames([*frames[:3], frames[3][:100]], 30.0)
+    with pytest.raises(InputError, match="frame 3"):
+        write_tracking(tracks, broken, tmp_path / "out")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_folder_stands_beside_the_video(tmp_path):
+    write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 5)), 30.0)
+    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3}))
+    assert lines == [
+        "tracks of 81 markers in 5 frames, 100.00 % of the positions found",
+        f"quality: {tmp_path / 'a_tracks' / 'quality.html'}",
+    ]
+
+
+@pytest.mark.slow
+def test_more_markers_than_asked_for_are_said_and_on_the_page(tmp_path):
+    write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 5)), 30.0)
+    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 5}))
+    warning = "asked for 5 markers, found 81 of the same kind in the first frames"
+    assert any(line.startswith("warning: ") and warning in line for line in lines)
+    assert any(line.startswith("partial tracks of ") for line in lines)
+    page = (tmp_path / "a_tracks" / "quality.html").read_text(encoding="utf-8")
+    assert warning in page
+    assert "These tracks are partial." in page
+
+
+@pytest.mark.slow
+def test_markers_that_are_often_lost_are_counted(tmp_path):
+    field = clips.field()
+    frames = list(clips.filmed(clips.still(field, 10)))
+    x, y = np.round(np.asarray(clips.still(field, 10))[0, 0]).astype(int)
+    for frame in frames[5:]:
+        frame[y - 15 : y + 15, x - 15 : x + 15] = np.median(frame)
+    write_video(tmp_path / "a.mkv", frames, 30.0)
+    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 81}))
+    warning = "1 of 81 markers were not seen in more than a tenth of the frames"
+    assert any(line.startswith("warning: ") and warning in line for line in lines)
+
+
+@pytest.mark.slow
+def test_fields_are_written_with_a_picture_and_videos(tmp_path):
+    write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 8)), 30.0)
+    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 81}, fields=True))
+    assert lines[-1].startswith(f"fields: {tmp_path / 'a_tracks' / 'fields.nc'}, fields.png, displacement.avi")
+    assert read_netcdf(tmp_path / "a_tracks" / "fields.nc")["strain"].sizes["time"] == 8
+    for name in SHOWN_FIELDS:
+        assert len(list(read_frames(tmp_path / "a_tracks" / f"{name}.avi", colour="bgr"))) == 8

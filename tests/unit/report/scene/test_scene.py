@@ -1,14 +1,11 @@
-"""What a scene is made of, the names of what can be chosen, and where a browser finds it."""
-
-from __future__ import annotations
+"""What a scene is made of, snapshots as VTK has them, and where a browser finds it."""
 
 import socket
-from typing import Any
 
+import meshio
 import numpy as np
 import pytest
 import pyvista
-import xarray as xr
 
 from fingerslip.commands.shared import cameras, fields
 from fingerslip.errors import InputError, ResultError
@@ -17,15 +14,16 @@ from fingerslip.report.scene import scene
 from fingerslip.report.scene.names import CAMERAS, CUTS, FIELDS, alternatives
 from fingerslip.report.scene.options import LOCAL, SCALARS, SceneOptions, Served, require_free
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, field_limits, region_names, snapshot_grid
+from fingerslip.snapshot import CELL_TYPES, in_space, read_snapshot
 from unit.report.scenes import block_history
 
 
 @pytest.fixture(scope="module")
-def history() -> xr.Dataset:
+def history():
     return block_history()
 
 
-def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(history: xr.Dataset) -> None:
+def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(history):
     grid = snapshot_grid(history, 0)
     assert grid.volume == pytest.approx(1000.0)
     assert grid.bounds == pytest.approx((0.0, 10.0) * 3)
@@ -37,13 +35,13 @@ def test_grid_is_the_deformed_mesh_in_millimetres_with_fields_in_their_units(his
 
 
 @pytest.mark.parametrize("element", ["T10", "H8", "Q4", "T3", "T6"])
-def test_every_element_has_its_cells(element: str) -> None:
+def test_every_element_has_its_cells(element):
     flat = block_history(element)
     sizes = snapshot_grid(flat, 0).compute_cell_sizes()["Area" if flat.sizes["component"] == 2 else "Volume"]
     assert sizes.sum() == pytest.approx(100.0 if flat.sizes["component"] == 2 else 1000.0)
 
 
-def drawn(history: xr.Dataset, **options: Any) -> pyvista.Plotter:
+def drawn(history, **options):
     plotter = pyvista.Plotter(off_screen=True)
     draw_scene(plotter, history, 2, SceneOptions(**options))
     aim(plotter, history, SceneOptions(**options))
@@ -62,14 +60,14 @@ def drawn(history: xr.Dataset, **options: Any) -> pyvista.Plotter:
         ({"written": False}, {"layer skin"}, {"time"}),
     ],
 )
-def test_what_is_chosen_is_there(history: xr.Dataset, options: Any, has: set[str], lacks: set[str]) -> None:
+def test_what_is_chosen_is_there(history, options, has, lacks):
     plotter = drawn(history, **options)
     assert has <= set(plotter.actors)
     assert not lacks & set(plotter.actors)
     assert bool(plotter.scalar_bars) == options.get("written", True)
 
 
-def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history: xr.Dataset) -> None:
+def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history):
     values = np.where(history["cell_region"].values == 0, 1e3, 9e6) * np.ones_like(history["snapshot_von_mises"])
     names = region_names(history)
     assert names == ("skin", "tissue")
@@ -81,8 +79,8 @@ def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history: xr.Dat
     assert field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
 
 
-def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history: xr.Dataset) -> None:
-    def depth(cut: str) -> float:
+def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history):
+    def depth(cut):
         bounds = drawn(history, cut=cut, plate=False, scalar="region").actors["layer tissue"].bounds
         return float(bounds[3] - bounds[2])
 
@@ -92,7 +90,7 @@ def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history
     assert drawn(history).actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
 
 
-def test_what_cannot_be_shown_is_refused(history: xr.Dataset) -> None:
+def test_what_cannot_be_shown_is_refused(history):
     with pytest.raises(InputError, match="'nail', which is no region, may hold skin, tissue"):
         check_options(history, SceneOptions(hidden=("nail",)))
     with pytest.raises(ResultError, match="snapshots_every"):
@@ -101,7 +99,7 @@ def test_what_cannot_be_shown_is_refused(history: xr.Dataset) -> None:
         from_mapping(SceneOptions, {"camera": "top"}, "view")
 
 
-def test_every_name_is_an_option_that_can_be_drawn_and_completed() -> None:
+def test_every_name_is_an_option_that_can_be_drawn_and_completed():
     assert set(CAMERAS) == set(scene._DIRECTIONS)
     assert tuple(SCALARS) == FIELDS
     assert SCALARS["displacement"] == ("displacement [mm]", 1e3)
@@ -109,11 +107,6 @@ def test_every_name_is_an_option_that_can_be_drawn_and_completed() -> None:
         assert [getattr(SceneOptions(**{name: one}), name) for one in names] == list(names)
     assert (cameras(""), fields(""), fields("re")) == (list(CAMERAS), list(FIELDS), ["region"])
     assert [alternatives(names) for names in (("a", "b"), ("a", "b", "c"))] == ["a or b", "a, b or c"]
-
-
-@pytest.mark.parametrize("host", [LOCAL, "localhost", "0.0.0.0"])
-def test_a_free_port_is_taken(host: str) -> None:
-    require_free(Served(host, 0))
 
 
 @pytest.mark.parametrize(
@@ -126,22 +119,55 @@ def test_a_free_port_is_taken(host: str) -> None:
         ),
     ],
 )
-def test_a_place_at_which_nothing_can_listen_is_refused(host: str, port: int, words: str) -> None:
+def test_a_place_at_which_nothing_can_listen_is_refused(host, port, words):
     with pytest.raises(InputError, match=f"view: {words}"):
         require_free(Served(host, port))
 
 
-def test_a_port_in_use_or_of_the_system_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_free_port_is_taken_and_one_in_use_or_of_the_system_is_refused(monkeypatch):
     assert Served().host == LOCAL == "127.0.0.1", "only this machine can look unless told otherwise"
+    for host in (LOCAL, "localhost", "0.0.0.0"):
+        require_free(Served(host, 0))
     with socket.create_server((LOCAL, 0)) as other:
         port = other.getsockname()[1]
         with pytest.raises(InputError, match=f"--port: port {port} is in use at 127.0.0.1, needs .*; write --port 0"):
             require_free(Served(LOCAL, port))
     require_free(Served(LOCAL, port))
 
-    def bind(*_: Any) -> None:
+    def bind(*_):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(socket.socket, "bind", bind)
     with pytest.raises(InputError, match="port 80 is reserved for the system, needs one from 1024 to 65535"):
         require_free(Served(LOCAL, 80))
+
+
+@pytest.mark.parametrize(("element", "name"), [
+    ("Q4", "QUAD"), ("T3", "TRIANGLE"), ("T6", "QUADRATIC_TRIANGLE"),
+    ("H8", "HEXAHEDRON"), ("T4", "TETRA"), ("T10", "QUADRATIC_TETRA")
+])  # fmt: skip
+def test_both_libraries_know_every_element_under_these_names(element, name):
+    kind = CELL_TYPES[element]
+    assert kind.vtk == getattr(pyvista.CellType, name)
+    assert meshio.vtk_to_meshio_type[kind.vtk] == kind.meshio if hasattr(meshio, "vtk_to_meshio_type") else True
+    points = np.random.default_rng(0).normal(size=(10, 3))
+    count = {"quad": 4, "triangle": 3, "triangle6": 6, "hexahedron": 8, "tetra": 4, "tetra10": 10}[kind.meshio]
+    cells = np.arange(count)[None]
+    (block,) = meshio.Mesh(points, [(kind.meshio, cells)]).cells
+    assert block.type == kind.meshio
+    assert pyvista.UnstructuredGrid({kind.vtk: cells}, points).n_cells == 1
+
+
+@pytest.mark.parametrize("element", ["Q4", "T4"])
+def test_points_are_reference_positions_and_vectors_have_three_components(element):
+    history = block_history(element)
+    snapshot = read_snapshot(history, 2)
+    dim = history.sizes["component"]
+    np.testing.assert_array_equal(snapshot.points[:, :dim], history["node_position"])
+    assert snapshot.points.shape == snapshot.point_fields["displacement"].shape == (history.sizes["node"], 3)
+    np.testing.assert_array_equal(snapshot.point_fields["displacement"][:, :dim], history["snapshot_displacement"][2])
+    assert np.abs(snapshot.point_fields["displacement"]).max() > 1e-4, "the block has moved"
+    assert snapshot.time == float(history["snapshot_time"][2])
+    assert set(snapshot.cell_fields) == {"strain_energy_density", "von_mises", "region"}
+    assert in_space(np.array([[1.0, 2.0]])).tolist() == [[1.0, 2.0, 0.0]]
+    assert in_space(np.array([[1.0, 2.0, 3.0]])).tolist() == [[1.0, 2.0, 3.0]]

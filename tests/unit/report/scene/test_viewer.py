@@ -1,20 +1,21 @@
-"""Pictures, films and windows, drawn without a display, and ways to draw where there is none."""
+"""Pictures, films, windows and pages in a browser, drawn without a display."""
 
-from __future__ import annotations
-
+import contextlib
+import queue
+import shutil
 import socket
-from collections.abc import Iterator
-from pathlib import Path
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 import pyvista
-import xarray as xr
 from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.report.scene import viewer
-from fingerslip.report.scene.options import SceneOptions
+from fingerslip.history import write_history
+from fingerslip.report.scene import viewer, web
+from fingerslip.report.scene.options import LOCAL, SceneOptions, Served
 from fingerslip.report.scene.viewer import (
     SceneControl,
     nearest_node,
@@ -25,6 +26,7 @@ from fingerslip.report.scene.viewer import (
     save_still,
     still,
 )
+from fingerslip.report.scene.web import serve
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import panels
 from unit.report.scenes import block_history
@@ -33,11 +35,11 @@ INCIPIENT = Events(slip=SlipEvents(incipient=0.06))
 
 
 @pytest.fixture(scope="module")
-def history() -> xr.Dataset:
+def history():
     return block_history()
 
 
-def test_a_picture_shows_something_and_changes_with_what_is_shown(history: xr.Dataset) -> None:
+def test_a_picture_shows_something_and_changes_with_what_is_shown(history):
     size = (160, 120)
     whole = still(history, options=SceneOptions(scalar="region"), size=size)
     assert whole.shape == (120, 160, 3)
@@ -48,11 +50,13 @@ def test_a_picture_shows_something_and_changes_with_what_is_shown(history: xr.Da
     assert np.abs(early.astype(int) - field).max() > 50
 
 
-def test_pictures_and_films_are_files_written_whole(history: xr.Dataset, tmp_path: Path) -> None:
+def test_pictures_and_films_are_files_written_whole(history, tmp_path, monkeypatch):
     save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:
         assert picture.size == (1200, 900)
     assert [path.name for path in tmp_path.iterdir()] == ["block.png"]
+    whole = viewer.stills
+    monkeypatch.setattr(viewer, "stills", lambda *asked: whole(*asked[:3], (160, 120)))
     save_movie(history, tmp_path / "block.gif", SceneOptions(cut="y"))
     with Image.open(tmp_path / "block.gif") as film:
         assert film.n_frames == history.sizes["snapshot_time"]
@@ -61,34 +65,34 @@ def test_pictures_and_films_are_files_written_whole(history: xr.Dataset, tmp_pat
 
 
 @pytest.mark.parametrize("save", [save_still, save_movie])
-def test_an_ending_that_cannot_be_written_is_refused(history: xr.Dataset, tmp_path: Path, save: object) -> None:
+def test_an_ending_that_cannot_be_written_is_refused(history, tmp_path, save):
     with pytest.raises(InputError, match=r"ends in '\.bmp', needs one of"):
-        save(history, tmp_path / "block.bmp")  # type: ignore[operator]
+        save(history, tmp_path / "block.bmp")
     with pytest.raises(ResultError, match="snapshots_every"):
-        save(history.drop_dims("snapshot_time"), tmp_path / "block.webp")  # type: ignore[operator]
+        save(history.drop_dims("snapshot_time"), tmp_path / "block.webp")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_a_display_no_window_opens(history: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_display_no_window_opens(history, monkeypatch):
     monkeypatch.setattr(viewer, "has_display", lambda: False)
     with pytest.raises(InputError, match="--screenshot"):
         open_window(history)
 
 
 @pytest.fixture
-def control(history: xr.Dataset) -> Iterator[SceneControl]:
+def control(history):
     plotter = pyvista.Plotter(off_screen=True)
     yield SceneControl(plotter, history, SceneOptions(), 0.0)
     plotter.close()
 
 
-def press(control: SceneControl, box: int, state: int) -> None:
+def press(control, box, state):
     boxes = control.plotter.widgets.button_widgets
     boxes[box].GetRepresentation().SetState(state)
     boxes[box].InvokeEvent("StateChangedEvent")
 
 
-def test_what_is_shown_follows_the_choices(control: SceneControl) -> None:
+def test_what_is_shown_follows_the_choices(control):
     control.choose(scalar="displacement")
     assert list(control.plotter.scalar_bars.keys()) == ["displacement [mm]"]
     control.choose(scalar="region")
@@ -105,7 +109,7 @@ def test_what_is_shown_follows_the_choices(control: SceneControl) -> None:
     assert control.options.hidden == ("skin",), "the last layer stays"
 
 
-def test_boxes_and_the_slider_show_and_hide(control: SceneControl) -> None:
+def test_boxes_and_the_slider_show_and_hide(control):
     control.show(1.0)
     viewer._add_controls(control, INCIPIENT)
     plotter = control.plotter
@@ -130,15 +134,12 @@ def test_boxes_and_the_slider_show_and_hide(control: SceneControl) -> None:
     assert [viewer._next(("a", "b"), name) for name in ("a", "b")] == ["b", "a"]
 
 
-def test_the_nearest_node_is_that_of_the_deformed_body(history: xr.Dataset) -> None:
+def test_the_nearest_node_is_that_of_the_deformed_body_and_has_its_displacement_and_stress(history):
     last = history.sizes["snapshot_time"] - 1
     moved = history["node_position"].values + history["snapshot_displacement"].values[last]
     assert nearest_node(history, last, 1e3 * moved[7] + 1e-3) == 7
     flat = block_history("Q4")
     assert nearest_node(flat, 0, np.array([*1e3 * flat["node_position"].values[3], 0.0])) == 3
-
-
-def test_a_picked_node_has_its_displacement_and_the_stress_around_it(history: xr.Dataset) -> None:
     figure = picked_figure(history, 7, INCIPIENT)
     above, below = panels(figure)
     drawn = [line for line in above.lines if line.get_label() in "xyz"]
@@ -150,7 +151,7 @@ def test_a_picked_node_has_its_displacement_and_the_stress_around_it(history: xr
 
 
 @pytest.fixture
-def bare(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+def bare(monkeypatch):
     """Leave neither a display nor an earlier choice."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW"):
         monkeypatch.setenv(name, "")
@@ -160,7 +161,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     return monkeypatch
 
 
-def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(bare: pytest.MonkeyPatch) -> None:
+def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(bare):
     bare.setattr(viewer, "_draws", lambda _: False)
     with pytest.raises(ResultError, match=r"libegl1.*ParaView"):
         viewer.prepare_rendering()
@@ -171,7 +172,8 @@ def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(b
     viewer._working_window.cache_clear()
 
 
-def test_with_a_display_nothing_is_tried(bare: pytest.MonkeyPatch) -> None:
+def test_with_a_display_nothing_is_tried_and_a_way_that_ends_the_process_does_not_draw(bare):
+    assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
     bare.setenv("DISPLAY", ":0")
     bare.setattr(viewer, "_connects", lambda *_: True)
     bare.setattr(viewer, "_draws", lambda _: pytest.fail("tried"))
@@ -179,17 +181,95 @@ def test_with_a_display_nothing_is_tried(bare: pytest.MonkeyPatch) -> None:
     assert viewer.has_display()
 
 
-def test_a_way_that_ends_the_process_does_not_draw(bare: pytest.MonkeyPatch) -> None:
-    assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
-
-
 @pytest.mark.parametrize("display", ["", ":9876", "localhost:3456.0", "unix:9876", "no display", "wayland-0", ":99999"])
-def test_a_display_that_does_not_answer_is_none_and_one_that_does_is_one(
-    display: str, bare: pytest.MonkeyPatch
-) -> None:
+def test_a_display_that_does_not_answer_is_none_and_one_that_does_is_one(display, bare):
     bare.setenv("DISPLAY", display)
     assert not viewer.has_display()
     with socket.create_server(("127.0.0.1", 0)) as server:
         bare.setattr(viewer, "_X_PORT", server.getsockname()[1] - 10)
         bare.setenv("DISPLAY", "localhost:10.0")
         assert viewer.has_display()
+
+
+CHROMIUM = shutil.which("chromium")
+
+
+def test_without_trame_or_snapshots_nothing_is_served(monkeypatch):
+    monkeypatch.setitem(sys.modules, "trame.app", None)
+    with pytest.raises(ResultError, match=r"pip install 'fingerslip\[web\]'"):
+        web._server()
+    history = block_history("Q4").drop_dims("snapshot_time")
+    with pytest.raises(ResultError, match="snapshots_every"):
+        serve(history, Events(), SceneOptions(), "t", Served(opened=False))
+
+
+@pytest.mark.parametrize("opened", [True, False])
+def test_a_browser_is_opened_where_that_is_wanted_and_nothing_but_the_address_is_said(opened, monkeypatch, capfd):
+    asked = queue.Queue()
+    monkeypatch.setattr(web.webbrowser, "open", asked.put)
+    said = []
+    web._show(Served(announce=said.append, opened=opened), "http://127.0.0.1:1/")
+    assert said == ["http://127.0.0.1:1/"]
+    if opened:
+        assert asked.get(timeout=10) == said[0]
+    assert asked.empty()
+    assert capfd.readouterr().out == ""
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    """Serve a block from a process of its own, as the command does."""
+    folder = tmp_path_factory.mktemp("run")
+    write_history(block_history(), folder / "history.nc")
+    command = [sys.executable, "-m", "fingerslip", "view", str(folder / "history.nc"), "--web", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
+        assert served.stdout is not None
+        yield served.stdout.readline().strip().removeprefix("open ")
+        served.terminate()
+
+
+@pytest.fixture(scope="module")
+def page(address):
+    with pytest.importorskip("playwright.sync_api").sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        opened = browser.new_page(viewport={"width": 1300, "height": 850})
+        said = []
+        asked = set()
+        opened.on("pageerror", lambda error: said.append(str(error)))
+        opened.on("request", lambda request: asked.add(request.url.split("/")[2].split(":")[0]))
+        opened.goto(address)
+        opened.wait_for_selector("#slider, .v-slider", timeout=60_000)
+        opened.wait_for_timeout(4000)
+        yield opened
+        assert said == []
+        assert asked <= {LOCAL, ""}
+        browser.close()
+
+
+def _picture(page):
+    page.wait_for_timeout(1500)
+    return bytes(page.screenshot(clip={"x": 320, "y": 80, "width": 900, "height": 560}))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_browser_shows_fields_time_contact_and_a_picked_node(page, address):
+    with contextlib.closing(socket.create_connection((LOCAL, int(address.rstrip("/").rpartition(":")[2])))):
+        pass
+    seen = [_picture(page)]
+    page.get_by_label("contact").check()
+    assert "stick" in page.locator("#legend").inner_text()
+    page.get_by_label("skin").uncheck()
+    seen.append(_picture(page))
+    page.locator(".v-slider [role=slider]").focus()
+    before = page.locator("#moment").inner_text()
+    page.keyboard.press("ArrowLeft")
+    seen.append(_picture(page))
+    assert page.locator("#moment").inner_text() != before
+    page.get_by_role("combobox").first.click(force=True)
+    page.get_by_text("displacement [mm]").last.click()
+    seen.append(_picture(page))
+    assert len(set(seen)) == len(seen), "each choice changes the picture"
+    assert "slide starts" in page.locator("#events").inner_text()
+    page.mouse.click(760, 330)
+    page.wait_for_selector("#picked", timeout=20_000)

@@ -1,8 +1,7 @@
-"""Tables that compare: published values, refinements, two studies."""
-
-from __future__ import annotations
+"""Tables that compare: published values, refinements, two studies; of values with their sources and of models."""
 
 import pytest
+import xarray as xr
 
 from fingerslip.published import published_set
 from fingerslip.report.tables.compare import (
@@ -12,19 +11,26 @@ from fingerslip.report.tables.compare import (
     series_table,
     statements_table,
 )
+from fingerslip.report.tables.parameters import (
+    GROUPS,
+    ShownValue,
+    conditions_table,
+    group_of,
+    models_table,
+    value_tables,
+)
 from fingerslip.results import RunResult
 from fingerslip.tables.table import Missing, texts, to_markdown
 from fingerslip.uncertainty import Convergence, Series
+from unit.report.scenes import block_history
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
+from unit.synthetic import Process, make
 
-TABLE2 = published_set("wang2014-table2")
-
-SOLID = published_set("wang2014-solid")
-
+TABLE2, SOLID = published_set("wang2014-table2"), published_set("wang2014-solid")
 NOT_COMPARED = Missing.NOT_COMPARED
 
 
-def test_comparison_takes_runs_that_meet_the_conditions() -> None:
+def test_comparison_takes_runs_that_meet_the_conditions():
     table = compare_table(RUNS, TABLE2)
     assert [row[:4] for row in table.rows[:3]] == [
         (0.6, "original", "incipient", "1.53"),
@@ -38,7 +44,7 @@ def test_comparison_takes_runs_that_meet_the_conditions() -> None:
     assert acceleration == (1.71, pytest.approx(0.0))
 
 
-def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compared() -> None:
+def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compared():
     rows = compare_table(RUNS, TABLE2).rows[3:]
     assert [row[:4] for row in rows] == [
         (0.6, variant, event, text)
@@ -48,7 +54,7 @@ def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compa
     assert {cell for row in rows for cell in row[4:]} == {NOT_COMPARED}
 
 
-def test_run_whose_values_are_not_known_is_not_compared() -> None:
+def test_run_whose_values_are_not_known_is_not_compared():
     unknown = RunResult("r", {"fingertip.phalanx.variant": "original"}, EVENTS)
     rows = compare_table([unknown], TABLE2).rows
     assert len(rows) == len(TABLE2.values)
@@ -58,7 +64,7 @@ def test_run_whose_values_are_not_known_is_not_compared() -> None:
     assert {cell for row in alone.rows for cell in row[2:]} == {NOT_COMPARED}
 
 
-def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_says_why() -> None:
+def test_runs_of_another_friction_programme_or_angle_and_at_a_free_edge_are_noted():
     note = compare_table(RUNS, TABLE2).note
     assert "Not compared: " in note
     assert "contact.friction_coefficient is 0.8, published for 0.6" in note
@@ -68,9 +74,11 @@ def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_s
         table = compare_table([RunResult("run", {}, UNRECORDED, values={**known, path: value})], SOLID)
         assert {cell for row in table.rows for cell in row[3:]} == {NOT_COMPARED}
         assert f"{path} is {value}, published for {known[path]}" in table.note
+    assert "angle 30 deg ('skin' from 0.12 s on" in compare_table([CUT_OFF], TABLE2).note
+    assert "free edge" not in compare_table(RUNS, TABLE2).note
 
 
-def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen() -> None:
+def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen():
     solid = RunResult("run", {}, UNRECORDED, values={**SOLID.values[0].conditions, **SOLID.values[0].programme})
     rows = {row[:2]: row[2:] for row in compare_table([solid], SOLID).rows}
     assert rows["incipient", "0.90"] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
@@ -81,12 +89,7 @@ def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_no
     assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
 
 
-def test_contact_at_a_free_edge_is_warned_of() -> None:
-    assert "angle 30 deg ('skin' from 0.12 s on" in compare_table([CUT_OFF], TABLE2).note
-    assert "free edge" not in compare_table(RUNS, TABLE2).note
-
-
-def test_statements_are_shown_with_their_check() -> None:
+def test_statements_are_shown_with_their_check():
     table = statements_table(published_set("wang2014-qualitative"))
     assert any("edges of the contact" in str(row[0]) for row in table.rows)
     assert all(row[1] for row in table.rows)
@@ -95,7 +98,6 @@ def test_statements_are_shown_with_their_check() -> None:
 
 
 SIZES = (1.0, 0.5, 0.25)
-
 GOOD = Convergence(
     "overall slip",
     "s",
@@ -107,43 +109,33 @@ GOOD = Convergence(
         "alpha": Series("alpha", (-0.4, -0.05), (2.0, 2.001)),
     },
 )
-
 NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, (None, None, None))})
 
 
-def test_a_number_has_its_uncertainty_by_setting_and_its_verdict() -> None:
+def test_a_number_has_its_uncertainty_by_setting_and_its_verdict():
     row = texts(convergence_table({"slip.overall": GOOD}, "run"))[0]
     assert row == [
         "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step"
     ]  # fmt: skip
+    rows = series_table({"run": {"slip.overall": GOOD}}).rows
+    assert len(rows) == 3 * 3 + 2, "one for every level"
+    assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
 
 
-def test_an_event_that_did_not_happen_says_so_in_every_cell() -> None:
+def test_what_did_not_happen_what_was_not_varied_and_what_nothing_changes_are_told_apart():
     table = convergence_table({"slip.incipient": NEVER, "normal_force_max_N": NEVER}, "run")
     assert texts(table)[0][2:] == ["none"] * 7
     assert texts(table)[1][2:] == ["n/a"] * 7, "a measure is no event"
     assert "none: the event did not happen" in table.remarks
-
-
-def test_a_setting_that_was_not_varied_is_told_from_an_event_that_a_level_lacks() -> None:
-    one = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
-    row = convergence_table({"slip.overall": one}, "run").rows[0]
+    lacking = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
+    row = convergence_table({"slip.overall": lacking}, "run").rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
-
-
-def test_a_number_that_nothing_changes_has_no_error_bar() -> None:
     still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
     assert still.uncertainty is None
     assert texts(convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
 
 
-def test_series_have_a_row_for_every_level() -> None:
-    rows = series_table({"run": {"slip.overall": GOOD}}).rows
-    assert len(rows) == 3 * 3 + 2
-    assert rows[1] == ("run", "slip.overall", "s", "mesh", 0.5, 1.5)
-
-
-def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below() -> None:
+def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below():
     first = {"time.step": "5 ms", "contact.friction_coefficient": "0.4", "record.snapshots_every": "50 ms"}
     second = {"time.step": "5 ms", "contact.friction_coefficient": "0.6", "damping.mass": "1 1/s"}
     table = differences_table(first, second, same="Same.")
@@ -155,10 +147,89 @@ def test_what_differs_is_shown_and_what_is_only_recorded_is_named_below() -> Non
     table = differences_table({f"record.sites.{n}.name": "a" for n in range(7)}, {}, same="Same.")
     assert table.rows == ()
     assert table.note.endswith("record.sites.3.name and 3 more.")
-
-
-def test_where_nothing_differs_it_says_so() -> None:
     table = differences_table({"a": "1"}, {"a": "1"}, same="Both are the same.", note="A: x; B: y.")
     assert table.note == "A: x; B: y. Both are the same."
     assert to_markdown(table).count("\n") == 2
     assert "same" not in differences_table({"record.a": "1"}, {"record.a": "2"}, same="the same").note
+
+
+VALUES = (
+    ShownValue("fingertip.depth", "1 mm", "not used", "of 2D sections only"),
+    ShownValue("fingertip.layers.skin_thickness", "1.5 mm", "wang2014"),
+    ShownValue("fingertip.sagittal.half_height", "6.5 mm", "assumed", "half the height of an adult index fingertip"),
+    ShownValue("time.step", "5 ms", "study file"),
+)
+
+
+@pytest.mark.parametrize(
+    ("path", "group"),
+    [
+        ("fingertip.materials.dermis.density", "Materials and damping"),
+        ("materials.block.density", "Materials and damping"),
+        ("fingertip.layers.skin_thickness", "Specimen"),
+        ("mesh.contact_size", "Mesh and formulation"),
+        ("depth", "Mesh and formulation"),
+        ("contacts.0.friction.coulomb.coefficient", "Contact and friction"),
+        ("programme.1.slide.speed", "Programme"),
+        ("supports.top", "Supports and loads"),
+        ("time.alpha", "Time"),
+        ("record.sites.0.name", "Recording"),
+        ("something.new", "Other values"),
+        ("timetable", "Other values"),
+    ],
+)
+def test_every_value_has_its_group(path, group):
+    assert group_of(path) == group
+
+
+def test_assumed_values_come_first_and_are_marked_and_unused_ones_come_last():
+    tables = value_tables(VALUES)
+    specimen, time = tables
+    assert [specimen.title, time.title] == [title for title in GROUPS if title in ("Specimen", "Time")]
+    assert sorted(str(row[0]) for table in tables for row in table.rows) == sorted(value.path for value in VALUES)
+    assert [row[2] for row in specimen.rows] == ["assumed", "wang2014", "not used"]
+    assert specimen.marked == (0,)
+    assert specimen.note.startswith("1 of 3 values are assumed")
+    assert (time.marked, time.note) == ((), "")
+    assert "| time.step | 5 ms | study file |" in to_markdown(time)
+
+
+CONDITIONS = (
+    ShownValue("time.step", "5 ms", "study file"),
+    ShownValue("fingertip.preset", "wang2014-2d", "study file"),
+    ShownValue("fingertip.depth", "1 mm", "assumed", "scales all forces"),
+    ShownValue("fingertip.materials.dermis.youngs_modulus", "80 kPa", "wang2014"),
+    ShownValue("fingertip.layers.skin_thickness", "1.5 mm", "wang2014"),
+    ShownValue("fingertip.ridges.pitch", "0.5 mm", "study file", "preset: 0.47 mm"),
+    ShownValue("programme.0.press.depth", "1.5 mm", "study file"),
+    ShownValue("fingertip.transverse.half_width", "8 mm", "not used"),
+    ShownValue("record.receptors", "FA-I", "study file"),
+)
+
+
+def test_conditions_stand_in_one_order_with_overrides_and_marked_assumptions():
+    histories = {name: xr.Dataset(attrs={"n_nodes": count}) for name, count in (("a", 10), ("b", 20))}
+    table = conditions_table(CONDITIONS, histories)
+    assert [row[:2] for row in table.rows] == [
+        ("specimen, preset", "wang2014-2d"),
+        ("depth out of the plane", "1 mm"),
+        ("dermis: youngs modulus", "80 kPa"),
+        ("press: depth", "1.5 mm"),
+        ("time: step", "5 ms"),
+        ("fingertip.ridges.pitch", "0.5 mm"),
+        ("mesh: nodes", "10 to 20"),
+    ]
+    assert table.marked == (1,)
+    assert "Assumed" in table.note
+
+
+def test_sizes_contact_stiffness_and_solver_are_those_of_the_history():
+    history = block_history("Q4")
+    table = models_table({"one": history, "bare": make(Process())})
+    rows = {row[0]: row[1:] for row in texts(table)}
+    assert rows["element"] == ["Q4", "n/r"]
+    assert rows["nodes"][0] == str(history.sizes["node"])
+    assert rows["contact candidates"][0] == str(history.sizes["contact_node"])
+    assert rows["mean normal penalty [Pa/m]"][0] == f"{history.attrs['normal_penalty']:.3g}"
+    assert rows["linear solver"][0] == history.attrs["linear_solver"]
+    assert models_table({"bare": make(Process())}).rows == ()

@@ -1,7 +1,5 @@
 """Tables of runs: events and peaks, measures, energies, the summary and data frames."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import io
@@ -31,7 +29,7 @@ from unit.report.scenes import block_history
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 
-def test_events_table_is_for_people() -> None:
+def test_events_table_is_for_people():
     lines = to_markdown(events_table(RUNS)).splitlines()
     assert lines[0].startswith("| friction coefficient | phalanx | incipient [s] | 48 % [s] | three-quarter [s] |")
     assert lines[1] == "| ---: | --- | ---: | ---: | ---: | ---: | ---: |"
@@ -43,14 +41,14 @@ def test_events_table_is_for_people() -> None:
 @pytest.mark.parametrize(
     ("step", "row"), [(0.1, "1.5 | 1.6 | 1.6 | 1.8 | 200"), (2e-3, "1.500 | 1.600 | 1.650 | 1.750 | 250")]
 )
-def test_times_have_the_digits_that_the_step_allows(step: float, row: str) -> None:
+def test_times_have_the_digits_that_the_step_allows(step, row):
     run = RunResult("r", {}, EVENTS, numbers={"slide_step_s": step})
     assert row in to_markdown(events_table([run]))
     known = dataclasses.replace(run, uncertainty={"slip.overall": 0.004})
     assert "1.750 ± 0.004" in to_markdown(events_table([known]))
 
 
-def test_runs_without_sweep_are_named_where_there_are_several() -> None:
+def test_runs_without_sweep_are_named_where_there_are_several():
     one, other = (RunResult(name, {}, EVENTS) for name in ("run", "again"))
     assert [column.name for column in events_table([one]).columns] == [*names.EVENTS.values(), names.LATENCY]
     table = events_table([one, other])
@@ -60,26 +58,23 @@ def test_runs_without_sweep_are_named_where_there_are_several() -> None:
     assert [column.name for column in events_table([run]).columns[:2]] == ["a.speed", "b.speed"]
 
 
-def test_readings_table_has_a_row_for_each_reading() -> None:
+def test_readings_have_a_row_each_and_what_was_not_recorded_is_told_from_what_did_not_happen():
     table = readings_table(RunResult("r", {}, EVENTS))
     assert [row[0] for row in table.rows] == ["accumulated slip", "displacement", "acceleration peaks"]
     assert table.rows[0][-1] == pytest.approx(250.0)
     none, undefined = Missing.NO_EVENT, Missing.NOT_DEFINED
     assert table.rows[2][1:] == (none, undefined, none, 1.71, none)
-
-
-def test_a_reading_that_was_not_recorded_is_told_from_an_event_that_did_not_happen() -> None:
     run = RunResult("r", {}, UNRECORDED)
     assert time_cell(run, "acceleration", "overall") is Missing.NOT_RECORDED
-    assert time_cell(run, "displacement", "overall") is Missing.NO_EVENT
-    assert time_cell(run, "acceleration", "noticed") is Missing.NOT_DEFINED
+    assert time_cell(run, "displacement", "overall") is none
+    assert time_cell(run, "acceleration", "noticed") is undefined
     table = readings_table(run)
     assert to_markdown(table).splitlines()[4] == "| acceleration peaks | n/r | n/a | n/r | n/r | n/r |"
     for text in ("none: the event did not happen", "n/r: not recorded in this run", "n/a: not applicable"):
         assert text in table.legend
 
 
-def test_peaks_are_ranked() -> None:
+def test_peaks_are_ranked():
     peaks = PeakTable((Peak(1.5, 0.06, 0.05), Peak(1.7, 0.6, 0.59)), noise_floor=0.01, noise_spread=0.005)
     rows = peaks_table(peaks).rows
     assert rows[0] == (1, 1.7, 0.6, 0.59, pytest.approx(118.0))
@@ -89,7 +84,7 @@ def test_peaks_are_ranked() -> None:
     assert table.note.startswith("No peak stands out from the noise. Noise floor 0.02 m/s²")
 
 
-def test_known_uncertainties_stand_beside_their_times() -> None:
+def test_known_uncertainties_stand_beside_their_times():
     known = RunResult("run", {"mu": 0.6}, EVENTS, uncertainty={"slip.overall": 0.0123, "slip.latency": 0.02})
     lines = to_markdown(events_table([known, RUNS[1]])).splitlines()
     assert "| 1.500 | 1.600 | 1.650 | 1.750 ± 0.012 | 250 ± 20 |" in lines[2]
@@ -101,17 +96,16 @@ def test_known_uncertainties_stand_beside_their_times() -> None:
     assert time_cell(known, "slip", "latency", 1e3) == Measured(pytest.approx(250.0), pytest.approx(20.0))
 
 
-def test_contact_at_a_free_edge_is_warned_of_in_every_table_of_events() -> None:
+def test_contact_at_a_free_edge_is_warned_of_in_every_table_of_events():
     expected = "angle 30 deg ('skin' from 0.12 s on, smallest distance 0.3 mm)"
     for table in (events_table([RUNS[0], CUT_OFF]), readings_table(CUT_OFF)):
         assert expected in table.note
         assert "cut off" in table.note
     assert run_notes(RUNS) == ""
-    away = dataclasses.replace(CUT_OFF, edge=None)
-    assert run_notes([away]) == ""
+    assert run_notes([dataclasses.replace(CUT_OFF, edge=None)]) == ""
 
 
-def test_swept_lists_and_mappings_become_text_that_tables_can_show() -> None:
+def test_swept_lists_and_mappings_become_text_that_tables_can_show():
     """Directions are lists and friction laws mappings; numbers stay numbers."""
     given = {"slide.direction": [1, 0, -1], "contact.friction": {"law": "kinetic", "drop": [0.1, 0.2]}, "depth": 0.6}
     row = events_table([RunResult("run", given, Events())]).rows[0]
@@ -122,11 +116,11 @@ def test_swept_lists_and_mappings_become_text_that_tables_can_show() -> None:
 NUMBERS = {"normal_force_max_N": 0.159664, "contact_area_max_m2": 1.351e-5, "records": 601, "edge_distance_min_m": None}
 
 
-def shown(run: object) -> dict[str, list[str]]:
-    return {row[0]: row[1:] for row in texts(measures_table([run], ["value"]))}  # type: ignore[list-item]
+def shown(run):
+    return {row[0]: row[1:] for row in texts(measures_table([run], ["value"]))}
 
 
-def test_measures_are_shown_in_readable_units_with_four_digits() -> None:
+def test_measures_are_shown_in_readable_units_with_four_digits():
     rows = shown(dataclasses.replace(RUNS[0], numbers=NUMBERS))
     assert rows["largest normal force"] == ["N", "0.1597"]
     assert rows["largest contact area"] == ["mm²", "13.51"]
@@ -140,7 +134,7 @@ def test_measures_are_shown_in_readable_units_with_four_digits() -> None:
     assert rows["records"] == ["", "601"]
 
 
-def test_a_missing_number_says_why() -> None:
+def test_a_missing_number_says_why_and_an_added_measure_has_a_row_and_a_column(monkeypatch):
     numbers = {**NUMBERS, "overall_peak_height_m_per_s2": None}
     recorded, lacking = (
         dataclasses.replace(RUNS[0], numbers=numbers, events=one) for one in (RUNS[0].events, UNRECORDED)
@@ -149,9 +143,6 @@ def test_a_missing_number_says_why() -> None:
     assert (shown(recorded)[name][1], shown(lacking)[name][1]) == ("none", "n/r")
     assert shown(recorded)["smallest distance from the contact to a free edge"][1] == "n/a"
     assert shown(recorded)["largest penetration"][1] == "n/r", "of a run that is older than the measure"
-
-
-def test_an_added_measure_has_a_row_and_a_column(monkeypatch: pytest.MonkeyPatch) -> None:
     added = Measure("rebound", "largest rebound", lambda _: 2e-3, Unit("m", "mm"))
     monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
     run = dataclasses.replace(RUNS[0], numbers={"rebound_m": 2e-3})
@@ -159,7 +150,7 @@ def test_an_added_measure_has_a_row_and_a_column(monkeypatch: pytest.MonkeyPatch
     assert rows_of((run,))[0]["rebound_m"] == "0.002"
 
 
-def test_the_balance_closes_and_older_histories_say_what_they_lack() -> None:
+def test_the_balance_closes_and_older_histories_say_what_they_lack():
     history = block_history("Q4")
     table = energies_table({"a": history, "older": history.drop_vars("viscous_dissipation")})
     rows = {str(row[0]): row[2:] for row in table.rows}
@@ -177,11 +168,11 @@ TIMES = [
 ]
 
 
-def rows_of(runs: tuple[RunResult, ...]) -> list[dict[str, str]]:
+def rows_of(runs):
     return list(csv.DictReader(io.StringIO(to_csv(summary_table(runs)))))
 
 
-def test_columns_are_swept_paths_all_times_what_was_recorded_and_all_measures() -> None:
+def test_columns_are_swept_paths_all_times_what_was_recorded_and_all_measures():
     first, second = rows_of(RUNS)
     keys = [measure.key for measure in measures.MEASURES]
     swept = ["contact.friction_coefficient", "fingertip.phalanx.variant"]
@@ -189,15 +180,12 @@ def test_columns_are_swept_paths_all_times_what_was_recorded_and_all_measures() 
     assert (first["incipient_s"], first["latency_s"], first["overall_s_acceleration"]) == ("1.5", "0.25", "1.71")
     assert (first["overall_s_displacement"], first["latency_s_acceleration"]) == ("", "")
     assert {second[name] for name in TIMES} == {""}
-
-
-def test_an_empty_time_that_was_recorded_is_told_from_one_that_was_not() -> None:
     lacking, whole = rows_of((RunResult("a", {}, UNRECORDED), RunResult("b", {}, EVENTS)))
     assert (lacking["overall_s_acceleration"], lacking["readings_recorded"]) == ("", "slip displacement")
     assert whole["readings_recorded"] == "slip displacement acceleration"
 
 
-def test_uncertainties_of_times_and_measures_have_columns_with_their_units() -> None:
+def test_uncertainties_of_times_and_measures_have_columns_with_their_units():
     known = dataclasses.replace(
         RUNS[0],
         numbers={"normal_force_max_N": 0.4, "records": 3},
@@ -210,7 +198,7 @@ def test_uncertainties_of_times_and_measures_have_columns_with_their_units() -> 
     assert (row["records"], row["contact_area_max_m2"]) == ("3", "")
 
 
-def test_numbers_are_numbers_and_words_are_words() -> None:
+def test_numbers_are_numbers_and_words_are_words():
     frame = runs_frame(StudyResult(Path("results/x"), (), RUNS, title="Friction"))
     assert frame["run"].tolist() == ["friction_coefficient-0.6", "friction_coefficient-0.8"]
     assert frame["contact.friction_coefficient"].tolist() == [0.6, 0.8]
@@ -222,7 +210,7 @@ def test_numbers_are_numbers_and_words_are_words() -> None:
     assert np.isnan(frame["overall_s_displacement"]).all()
 
 
-def test_quantities_are_numbers_in_si_whose_unit_is_known() -> None:
+def test_quantities_are_numbers_in_si_whose_unit_is_known():
     runs = tuple(
         RunResult(str(number), {"mesh.contact_size": size, "programme.1.slide.speed": speed}, EVENTS)
         for number, (size, speed) in enumerate((("0.12 mm", "3 mm/s"), ("100 um", "1 cm/s")))
@@ -239,7 +227,7 @@ def test_quantities_are_numbers_in_si_whose_unit_is_known() -> None:
     assert len(runs_frame(StudyResult(Path("results/x"), (), ()))) == 0
 
 
-def test_refused_samples_have_a_row_and_a_reason() -> None:
+def test_refused_samples_have_a_row_and_a_reason():
     run = RunResult("sample-1", {"sample": 1}, UNRECORDED, sampled={"depth": "1 mm"}, uncertainty={"slip.overall": 0.1})
     refused = RefusedRun("sample-2", {"sample": 2}, {"depth": "9 mm"}, "too deep")
     frame = runs_frame(StudyResult(Path("results/x"), (), (run,), refused=(refused,)))

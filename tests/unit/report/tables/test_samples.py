@@ -1,7 +1,5 @@
 """Tables of a study with samples, of sensitivities and of predictions."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +29,7 @@ from unit.sampled import study_of
 TABLE2 = [published_set("wang2014-table2")]
 
 
-def test_published_times_stand_beside_the_interval_of_their_phalanx() -> None:
+def test_times_have_intervals_beside_the_published_ones_of_their_phalanx():
     table = published_table(study_of(12, ("original", "scaled")).runs, TABLE2)
     rows = {(row[0], row[1]): row for row in texts(table)}
     assert len(rows) == 6
@@ -41,15 +39,6 @@ def test_published_times_stand_beside_the_interval_of_their_phalanx() -> None:
     assert overall[8].startswith("within, at ")
     assert overall[9] == "12 of 12"
     assert {row[1] for row in published_table(study_of().runs, TABLE2).rows} == {"all"}
-
-
-def test_an_event_that_no_sample_has_is_none() -> None:
-    table = published_table(study_of(time=lambda *_: None).runs, TABLE2)
-    assert texts(table)[0][3:] == [*["none"] * 5, "n/a", "0 of 12"]
-    assert interval_cells(interval_of([1.0, 2.0, 3.0])) == (1.0, pytest.approx(1.1), 2.0, pytest.approx(2.9), 3.0)
-
-
-def test_every_recorded_time_has_an_interval() -> None:
     rows = texts(intervals_table(study_of(12, ("original", "scaled")).runs))
     assert [row[1] for row in rows[:5]] == [
         f"{time} (accumulated slip)"
@@ -58,7 +47,13 @@ def test_every_recorded_time_has_an_interval() -> None:
     assert [row[0] for row in rows] == ["phalanx original"] * 5 + ["phalanx scaled"] * 5
 
 
-def test_sensitivities_have_units_errors_and_changes() -> None:
+def test_an_event_that_no_sample_has_is_none():
+    table = published_table(study_of(time=lambda *_: None).runs, TABLE2)
+    assert texts(table)[0][3:] == [*["none"] * 5, "n/a", "0 of 12"]
+    assert interval_cells(interval_of([1.0, 2.0, 3.0])) == (1.0, pytest.approx(1.1), 2.0, pytest.approx(2.9), 3.0)
+
+
+def test_sensitivities_have_units_errors_and_changes():
     (fit,) = (fit for fit in fits_of(study_of()) if fit.time == "overall")
     table = sensitivity_table(fit)
     assert table.title == "What moves overall slip (accumulated slip), phalanx original"
@@ -76,13 +71,17 @@ def test_sensitivities_have_units_errors_and_changes() -> None:
     assert [row[3] for row in texts(table)] == ["-0.500 ± 0.046 s/mm", "-0.50000 ± 0.00032 s/mm", "-0.500 ± 2.300 s/mm"]
 
 
-def test_rows_for_programs_have_all_digits() -> None:
+def test_rows_for_programs_have_all_digits_and_what_samples_share_is_in_words():
     lines = to_csv(sensitivity_rows(fits_of(study_of()))).splitlines()
     assert lines[0].startswith("fingertip.phalanx.variant,reading,time,samples,middle_s,r2,r2_predicted")
     assert len(lines) == 1 + 2 * 3
+    assert group_text({"fingertip.phalanx.variant": "scaled", "contact.friction_coefficient": 0.6}) == (
+        "phalanx scaled, friction coefficient 0.6"
+    )
+    assert group_text({}) == ""
 
 
-def test_refused_samples_say_why() -> None:
+def test_refused_samples_say_why():
     refused = (RefusedRun("sample-3", {}, {}, "too large"),)
     assert refused_table(refused).rows == (("sample-3", "too large"),)
     tables = sample_tables(dataclasses.replace(study_of(), refused=refused), TABLE2)
@@ -94,17 +93,10 @@ def test_refused_samples_say_why() -> None:
     ]
 
 
-def test_what_samples_have_in_common_is_in_words() -> None:
-    assert group_text({"fingertip.phalanx.variant": "scaled", "contact.friction_coefficient": 0.6}) == (
-        "phalanx scaled, friction coefficient 0.6"
-    )
-    assert group_text({}) == ""
-
-
 GOOD = Validation(error=0.01, largest=0.03, explained=0.99, covered=0.96, runs=40)
 
 
-def test_sobol_indices_have_their_intervals() -> None:
+def test_sobol_indices_have_their_intervals():
     table = indices_table(sensitivity("sobol", group={"fingertip.phalanx.variant": "scaled"}))
     assert table.title == "What moves latency (accumulated slip), phalanx scaled"
     assert table.rows[0] == ("friction coefficient", 0.6, 0.1, 0.5, 0.2)
@@ -116,7 +108,7 @@ def test_sobol_indices_have_their_intervals() -> None:
     assert table.rows[0] == ("friction coefficient", 0.6, 0.1, 0.1, 0.5)
 
 
-def test_predictions_say_their_error() -> None:
+def test_predictions_say_their_error():
     surrogate = Surrogate("overall_slip", "s", (), GOOD, Path())
     table = prediction_table([(surrogate, Prediction(1.5, 1.4, 1.6))], {"contact.friction_coefficient": 0.5})
     assert table.title == "Predicted for friction coefficient 0.5"
@@ -124,7 +116,7 @@ def test_predictions_say_their_error() -> None:
     assert table.note.startswith("A Gaussian process of 40 runs. From, to:")
 
 
-def test_predictions_say_which_runs_they_do_without() -> None:
+def test_predictions_say_which_runs_they_do_without():
     fewer = replace(GOOD, runs=427, repeated=21)
     latency, slip = (Surrogate(name, "s", (), fewer, Path()) for name in ("latency", "overall_slip"))
     found = Prediction(1.5, 1.4, 1.6)

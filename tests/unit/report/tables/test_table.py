@@ -1,7 +1,5 @@
 """Tables as text, Markdown, CSV, JSON and on terminals of any width."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -10,7 +8,6 @@ import pytest
 from rich.console import Console
 
 from fingerslip.tables.table import (
-    Cell,
     Column,
     Measured,
     Missing,
@@ -24,13 +21,10 @@ from fingerslip.tables.table import (
 )
 
 
-def test_cells_with_bars_and_commas_stay_one_cell() -> None:
+def test_cells_with_bars_and_commas_stay_one_cell_and_measured_ones_numbers():
     table = Table("t", (Column("a"), Column("b", "mm", 1)), (("x|y, z", 1.25), (None, None), (True, 2)))
     assert to_markdown(table).splitlines()[2] == "| x\\|y, z | 1.2 |"
     assert list(csv.reader(io.StringIO(to_csv(table)))) == [["a", "b"], ["x|y, z", "1.25"], ["", ""], ["true", "2"]]
-
-
-def test_a_measured_number_shows_its_uncertainty_and_stays_a_number() -> None:
     table = Table("t", (Column("time", "s", 3),), ((Measured(1.7046, 0.0056),), (None,)))
     assert to_markdown(table).splitlines()[2:] == ["| 1.705 ± 0.006 |", "|  |"]
     assert is_numeric(table, 0)
@@ -54,32 +48,23 @@ def test_a_measured_number_shows_its_uncertainty_and_stays_a_number() -> None:
         (Column("diff.", "ms", 0), -0.6, "-1"),
     ],
 )
-def test_numbers_have_the_digits_of_their_column(column: Column, cell: Cell, text: str) -> None:
+def test_numbers_have_the_digits_of_their_column(column, cell, text):
     assert column.format(cell) == text
 
 
-def test_reasons_have_texts_of_their_own() -> None:
+def test_reasons_have_texts_of_their_own_units_are_typeset_and_columns_numeric():
     assert len({reason.shown for reason in Missing}) == len({reason.meaning for reason in Missing}) == len(Missing)
     assert "-" not in {reason.shown for reason in Missing}
-
-
-def test_a_table_without_missing_values_has_no_legend() -> None:
-    table = Table("t", (Column("a"),), ((1,), (None,)))
-    assert (table.legend, table.remarks) == ("", "")
-    assert to_markdown(table).count("\n") == 4
-
-
-def test_columns_of_missing_numbers_are_columns_of_numbers() -> None:
+    assert [typeset(unit) for unit in ("m/s^2", "kg/m^3", "um", "N")] == ["m/s²", "kg/m³", "µm", "N"]
     columns = (Column("time", "s"), Column("name"), Column("mixed"))
     rows = ((Missing.NO_EVENT, Missing.NOT_DEFINED, 1.0), (None, None, Missing.NO_EVENT))
     assert [is_numeric(Table("t", columns, rows), index) for index in range(3)] == [True, False, True]
+    table = Table("t", (Column("a"),), ((1,), (None,)))
+    assert (table.legend, table.remarks) == ("", ""), "nothing is missing"
+    assert to_markdown(table).count("\n") == 4
 
 
-def test_units_are_typeset() -> None:
-    assert [typeset(unit) for unit in ("m/s^2", "kg/m^3", "um", "N")] == ["m/s²", "kg/m³", "µm", "N"]
-
-
-def test_json_keeps_numbers_and_says_why_values_are_missing() -> None:
+def test_json_keeps_numbers_and_says_why_values_are_missing():
     columns = (Column("run"), Column("time", "s", 3))
     rows = (("a", Measured(1.70461, 0.0056)), ("b", Missing.NO_EVENT), ("c", None))
     found = json.loads(json.dumps(to_mapping(Table("t", columns, rows, "a note"))))
@@ -93,15 +78,12 @@ def test_json_keeps_numbers_and_says_why_values_are_missing() -> None:
         ],
         "note": "a note",
     }
-
-
-def test_json_has_null_for_what_is_no_number() -> None:
     table = Table("t", (Column("a"),), ((float("nan"),), (Measured(1.0, float("inf")),), (1.5,), (None,)))
     rows = json.loads(json.dumps(to_mapping(table), allow_nan=False))["rows"]
-    assert rows == [[None], [{"value": 1.0, "uncertainty": None}], [1.5], [None]]
+    assert rows == [[None], [{"value": 1.0, "uncertainty": None}], [1.5], [None]], "null for what is no number"
 
 
-def test_a_missing_value_says_why_and_the_legend_explains_what_is_there() -> None:
+def test_a_missing_value_says_why_and_the_legend_explains_what_is_there():
     rows = ((1.5,), (Missing.NOT_RECORDED,), (Missing.NO_EVENT,), (Missing.NO_EVENT,))
     table = Table("t", (Column("time", "s", 2),), rows, note="A note.")
     assert to_markdown(table).splitlines()[3:5] == ["| n/r |", "| none |"]
@@ -109,32 +91,24 @@ def test_a_missing_value_says_why_and_the_legend_explains_what_is_there() -> Non
     assert table.remarks == f"A note. {table.legend}."
     assert to_markdown(table).endswith(f"\n\n{table.legend}.\n")
     assert list(csv.reader(io.StringIO(to_csv(table)))) == [["time"], ["1.5"], [""], [""], [""]]
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(to_rich(table))
-    assert "none: the event did not happen" in console.export_text()
+    assert "none: the event did not happen" in "\n".join(printed(table, 80))
 
 
-def test_a_heading_with_brackets_survives_the_terminal() -> None:
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(to_rich(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays")))
-    text = console.export_text()
-    assert "t [a]" in text
-    assert "[s]" in text
-    assert "[b]" in text
+def printed(table, width):
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(to_rich(table, width))
+    return console.export_text().splitlines()
 
 
-def test_marked_rows_stand_out_in_the_terminal() -> None:
+def test_headings_with_brackets_and_marked_rows_survive_the_terminal():
+    text = "\n".join(printed(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays"), 80))
+    assert all(words in text for words in ("t [a]", "[s]", "[b]"))
+    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
     table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
     console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
     console.print(to_rich(table))
     lines = console.export_text(styles=True).splitlines()
     assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
-
-
-def printed(table: Table, width: int) -> list[str]:
-    console = Console(width=width, record=True, file=io.StringIO())
-    console.print(to_rich(table, width))
-    return console.export_text().splitlines()
 
 
 WIDE = Table(
@@ -146,7 +120,7 @@ WIDE = Table(
 
 
 @pytest.mark.parametrize("width", [20, 30, 40, 60, 80, 100, 160])
-def test_a_terminal_shows_every_cell_whole_whatever_its_width(width: int) -> None:
+def test_a_terminal_shows_every_cell_whole_whatever_its_width(width):
     lines = printed(WIDE, width)
     assert max(map(len, lines)) <= width
     for number in range(5):
@@ -158,18 +132,29 @@ def test_a_terminal_shows_every_cell_whole_whatever_its_width(width: int) -> Non
         assert "variant-flattened_friction-0.4" in letters
 
 
-def test_where_no_table_fits_rows_become_lists() -> None:
+def test_long_names_break_where_their_parts_meet_and_where_no_table_fits_rows_become_lists():
     lines = [line.rstrip() for line in printed(WIDE, 40)]
     assert lines[0] == "Checked"
     assert "number 0 [s] 12345.5" in lines
     assert lines[-2] == "What a reader has to know."
+    columns = tuple(map(Column, ("value", "slope_standard_error", *(f"a rather long heading {n}" for n in range(4)))))
+    table = Table("t", columns, (("fingertip.phalanx.sagittal.concavity_depth", *("0.0123456789",) * 5),))
+    lines = [line.strip() for line in printed(table, 50)]
+    assert "value                   fingertip.phalanx." in lines
+    assert "sagittal.concavity_depth" in lines
+    names = ("displacement_threshold", "residual_threshold")
+    columns = (Column("event"), *map(Column, names))
+    table = Table("t", columns, (("onset", "-0.907 [-1.189, -0.635]", "-0.537 [-0.681, -0.387]"),) * 4)
+    lines = printed(table, 34)
+    assert ["displacement_", "residual_"] in [line.split() for line in lines]
+    assert any(line.split()[1:] == ["threshold", "threshold"] for line in lines)
+    interval = "0.893 [0.855, 0.930]"
+    columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
+    lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
+    assert [line.split() for line in lines][-4:-2] == [["no_slip", *["0.893", "[0.855,"] * 3], ["0.930]"] * 3]
 
 
-def test_a_table_without_rows_or_columns_is_printed() -> None:
-    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
-
-
-def test_long_texts_in_narrow_columns_become_lists() -> None:
+def test_long_texts_in_narrow_columns_become_lists():
     quantity = "travel of the plate at overall slip over friction times depth, original (accumulated slip)"
     columns = (*map(Column, ("quantity", "source", "published")), *(Column(f"number {n}", "s", 3) for n in range(4)))
     table = Table("Beside each other", columns, ((quantity, "wang2014, Table 2", "1.71", 1.0, 2.0, 3.0, 4.0),) * 3)
@@ -188,30 +173,6 @@ PREDICTED = Table(
 
 
 @pytest.mark.parametrize("width", [40, 60, 80])
-def test_usual_words_are_whole_whatever_the_width(width: int) -> None:
+def test_usual_words_are_whole_whatever_the_width(width):
     words = [word for line in printed(PREDICTED, width) for word in line.split()]
     assert {"incipient", "slip", "predicted", "largest", "error"} <= set(words)
-
-
-def test_long_names_break_where_their_parts_meet() -> None:
-    names = ("displacement_threshold", "residual_threshold")
-    columns = (Column("event"), *map(Column, names))
-    table = Table("t", columns, (("onset", "-0.907 [-1.189, -0.635]", "-0.537 [-0.681, -0.387]"),) * 4)
-    lines = printed(table, 34)
-    assert ["displacement_", "residual_"] in [line.split() for line in lines]
-    assert any(line.split()[1:] == ["threshold", "threshold"] for line in lines)
-
-
-def test_columns_that_lack_as_much_become_as_wide() -> None:
-    interval = "0.893 [0.855, 0.930]"
-    columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
-    lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
-    assert [line.split() for line in lines][-4:-2] == [["no_slip", *["0.893", "[0.855,"] * 3], ["0.930]"] * 3]
-
-
-def test_long_names_in_lists_break_where_their_parts_meet() -> None:
-    columns = tuple(map(Column, ("value", "slope_standard_error", *(f"a rather long heading {n}" for n in range(4)))))
-    table = Table("t", columns, (("fingertip.phalanx.sagittal.concavity_depth", *("0.0123456789",) * 5),))
-    lines = [line.strip() for line in printed(table, 50)]
-    assert "value                   fingertip.phalanx." in lines
-    assert "sagittal.concavity_depth" in lines

@@ -1,7 +1,5 @@
 """The outer outline as a curve by arc length, and depths of fingerprint, ridges and borders below it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -28,21 +26,21 @@ def test_lowest_point_is_the_origin_of_arc_length_and_tangents_are_those_of_the_
     assert np.abs(0.5 * (curve.tangents[1:] + curve.tangents[:-1]) - chords).max() < 2e-3
 
 
-def test_sagittal_outline_goes_through_its_dimensions():
-    curve = outline_curve(preset("wang2014-2d"))
-    assert curve.points[:, 0].max() == pytest.approx(8e-3, abs=1e-9)
-    assert curve.points[:, 1].max() == pytest.approx(7e-3)
-    palmar = curve.arc_length < 0
-    assert np.interp(-16e-3, *curve.points[palmar].T) == pytest.approx(-3e-3, abs=1e-8)
-
-
-def test_transverse_outline_has_the_area_and_the_circumference_of_its_ellipse():
-    curve = outline_curve(change(section="transverse"))
+def test_outlines_go_through_their_dimensions_and_the_transverse_one_has_the_area_of_its_ellipse():
+    sagittal = outline_curve(preset("wang2014-2d"))
+    assert sagittal.points[:, 0].max() == pytest.approx(8e-3, abs=1e-9)
+    assert sagittal.points[:, 1].max() == pytest.approx(7e-3)
+    palmar = sagittal.arc_length < 0
+    assert np.interp(-16e-3, *sagittal.points[palmar].T) == pytest.approx(-3e-3, abs=1e-8)
+    finger = change(section="transverse")
+    curve = outline_curve(finger)
     circumference = 4 * 8e-3 * ellipe(1 - (6.5 / 8) ** 2)
     assert shoelace(curve.points[:-1]) == pytest.approx(np.pi * 8e-3 * 6.5e-3, rel=1e-6)
     assert curve.arc_length[[0, -1]] == pytest.approx([-circumference / 2, circumference / 2], rel=1e-7)
     assert curve.closed
     assert curve.points[0] == pytest.approx(curve.points[-1], abs=1e-15)
+    assert curve.points[0] == pytest.approx([0.0, 6.5e-3], abs=1e-9)
+    assert arc_length_at_cut(finger, curve, 1e-3) == (curve.arc_length[0], curve.arc_length[-1]), "it has no cut"
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -85,23 +83,11 @@ def test_every_layer_meets_the_proximal_cut_at_both_ends(depth):
     assert points[0, 1] < points[1, 1]
 
 
-def test_a_closed_section_has_no_cut():
-    fingertip = change(section="transverse")
-    curve = outline_curve(fingertip)
-    assert arc_length_at_cut(fingertip, curve, 1e-3) == (curve.arc_length[0], curve.arc_length[-1])
-    assert curve.points[0] == pytest.approx([0.0, 6.5e-3], abs=1e-9)
-
-
-def test_ridges_leave_the_mean_thickness_of_the_epidermis():
-    fingertip = preset("wang2014-2d")
-    whole_pitches = np.arange(20_000) / 20_000 * 10 * 0.47e-3
-    depth = interface_depth(fingertip, whole_pitches)
+def test_ridges_alternate_and_leave_the_mean_thickness_of_the_epidermis():
+    fingertip, pitch = preset("wang2014-2d"), 0.47e-3
+    depth = interface_depth(fingertip, np.arange(20_000) / 20_000 * 10 * pitch)
     assert depth.mean() == pytest.approx(0.5e-3, rel=1e-9)
     assert np.ptp(depth) == pytest.approx(0.15e-3, rel=1e-6)
-
-
-def test_intermediate_and_limiting_ridges_alternate():
-    fingertip, pitch = preset("wang2014-2d"), 0.47e-3
     tips = interface_depth(fingertip, np.array([0.0, 0.5, 1.0, 1.5]) * pitch)
     feet = interface_depth(fingertip, np.array([0.25, 0.75]) * pitch)
     assert tips - feet[0] == pytest.approx([0.15e-3, 0.1e-3, 0.15e-3, 0.1e-3])
@@ -132,22 +118,17 @@ def test_layers_are_plain_outside_the_zone_and_where_ridges_and_ripples_are_off(
     assert fade(plain.zone, np.array([-11e-3, 0.0, 6e-3])) == pytest.approx(1.0)
 
 
-def test_ridges_and_ripples_fade_smoothly_over_their_length():
-    """3 x^2 - 2 x^3 of the way in: 0, 5/32, 1/2, 27/32 and 1 at the quarters, the same at both ends."""
-    zone = preset("wang2014-2d").zone
+def test_ridges_and_ripples_fade_smoothly_over_their_length_and_half_faded_ones_are_half_as_high():
+    """3 x^2 - 2 x^3 of the way in: 0, 5/32, 1/2, 27/32 and 1 at the quarters, the same at both ends.
+
+    At 6 mm, half a fade from the end of the zone, there are both a crest and the tip of an intermediate ridge.
+    """
+    zone, quarters = preset("wang2014-2d").zone, np.linspace(0.0, 1e-3, 5)
     shares = np.array([0.0, 5 / 32, 1 / 2, 27 / 32, 1.0])
-    quarters = np.linspace(0.0, 1e-3, 5)
     assert fade(zone, -12e-3 + quarters) == pytest.approx(shares)
     assert fade(zone, 7e-3 - quarters) == pytest.approx(shares)
-
-
-def test_half_faded_ridges_and_ripples_are_half_as_high():
-    """At 6 mm, half a fade from the end of the zone, there are both a crest and the tip of an intermediate ridge."""
-    fingertip = change(
-        fingerprint={"enabled": True, "pitch": "0.5 mm"},
-        ridges={"pitch": "0.5 mm"},
-        sagittal={"zone": {"end": "6.5 mm"}},
-    )
+    ridges, zone = {"pitch": "0.5 mm"}, {"zone": {"end": "6.5 mm"}}
+    fingertip = change(fingerprint={"enabled": True, **ridges}, ridges=ridges, sagittal=zone)
     here = np.array([2e-3, 6e-3])
     assert surface_depth(fingertip, here) == pytest.approx([-0.05e-3, -0.025e-3])
     assert interface_depth(fingertip, here) - 0.5e-3 == pytest.approx([0.0875e-3, 0.04375e-3])

@@ -1,7 +1,5 @@
 """Receptors, reference nodes and dots at their places in the skin."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 
@@ -9,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from fingerslip.errors import InputError
 from fingerslip.mesh.facets import site_nodes
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
@@ -38,17 +35,13 @@ def test_receptors_are_at_their_depths_and_on_the_interface_where_ridges_are_off
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_receptors_are_numbered_along_the_finger(section):
+def test_receptors_are_numbered_along_the_finger_and_those_of_both_ridges_alternate(section):
     sites = receptor_sites(change(section=section))
     for kind in RECEPTOR_KINDS:
         some = of_kind(sites, kind)
         assert [site.name for site in some] == [f"{kind}-{k:02d}" for k in range(1, len(some) + 1)]
         assert np.all(np.diff([site.position[0] for site in some]) > 0)
         assert len(some) >= 20
-
-
-def test_intermediate_and_limiting_receptors_alternate():
-    sites = receptor_sites(preset("wang2014-2d"))
     order = sorted(of_kind(sites, "FA-I") + of_kind(sites, "SA-I"), key=lambda site: site.position[0])
     assert all(a.kind != b.kind for a, b in itertools.pairwise(order))
 
@@ -60,27 +53,29 @@ def places(sites):
     return {site.name: np.array(site.position) for site in sites}
 
 
-def test_reference_nodes_are_on_skin_and_tissue():
+def test_reference_nodes_are_on_skin_and_tissue_and_stand_with_the_finger():
     sites = reference_sites(FINGER)
     at = places(sites)
     assert list(at) == [f"{layer}-{line}{k}" for layer in ("skin", "tissue") for line in "hv" for k in range(1, 8)]
     depth = depth_below_skin(FINGER, np.array(list(at.values())))
-    assert depth[:14] == pytest.approx(np.zeros(14), abs=5e-6)
-    assert depth[14:] == pytest.approx(np.full(14, 1e-3), abs=5e-6)
+    assert depth == pytest.approx(np.repeat([0.0, 1e-3], 14), abs=5e-6)
     assert all(max(abs(at[f"skin-h{k}"][2]), abs(at[f"skin-v{k}"][0])) < 1e-12 for k in range(1, 8))
     # Nodes 2 to 5 lie evenly about the lowest point, and the numbers run towards the tip and towards +z.
     assert at["skin-v2"][2] == pytest.approx(-at["skin-v5"][2])
     assert at["skin-h7"][0] > at["skin-h1"][0]
     assert at["skin-v7"][2] > at["skin-v1"][2]
     assert np.linalg.norm(at["skin-v4"] - at["skin-v3"]) == pytest.approx(2.2e-3, rel=0.01)
+    turned = places(reference_sites(change_solid(solid={"angle": "0.3 rad"})))
+    assert turned["skin-h7"][1] > at["skin-h7"][1]
+    lengths = [np.linalg.norm(its["skin-h1"] - its["skin-v7"]) for its in (turned, at)]
+    assert lengths[0] == pytest.approx(lengths[1])
 
 
-def test_receptors_are_those_of_the_section_on_a_plain_interface():
-    plain = dataclasses.replace(FINGER.ridges, enabled=False)
-    flat = receptor_sites(dataclasses.replace(FINGER, ridges=plain))
+def test_receptors_in_3d_are_those_of_the_section_on_a_plain_interface():
+    flat = receptor_sites(dataclasses.replace(FINGER, ridges=dataclasses.replace(FINGER.ridges, enabled=False)))
     solid = solid_receptor_sites(change_solid(ridges={"enabled": True}))
-    assert [site.name for site in solid] == [site.name for site in flat]
-    assert all(site.position == pytest.approx((*other.position, 0.0)) for site, other in zip(solid, flat, strict=True))
+    expected = [(site.name, pytest.approx((*site.position, 0.0))) for site in flat]
+    assert [(site.name, site.position) for site in solid] == expected
 
 
 def test_sites_are_in_the_mesh_and_dots_are_nodes_of_the_skin():
@@ -89,20 +84,6 @@ def test_sites_are_in_the_mesh_and_dots_are_nodes_of_the_skin():
     assert away.max() < 1.2e-3
     dots = site_nodes(mesh, skin_markers(FINGER, 3e-3, 1))
     assert set(dots) <= set(mesh.facets[:, mesh.boundaries["skin"]].ravel())
-
-
-def test_sites_stand_with_the_finger():
-    level, turned = (places(reference_sites(change_solid(solid={"angle": a}))) for a in ("0 rad", "0.3 rad"))
-    assert turned["skin-h7"][1] > level["skin-h7"][1]
-    assert np.linalg.norm(turned["skin-h1"] - turned["skin-v7"]) == pytest.approx(
-        np.linalg.norm(level["skin-h1"] - level["skin-v7"])
-    )
-
-
-@pytest.mark.parametrize("function", [reference_sites, solid_receptor_sites, skin_markers])
-def test_sections_have_no_sites_in_3d(function):
-    with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
-        function(change())
 
 
 def test_dots_lie_on_the_skin_and_form_a_lattice_from_below():

@@ -1,7 +1,5 @@
 """The TacTip: its numbers and presets, where its skin and markers are, and what a model takes from it."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -14,13 +12,14 @@ from fingerslip.specimens.tactip.profile import marker_places, place_points, ski
 from fingerslip.specimens.tactip.sites import GROUPS, marker_sites, modelled_places
 from fingerslip.specimens.tactip.tactip import PRESETS
 
+SENSOR = PRESETS.read("tactip-ridged-2d")
+
 
 def test_flanks_are_upright_for_high_ridges_and_rods_begin_in_the_crowns():
     assert Ridges(True, 3.3e-3, 3e-3, 4).steepness == pytest.approx(np.pi / 2)
     low = Ridges(True, 3.3e-3, 0.5e-3, 4)
     assert 2 * low.bend_radius * (1 - np.cos(low.steepness)) == pytest.approx(0.5e-3)
-    sensor = PRESETS.read("tactip-ridged-2d")
-    assert (sensor.rod_depth, sensor.marker_depth) == (pytest.approx(0.5e-3), pytest.approx(6e-3))
+    assert (SENSOR.rod_depth, SENSOR.marker_depth) == (pytest.approx(0.5e-3), pytest.approx(6e-3))
 
 
 def changed(**changes):
@@ -46,14 +45,8 @@ def changed(**changes):
         (lambda: changed(markers={"spacing": "3 mm"}), "as a ridge has each ring"),
         (lambda: changed(markers={"rings": [1, 8, 16, 24, 32, 40]}), "has 5 rings"),
         (lambda: changed(dome={"height": "4 mm"}), "from crowns to its inside"),
-        (
-            lambda: PRESETS.read("tactip-ridged-2d").sites(("FA-I",), 2),
-            "a tactip has no 'FA-I', needs some of internal_markers",
-        ),
-        (
-            lambda: PRESETS.read("tactip-ridged-2d").sites(("internal_markers",), 3),
-            "got the sites of a section for 3 dimensions",
-        ),
+        (lambda: SENSOR.sites(("FA-I",), 2), "a tactip has no 'FA-I', needs some of internal_markers"),
+        (lambda: SENSOR.sites(("internal_markers",), 3), "got the sites of a section for 3 dimensions"),
     ],
 )
 def test_what_does_not_fit_is_refused(make, message):
@@ -62,17 +55,14 @@ def test_what_does_not_fit_is_refused(make, message):
 
 
 @pytest.mark.parametrize("name", PRESETS.names)
-def test_what_the_paper_prints(name):
+def test_what_the_paper_prints_and_what_it_does_not_comes_first_with_a_range(name):
     sensor = PRESETS.read(name)
     ridges = sensor.skin.ridges
     assert (ridges.pitch, ridges.height, sensor.skin.thickness) == (3.3e-3, 3e-3, 1e-3)
     assert sum(sensor.markers.rings) == 81
     assert ridges.enabled == ("ridged" in name)
     assert (sensor.part == "section") == name.endswith("2d")
-
-
-def test_what_the_paper_does_not_print_comes_first_and_has_a_range():
-    rows = PRESETS.table("tactip-ridged-2d")
+    rows = PRESETS.table(name)
     sources = [row.source for row in rows]
     assert sources == sorted(sources, key=lambda source: source != "assumed")
     notes = {row.path: row.note for row in rows if row.source == "assumed"}
@@ -80,22 +70,18 @@ def test_what_the_paper_does_not_print_comes_first_and_has_a_range():
         assert "range" in notes[path]
 
 
-def test_rings_of_the_paper_are_81_markers():
-    places = marker_places(Markers("rings", (1, 8, 16, 24, 32), 1, 3.3e-3))
-    assert len(places.ring) == 81
-    assert np.bincount(places.ring).tolist() == [1, 8, 16, 24, 32]
-    assert np.allclose(places.along, 3.3e-3 * places.ring)
-    assert places.on_plane(3.3e-3).sum() == 9
-
-
 @pytest.mark.parametrize(("layers", "count"), [(1, 7), (6, 127), (10, 331)])
-def test_hexagonal_counts(layers, count):
+def test_hexagonal_counts_and_rings_of_the_paper(layers, count):
     places = marker_places(Markers("hexagonal", (1,), layers, 2e-3))
     assert len(places.ring) == count
     assert places.ring.max() == layers
     flat = places.along[:, None] * np.column_stack([np.cos(places.azimuth), np.sin(places.azimuth)])
     distance = np.linalg.norm(flat[:, None] - flat[None], axis=2) + np.eye(count)
     assert distance.min(axis=1) == pytest.approx(2e-3)
+    rings = marker_places(Markers("rings", (1, 8, 16, 24, 32), 1, 3.3e-3))
+    assert np.bincount(rings.ring).tolist() == [1, 8, 16, 24, 32]
+    assert np.allclose(rings.along, 3.3e-3 * rings.ring)
+    assert rings.on_plane(3.3e-3).sum() == 9
 
 
 DOME = Dome(20e-3, 20e-3)
@@ -138,9 +124,6 @@ def test_ridges_of_a_wide_dome_have_the_thickness_and_the_height_of_the_paper():
     assert valleys - crowns == pytest.approx(3e-3, rel=0.02)
 
 
-SENSOR = PRESETS.read("tactip-ridged-2d")
-
-
 @pytest.mark.parametrize(("part", "count"), [("section", 9), ("half", 45), ("whole", 81)])
 def test_a_part_has_its_own_markers(part, count):
     sensor = dataclasses.replace(SENSOR, part=part)
@@ -148,21 +131,20 @@ def test_a_part_has_its_own_markers(part, count):
     assert len({site.name for site in marker_sites(sensor, "internal_markers")}) == count
 
 
-def test_rods_stand_upright_on_the_dome():
+def test_rods_stand_upright_on_the_dome_and_external_markers_are_flush_with_the_skin():
     feet, ends = (
         np.array([site.position for site in marker_sites(dataclasses.replace(SENSOR, part="whole"), group)])
         for group in ("rod_feet", "internal_markers")
     )
     assert np.linalg.norm(ends - feet, axis=1) == pytest.approx(5.5e-3)
-    centre = np.array([0.0, SENSOR.dome.radius, 0.0])
+    radius = SENSOR.dome.radius
+    centre = np.array([0.0, radius, 0.0])
     assert np.cross(ends - centre, feet - centre) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_external_markers_are_flush_with_the_skin():
-    for site in marker_sites(SENSOR, "external_markers"):
-        x, y = site.position
-        assert np.hypot(x, y - SENSOR.dome.radius) == pytest.approx(SENSOR.dome.radius)
-        assert site.kind == GROUPS["external_markers"]
+    outer = marker_sites(SENSOR, "external_markers")
+    assert [np.hypot(x, y - radius) for x, y in (site.position for site in outer)] == pytest.approx(
+        [radius] * len(outer)
+    )
+    assert {site.kind for site in outer} == {GROUPS["external_markers"]}
 
 
 def test_a_half_is_held_at_its_plane_of_symmetry_and_meshed_by_its_part():
@@ -174,19 +156,19 @@ def test_a_half_is_held_at_its_plane_of_symmetry_and_meshed_by_its_part():
 
 
 HEXAGONAL = PRESETS.changed({"preset": "tactip-smooth-2d", "markers": {"layout": "hexagonal", "spacing": "2 mm"}})
-RIDGED, SMOOTH = PRESETS.read("tactip-ridged-2d"), PRESETS.read("tactip-smooth-2d")
+SMOOTH = PRESETS.read("tactip-smooth-2d")
 
 
 @pytest.mark.parametrize(
     ("sensor", "path", "use", "reason"),
     [
-        (RIDGED, "depth", ModelUse(3), "of 2D sections only"),
-        (RIDGED, "dome.radius", ModelUse(2, meshed=False), "the mesh comes from a file"),
+        (SENSOR, "depth", ModelUse(3), "of 2D sections only"),
+        (SENSOR, "dome.radius", ModelUse(2, meshed=False), "the mesh comes from a file"),
         (SMOOTH, "skin.ridges.pitch", ModelUse(2), "switched off"),
         (SMOOTH, "skin.ridges.enabled", ModelUse(2), ""),
-        (RIDGED, "markers.layers", ModelUse(2), "of the hexagonal layout only"),
-        (RIDGED, "markers.rings", ModelUse(2), ""),
-        (RIDGED, "skin.ridges.pitch", ModelUse(2), ""),
+        (SENSOR, "markers.layers", ModelUse(2), "of the hexagonal layout only"),
+        (SENSOR, "markers.rings", ModelUse(2), ""),
+        (SENSOR, "skin.ridges.pitch", ModelUse(2), ""),
         (HEXAGONAL, "markers.rings", ModelUse(2), "of rings only"),
     ],
 )

@@ -1,12 +1,9 @@
 """What changes from run to run: sweeps, samples and repeats, each run with its values and a name of its own."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +13,6 @@ from hypothesis import strategies as st
 from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import as_mapping
-from fingerslip.study.definition import sweep
 from fingerslip.study.definition.runs import expand_mapping, read_runs, run_names
 from fingerslip.study.definition.spec import parse_study, read_study
 from fingerslip.study.definition.sweep import (
@@ -35,11 +31,11 @@ from unit.study.block import FRICTIONS, block_values, finger_values
 SOURCE = Path("studies/x.yaml")
 
 
-def runs_of(swept: dict[str, Any], values: dict[str, Any] | None = None) -> tuple[sweep.Run, ...]:
+def runs_of(swept, values=None):
     return expand_mapping((values or block_values()) | {"sweep": swept}, SOURCE).runs
 
 
-def test_first_path_varies_slowest() -> None:
+def test_first_path_varies_slowest():
     runs = runs_of(
         {"fingertip.phalanx.variant": ["original", "scaled"], "contact.friction_coefficient": [0.2, 0.6]},
         finger_values(),
@@ -54,9 +50,13 @@ def test_first_path_varies_slowest() -> None:
     assert [run.specimen.phalanx.variant for run in runs if run.specimen] == ["original"] * 2 + ["scaled"] * 2
 
 
-def test_study_without_sweep_is_one_run() -> None:
+def test_study_without_sweep_is_one_run_and_equal_values_change_together():
     (run,) = runs_of({})
     assert (run.name, dict(run.swept), run.where) == ("run", {}, "studies/x.yaml")
+    equal = {"fingertip.transverse.half_height": "fingertip.sagittal.half_height"}
+    for run in expand_mapping(sampled(equal=equal), SOURCE).runs:
+        assert run.specimen is not None
+        assert run.specimen.transverse.half_height == run.specimen.sagittal.half_height
 
 
 HERE = SOURCE.parent.resolve()
@@ -71,11 +71,11 @@ HERE = SOURCE.parent.resolve()
         ("mesh.file", ["a.msh", "b.msh"], lambda study: study.mesh, [MeshFile(str(HERE / f"{n}.msh")) for n in "ab"]),
     ],
 )
-def test_values_anywhere_can_be_swept(path: str, values: list[str], read: Any, expected: list[object]) -> None:
+def test_values_anywhere_can_be_swept(path, values, read, expected):
     assert [read(run.study) for run in runs_of({path: values})] == expected
 
 
-def test_runs_of_a_study_made_in_python_are_checked_too() -> None:
+def test_runs_of_a_study_made_in_python_are_checked_too():
     study = dataclasses.replace(parse_study(block_values(), SOURCE), sweep={"tme.step": (1,), "time.step": ("1 mm",)})
     with pytest.raises(InputError) as caught:
         expand_mapping(as_mapping(study), SOURCE)
@@ -85,7 +85,7 @@ def test_runs_of_a_study_made_in_python_are_checked_too() -> None:
     ]
 
 
-def test_resolved_run_has_every_value_of_the_fingertip() -> None:
+def test_resolved_runs_have_every_value_and_are_studies():
     (run,) = runs_of({"fingertip.phalanx.variant": ["scaled"]}, finger_values())
     resolved = run.plain_values()
     assert resolved["fingertip"]["phalanx"]["variant"] == "scaled"
@@ -93,14 +93,18 @@ def test_resolved_run_has_every_value_of_the_fingertip() -> None:
     assert "sweep" not in resolved
     (again,) = expand_mapping(resolved, SOURCE).runs
     assert again.specimen == run.specimen
+    run = expand_mapping(sampled(), SOURCE).runs[3]
+    assert "sample" not in run.plain_values()
+    (again,) = expand_mapping(run.plain_values(), SOURCE).runs
+    assert again.specimen == run.specimen
 
 
-def sampled(**sample: Any) -> dict[str, Any]:
+def sampled(**sample):
     ranges = {"fingertip.sagittal.half_height": ["6 mm", "7 mm"]}
     return finger_values() | {"sample": {"count": 12, "ranges": ranges} | sample}
 
 
-def test_every_combination_is_run_with_every_sample() -> None:
+def test_every_combination_is_run_with_every_sample():
     values = sampled() | {"sweep": {"fingertip.phalanx.variant": ["original", "scaled"]}}
     runs = expand_mapping(values, SOURCE).runs
     assert len(runs) == 24
@@ -108,25 +112,11 @@ def test_every_combination_is_run_with_every_sample() -> None:
     assert runs[12].swept == {"fingertip.phalanx.variant": "scaled", "sample": 1}
     assert runs[0].sampled == runs[12].sampled
     height = float(str(runs[0].sampled["fingertip.sagittal.half_height"]).split()[0])
-    assert runs[0].specimen.sagittal.half_height == pytest.approx(1e-3 * height)  # type: ignore[union-attr]
+    assert runs[0].specimen.sagittal.half_height == pytest.approx(1e-3 * height)
     assert runs[0].where == "studies/x.yaml (fingertip.phalanx.variant = original, sample = 1)"
 
 
-def test_a_sampled_run_is_a_study_file_of_its_own() -> None:
-    run = expand_mapping(sampled(), SOURCE).runs[3]
-    assert "sample" not in run.plain_values()
-    (again,) = expand_mapping(run.plain_values(), SOURCE).runs
-    assert again.specimen == run.specimen
-
-
-def test_equal_values_change_together() -> None:
-    equal = {"fingertip.transverse.half_height": "fingertip.sagittal.half_height"}
-    for run in expand_mapping(sampled(equal=equal), SOURCE).runs:
-        assert run.specimen is not None
-        assert run.specimen.transverse.half_height == run.specimen.sagittal.half_height  # type: ignore[attr-defined]
-
-
-def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay() -> None:
+def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay():
     """Each of the ends is right on its own, but a thin skin has no room for a thick epidermis."""
     ranges = {
         "fingertip.layers.skin_thickness": ["0.7 mm", "2 mm"],
@@ -149,7 +139,7 @@ def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay() -> N
         expand_mapping(sampled(ranges=ranges), SOURCE)
 
 
-def mistakes(swept: dict[str, Any], **changes: Any) -> list[str]:
+def mistakes(swept, **changes):
     """Return the lines about a study with a sweep; none where it is right."""
     try:
         parse_study(block_values() | changes | {"sweep": swept}, SOURCE)
@@ -161,11 +151,14 @@ def mistakes(swept: dict[str, Any], **changes: Any) -> list[str]:
 TOGETHER = "contact.friction_coefficient, programme.0.press.depth"
 
 
-def test_equal_texts_that_are_no_numbers_may_differ_in_spaces() -> None:
+def test_what_is_no_number_may_differ_in_spaces_and_what_the_sweep_replaces_does_not_matter():
     assert check_sweep({"a": ("a b", "ab"), "ab": (1,)})
+    # A bulk size of 0.3 mm is too small for the contact size of the file, which no run has.
+    study = parse_study(finger_with_mesh(contact_size=["0.1 mm", "0.2 mm"], bulk_size=["0.3 mm", "0.4 mm"]), SOURCE)
+    assert len(study.sweep) == 2
 
 
-def test_paths_into_a_wrong_field_are_judged_by_their_values() -> None:
+def test_paths_into_a_wrong_field_are_judged_by_their_values():
     contact = {"friction_coefficient": 0.6, "boundary": 3}
     swept = {"contact.friction_coefficient": [0.1, -1], "contact.frictoin": [1, 2], "contact.boundary.x": [1]}
     assert mistakes(swept, contact=contact) == [
@@ -175,29 +168,14 @@ def test_paths_into_a_wrong_field_are_judged_by_their_values() -> None:
     ]
 
 
-def finger_with_mesh(**swept: list[str]) -> dict[str, Any]:
+def finger_with_mesh(**swept):
     mesh, sweep = {"contact_size": "0.5 mm", "bulk_size": "1 mm"}, {f"mesh.{name}": swept[name] for name in swept}
     values = finger_values(mesh=mesh, sweep=sweep)
     del values["programme"]
     return values
 
 
-def test_what_the_sweep_replaces_does_not_matter() -> None:
-    """A bulk size of 0.3 mm is too small for the contact size of the file, which no run has."""
-    study = parse_study(finger_with_mesh(contact_size=["0.1 mm", "0.2 mm"], bulk_size=["0.3 mm", "0.4 mm"]), SOURCE)
-    assert len(study.sweep) == 2
-
-
-def test_a_mistake_between_values_names_the_run() -> None:
-    with pytest.raises(InputError) as caught:
-        parse_study(finger_with_mesh(contact_size=["0.1 mm", "2 mm"]), SOURCE)
-    assert str(caught.value) == (
-        "studies/x.yaml: mesh.bulk_size: got 1 mm in the run with mesh.contact_size = 2 mm, "
-        "needs >= 2 mm (contact_size)"
-    )
-
-
-def test_values_are_put_into_a_copy() -> None:
+def test_values_are_put_into_a_copy():
     values = block_values()
     changed = with_values(values, {"contact.friction_coefficient": 0.1, "damping.stiffness": "1 s"})
     assert changed == values | {
@@ -209,23 +187,22 @@ def test_values_are_put_into_a_copy() -> None:
     assert combinations({}) == [{}]
 
 
-def test_values_that_change_together_are_runs_side_by_side() -> None:
+def test_values_that_change_together_are_runs_side_by_side_and_mistakes_between_values_name_the_run():
     swept = {TOGETHER: [[0.2, "0.1 mm"], [0.4, "0.2 mm"]], "time.step": ["2 ms", "1 ms"]}
-    study = parse_study(block_values() | {"sweep": swept}, SOURCE)
-    found = combinations(study.sweep)
+    found = combinations(parse_study(block_values() | {"sweep": swept}, SOURCE).sweep)
     pairs = [(0.2, "0.1 mm"), (0.4, "0.2 mm")]
     assert [tuple(one.values()) for one in found] == [(*pair, step) for pair in pairs for step in ("2 ms", "1 ms")]
+    with pytest.raises(InputError) as caught:
+        parse_study(finger_with_mesh(contact_size=["0.1 mm", "2 mm"]), SOURCE)
+    assert str(caught.value) == (
+        "studies/x.yaml: mesh.bulk_size: got 1 mm in the run with mesh.contact_size = 2 mm, "
+        "needs >= 2 mm (contact_size)"
+    )
 
 
 PATHS = ["contact.friction_coefficient", "time.step", "fingertip.fingerprint.enabled"]
-
-
 numbers = st.floats(allow_nan=False) | st.integers(-100, 100)
-
-
 quantities = st.builds("{} {}".format, numbers, st.sampled_from(["mm", "deg", "mm/s", "kPa"]))
-
-
 values = st.one_of(
     st.booleans(),
     numbers,
@@ -238,7 +215,7 @@ values = st.one_of(
 
 
 @given(lists=st.lists(st.lists(values, min_size=1, max_size=4, unique_by=repr), min_size=1, max_size=3))
-def test_names_are_safe_short_and_different(lists: list[list[object]]) -> None:
+def test_names_are_safe_short_and_different(lists):
     combinations = [dict(zip(PATHS, items, strict=False)) for items in itertools.product(*lists)]
     names = run_names(combinations)
     assert len({name.lower() for name in names}) == len(combinations)
@@ -253,7 +230,7 @@ def test_names_are_safe_short_and_different(lists: list[list[object]]) -> None:
 @example(pair=[0.1234567, 0.1234568], unit="mm")
 @example(pair=[0.5, 5], unit="mm")
 @example(pair=[0.6, 0.6000000000000001], unit="mm")
-def test_different_numbers_have_different_names_without_a_hash(pair: list[float], unit: str) -> None:
+def test_different_numbers_have_different_names_without_a_hash(pair, unit):
     """Both as numbers and as quantities; a hash would say nothing to the reader."""
     for swept in (pair, [f"{value!r} {unit}" for value in pair]):
         names = run_names([{"x": value} for value in swept])
@@ -285,11 +262,11 @@ def test_different_numbers_have_different_names_without_a_hash(pair: list[float]
         ({}, "run"),
     ],
 )
-def test_names_of_single_runs(swept: dict[str, object], name: str) -> None:
+def test_names_of_single_runs(swept, name):
     assert run_names([swept]) == [name]
 
 
-def test_values_that_look_alike_are_told_apart_by_a_hash() -> None:
+def test_values_that_look_alike_are_told_apart_by_a_hash():
     names = run_names([{"mesh.file": value} for value in ("a b.msh", "a-b.msh", "A-b.msh", "c.msh")])
     assert [name.startswith(("file-a-b.msh-", "file-A-b.msh-")) for name in names] == [True, True, True, False]
     assert len(set(names)) == 4
@@ -305,65 +282,59 @@ def test_values_that_look_alike_are_told_apart_by_a_hash() -> None:
         ("wang2014_formulation", "formulation-plane-stress_variant-original"),
     ],
 )
-def test_finished_runs_of_shipped_studies_keep_their_folders(study: str, name: str) -> None:
+def test_finished_runs_of_shipped_studies_keep_their_folders(study, name):
     path = STUDIES / f"{study}.yaml"
     assert name in [run.name for run in read_runs(path).runs]
 
 
-HEIGHT, CLEARANCE = "fingertip.sagittal.half_height", "contact.clearance"
-
-
+HEIGHT = "fingertip.sagittal.half_height"
 RATIO = "fingertip.materials.tissue.poisson_ratio"
 
 
-def finger(**sample: Any) -> dict[str, Any]:
+def finger(**sample):
     return finger_values(sample={"count": 4, "ranges": {HEIGHT: ["6 mm", "7 mm"]}} | sample)
 
 
-def test_every_part_of_a_range_holds_one_sample() -> None:
+def test_samples_fill_their_ranges_and_come_together_at_random():
     samples = drawn(SampleSettings({"a": ("10 mm", "20 mm"), "b": (-1, 1)}, count=10))
     parts = [sorted(int(float(sample["a"].removesuffix(" mm")) - 10.0) for sample in samples)]
     parts.append(sorted(int(5 * (sample["b"] + 1.0)) for sample in samples))
     assert parts == [list(range(10))] * 2
     assert {sample["a"].split()[1] for sample in samples} == {"mm"}
-
-
-def test_a_sobol_sequence_fills_every_part_and_every_quarter_of_pairs() -> None:
     samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=16, method="sobol"))
     values = np.array([[sample["a"], sample["b"]] for sample in samples])
     assert sorted((16 * values[:, 0]).astype(int)) == list(range(16))
     quarters, counts = np.unique((4 * values).astype(int), axis=0, return_counts=True)
     assert (len(quarters), set(counts)) == (16, {1})
-
-
-def test_independent_values_are_uniform() -> None:
     values = np.array([one["a"] for one in drawn(SampleSettings({"a": (2, 4)}, count=2000, method="random"))])
     assert values.mean() == pytest.approx(3.0, abs=0.05)
     assert values.std() == pytest.approx(2.0 / np.sqrt(12.0), rel=0.05)
     assert values.min() >= 2.0
     assert values.max() <= 4.0
+    samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=200))
+    values = np.array([[sample["a"], sample["b"]] for sample in samples])
+    assert abs(np.corrcoef(values.T)[0, 1]) < 0.15
+    for method, count in (("latin_hypercube", 30), ("saltelli", 16), ("morris", 30)):
+        samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
+        assert {sample["word"] for sample in samples} == set("abcd"), method
 
 
 @pytest.mark.parametrize("method", ["latin_hypercube", "sobol", "random"])
-def test_the_seed_decides_the_samples(method: str) -> None:
+def test_the_seed_decides_the_samples(method):
     ranges = {"a": ("10 mm", "20 mm"), "b": (-1, 1)}
     first, again, other = (drawn(SampleSettings(ranges, count=8, seed=seed, method=method)) for seed in (1, 1, 2))
     assert first == again
     assert first != other
 
 
-def test_ranges_come_together_at_random() -> None:
-    samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=200))
-    values = np.array([[sample["a"], sample["b"]] for sample in samples])
-    assert abs(np.corrcoef(values.T)[0, 1]) < 0.15
-
-
-def test_equal_values_follow_a_sampled_one() -> None:
+def test_samples_that_are_equal_follow_and_wrong_ones_are_told_once():
     settings = SampleSettings({"a": (0, 1)}, count=2, equal={"b": "a", "c": "a"})
     assert settings.values({"a": 0.3}) == {"a": 0.3, "b": 0.3, "c": 0.3}
+    known = [InputError("sample.count", "is missing", "needs a value")]
+    assert sample_mistakes(block_values() | {"sample": {}}, known, {}, lambda _: []) == []
 
 
-def test_mistakes_have_their_lines(tmp_path: Path) -> None:
+def test_mistakes_have_their_lines(tmp_path):
     path = tmp_path / "x.yaml"
     path.write_text(
         "fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms}\ncontact: {friction_coefficient: 0.6}\n"
@@ -374,7 +345,7 @@ def test_mistakes_have_their_lines(tmp_path: Path) -> None:
     assert str(caught.value).endswith("(line 7)")
 
 
-def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path: Path) -> None:
+def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path):
     values = finger(equal={"fingertip.transverse.half_height": HEIGHT})
     study = parse_study(values, SOURCE)
     assert parse_study(as_mapping(study), SOURCE) == study
@@ -383,22 +354,10 @@ def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path:
     assert read_runs(path).given[-2:] == (HEIGHT, "fingertip.transverse.half_height")
 
 
-def test_a_study_that_is_wrong_in_its_samples_has_no_further_mistakes_in_them() -> None:
-    known = [InputError("sample.count", "is missing", "needs a value")]
-    assert sample_mistakes(block_values() | {"sample": {}}, known, {}, lambda _: []) == []
-
-
-def test_every_choice_is_drawn() -> None:
-    for method, count in (("latin_hypercube", 30), ("saltelli", 16), ("morris", 30)):
-        samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
-        counts = {sample["word"] for sample in samples}
-        assert counts == set("abcd"), method
-
-
 REPEATS = {"count": 3, "scatter": {"contact.friction_coefficient": 0.02, "programme.0.press.depth": "0.01 mm"}}
 
 
-def test_every_run_is_repeated_with_the_same_draws() -> None:
+def test_every_run_is_repeated_with_the_same_draws_and_impossible_ones_are_refused_alone():
     runs = expand_mapping(block_values() | {"repeats": REPEATS}, Path("x.yaml")).runs
     assert [run.name for run in runs[:2]] == [f"friction_coefficient-0.2_repeat-{number}" for number in (1, 2)]
     assert len(runs) == 9
@@ -406,9 +365,15 @@ def test_every_run_is_repeated_with_the_same_draws() -> None:
     assert off.reshape(3, 3) == pytest.approx(np.tile(off[:3], (3, 1)), abs=1e-6)
     assert len(set(off[:3])) == 3
     assert runs[0].study.contact.friction_coefficient == runs[0].sampled["contact.friction_coefficient"]
+    values = block_values() | {"repeats": {"count": 20, "scatter": {"contact.friction_coefficient": 0.2}}, "sweep": {}}
+    values["contact"]["friction_coefficient"] = 0.1
+    expansion = expand_mapping(values, Path("x.yaml"))
+    assert expansion.refused
+    assert expansion.runs
+    assert all(one.sampled["contact.friction_coefficient"] < 0.0 for one in expansion.refused)
 
 
-def test_draws_have_the_standard_deviation_and_follow_from_the_seed() -> None:
+def test_draws_have_the_standard_deviation_and_follow_from_the_seed():
     settings = RepeatSettings(count=400, scatter={"a": "0.1 mm"})
     drawn = [scatter_values(settings, number, {"a": "1.5 mm"})["a"] for number in range(1, 401)]
     values = np.array([float(text.removesuffix(" m")) for text in drawn])
@@ -417,12 +382,3 @@ def test_draws_have_the_standard_deviation_and_follow_from_the_seed() -> None:
     other = RepeatSettings(count=400, scatter={"a": "0.1 mm"}, seed=2)
     assert scatter_values(settings, 1, {"a": "1 mm"}) == scatter_values(settings, 1, {"a": "1 mm"})
     assert scatter_values(settings, 1, {"a": "1 mm"}) != scatter_values(other, 1, {"a": "1 mm"})
-
-
-def test_impossible_draws_are_refused_alone() -> None:
-    values = block_values() | {"repeats": {"count": 20, "scatter": {"contact.friction_coefficient": 0.2}}, "sweep": {}}
-    values["contact"]["friction_coefficient"] = 0.1
-    expansion = expand_mapping(values, Path("x.yaml"))
-    assert expansion.refused
-    assert expansion.runs
-    assert all(one.sampled["contact.friction_coefficient"] < 0.0 for one in expansion.refused)

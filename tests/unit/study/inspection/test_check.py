@@ -1,46 +1,55 @@
-"""A study before it is run: what running it would do, its mesh and its specimen's picture."""
-
-from __future__ import annotations
+"""A study before it is run, and its stored results seen: figures, films, pictures and windows."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 import yaml
 
-from fingerslip.errors import InputError, ResultError
+import fingerslip as fs
+from fingerslip.errors import FingerslipError, InputError, ResultError
+from fingerslip.history import write_history
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import quality_table
+from fingerslip.report.scene import viewer
+from fingerslip.results import result_of, write_result
 from fingerslip.study.definition.runs import plan_studies
 from fingerslip.study.inspection.check import check_plans, draw_specimen, save_mesh
+from fingerslip.study.inspection.views import (
+    FigureChoice,
+    film_size,
+    kinds_text,
+    time_of_run,
+    view_result,
+    write_figure,
+)
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.runner import run_study
+from fingerslip.vision.video import video_info
+from unit.report.scenes import block_history
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import Write, block_values, changed
+from unit.study.block import NAMES, block_values, changed
 
 
-def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
+def test_every_run_is_counted_with_its_size_and_what_is_too_coarse_is_said(write_study, monkeypatch):
     table = check_plans(plan_studies([write_study()]))
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
-    assert [row[:6] for row in table.rows] == [
-        ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30, 30) for friction in (0.2, 0.4, 0.6)
-    ]
+    assert [row[:6] for row in table.rows] == [("block.yaml", name, "to do", 90, 30, 30) for name in NAMES]
     assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
     assert table.note.startswith(
         "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB. WARNING: "
     )
-
-
-def test_what_is_too_coarse_to_be_right_is_said(write_study: Write) -> None:
-    table = check_plans(plan_studies([write_study()]))
     assert table.title == "Checked: no mistakes found, 3 warnings"
     assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
+    monkeypatch.setattr("fingerslip.dynamics.step.sharing._WORTH_SHARING", {2: 0, 3: 0})
     fine = check_plans(plan_studies([write_study(block_values() | {"time": {"step": "0.5 ms"}})]))
     assert "steps" not in fine.note
+    assert "3 of those to do are computed in 1 group with one matrix each." in fine.note
 
 
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
-def test_steps_that_control_their_error_are_told_from_records(write_study: Write, scheme: str, fewest: int) -> None:
+def test_steps_that_control_their_error_are_told_from_records(write_study, scheme, fewest):
     path = write_study(block_values() | {"time": {"step": "auto", "output": "2 ms", "scheme": scheme}})
     table = check_plans(plan_studies([path]))
     assert [row[4:6] for row in table.rows] == [(30, f"at least {fewest}")] * 3
@@ -51,7 +60,7 @@ def test_steps_that_control_their_error_are_told_from_records(write_study: Write
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_time_is_that_of_what_is_to_do(write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_time_is_that_of_what_is_to_do(write_study, tmp_path, monkeypatch):
     monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
     assert check_plans(plan_studies([write_study()])).note.startswith("3 runs, about 3.0 min")
     run_study(write_study(), results_dir=tmp_path / "results", workers=1)
@@ -61,22 +70,14 @@ def test_time_is_that_of_what_is_to_do(write_study: Write, tmp_path: Path, monke
     assert table.note.startswith("2 runs, about 1.0 min")
 
 
-def test_the_first_mistake_of_any_study_is_told(write_study: Write) -> None:
+def test_the_first_mistake_of_any_study_is_told(write_study):
     good = write_study()
     bad = write_study(changed("contact.boundary", "pulp"), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
         check_plans(plan_studies([good, bad]))
 
 
-def test_groups_with_one_matrix_are_told(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fingerslip.dynamics.step.sharing._WORTH_SHARING", {2: 0, 3: 0})
-    assert (
-        "3 of those to do are computed in 1 group with one matrix each."
-        in check_plans(plan_studies([write_study()])).note
-    )
-
-
-def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) -> None:
+def test_mesh_of_the_first_run_of_a_study(write_study, tmp_path):
     (table,) = save_mesh(str(write_study()), tmp_path / "copy.msh")
     mesh = read_mesh(tmp_path / "copy.msh")
     assert mesh.p.shape[1] == 45
@@ -88,7 +89,7 @@ def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) ->
     assert (jacobian, smallest, largest, aspect) == pytest.approx((1.0, 90.0, 90.0, 1.0))
 
 
-def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_meshes_of_presets_and_studies_go_to_their_own_names(tmp_path, monkeypatch, write_study):
     monkeypatch.chdir(tmp_path)
     (table,) = save_mesh("wang2014-2d")
     mesh = read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
@@ -96,32 +97,12 @@ def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path: Path, monkeypatch: pyte
     assert [row[0] for row in table.rows] == ["epidermis", "dermis", "tissue", "phalanx"]
     for row, known in zip(table.rows, quality_table(mesh), strict=True):
         assert row[3:5] == pytest.approx(np.degrees([known.smallest_angle, known.largest_angle]))
-
-
-def test_mesh_of_a_study_goes_to_the_name_of_the_study(
-    write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
     monkeypatch.chdir(tmp_path)
     save_mesh(str(write_study(block_values() | {"sweep": {}}, name="mine")))
     assert (tmp_path / "meshes" / "mine.msh").is_file()
 
 
-def test_what_is_neither_a_study_nor_a_preset_is_refused() -> None:
-    with pytest.raises(InputError, match=r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"):
-        save_mesh("wang2014-2e")
-    with pytest.raises(InputError, match=r"mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"):
-        save_mesh("nix")
-
-
-def test_a_place_that_cannot_be_written_is_named(write_study: Write, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ResultError, match=r"file/copy\.msh: cannot be written"):
-        save_mesh(str(write_study()), tmp_path / "file" / "copy.msh")
-
-
-def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(tmp_path, monkeypatch):
     made = mesh_of_a_scan()
     for name in ("skin.stl", "phalanx.stl"):
         (tmp_path / name).write_text(name)
@@ -138,7 +119,7 @@ def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(
     assert len(back.subdomains["tissue"]) == 5
 
 
-def test_preset_and_study_are_drawn(tmp_path: Path) -> None:
+def test_preset_and_study_are_drawn(tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text("fingertip: {preset: wang2014-2d}\ntime: {step: 5 ms, end: 10 ms}\n", encoding="utf-8")
     for number, target in enumerate(("wang2014-3d", "tactip-ridged-3d", str(study))):
@@ -147,8 +128,135 @@ def test_preset_and_study_are_drawn(tmp_path: Path) -> None:
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"needs a file that ends in \.png, \.svg, \.pdf"):
-        draw_specimen("wang2014-3d", tmp_path / "finger.doc")
-    with pytest.raises(InputError, match="preset: 'nobody' is not known"):
-        draw_specimen("nobody", tmp_path / "finger.png")
+@pytest.mark.parametrize(
+    ("make", "target", "message"),
+    [
+        (save_mesh, "wang2014-2e a.msh", r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"),
+        (save_mesh, "nix a.msh", "mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"),
+        (save_mesh, "block.yaml file/copy.msh", r"file/copy\.msh: cannot be written"),
+        (draw_specimen, "wang2014-3d finger.doc", r"needs a file that ends in \.png, \.svg, \.pdf"),
+        (draw_specimen, "nobody finger.png", "preset: 'nobody' is not known"),
+    ],
+)
+def test_what_cannot_be_meshed_or_drawn_is_refused(write_study, monkeypatch, make, target, message):
+    monkeypatch.chdir(write_study().parent)
+    Path("file").write_text("")
+    name, path = target.split()
+    with pytest.raises(FingerslipError, match=message):
+        make(name, Path(path))
+
+
+@pytest.fixture
+def folder(finished):
+    return finished
+
+
+@pytest.mark.parametrize(("form", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")])
+def test_a_figure_of_a_study_or_of_a_run_stands_beside_its_results(folder, form, start):
+    written = write_figure(folder, FigureChoice("latency", form=form))
+    assert written == folder / f"latency.{form}"
+    assert written.read_bytes().startswith(start)
+    if form == "pdf":
+        assert write_figure(folder, FigureChoice("forces", run=RUN, style="slides")).name == f"forces-{RUN}.pdf"
+
+
+RUN = "friction_coefficient-0.2"
+
+
+@pytest.mark.parametrize(
+    ("target", "choice", "output", "words"),
+    [
+        ("", FigureChoice("nothing"), None, "--kind: got 'nothing', needs one of latency"),
+        ("", FigureChoice("latency", style="poster"), None, "--style: got 'poster', needs one of page, paper, slides"),
+        ("", FigureChoice("latency", form="gif"), None, "--format: got 'gif', needs one of pdf, svg, png"),
+        ("", FigureChoice("latency", path="mesh.size"), None, "--over: 'mesh.size' is not swept"),
+        ("", FigureChoice("forces"), None, "this kind shows one run of"),
+        ("", FigureChoice("forces", run="x"), None, "--run: 'x' is not there"),
+        ("..", FigureChoice("latency"), None, "holds no study"),
+        (RUN, FigureChoice("forces", times=("99 s",)), None, "--time: got 99 s, needs a time of the run, 0 to"),
+        (RUN, FigureChoice("forces", run="x"), None, "--run: got 'x' with the folder of a run, needs the folder of"),
+        (RUN, FigureChoice("film"), "film.avi", "--output: got '.*film.avi', needs a name that ends in .mp4"),
+    ],
+)
+def test_wrong_choices_say_what_is_allowed(folder, target, choice, output, words):
+    with pytest.raises(FingerslipError, match=words):
+        write_figure(folder / target, choice, output and folder / output)
+    assert list(folder.glob("film*")) == []
+
+
+def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path):
+    history = block_history("Q4")
+    write_history(history, tmp_path / "history.nc")
+    (tmp_path / "run.yaml").write_text("title: block\n", encoding="utf-8")
+    write_result(result_of(history, "run", {}), tmp_path)
+    film = {"size": (480, 270), "frame_rate": 10.0, "seconds": 0.5}
+    written = write_figure(tmp_path, FigureChoice("film", film=film))
+    info = video_info(written)
+    assert written.name == "film.mp4"
+    assert (info.width, info.height, info.frame_count, info.frame_rate) == (480, 270, 5, 10.0)
+
+
+def test_sizes_are_read_and_kinds_listed():
+    assert film_size("640x480") == (640, 480)
+    with pytest.raises(InputError, match="got '640', needs a width and a height"):
+        film_size("640")
+    assert "deformed: " in kinds_text()
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "run").mkdir()
+    write_history(block_history(), folder / "run" / "history.nc")
+    return folder
+
+
+@pytest.mark.parametrize("target", ["", "run", "run/history.nc"])
+def test_a_run_is_found_in_its_study_its_folder_and_its_file(study, target, monkeypatch):
+    drawn, picture = [], Path("p.png")
+    monkeypatch.setattr(viewer, "save_still", lambda *asked: drawn.append(asked))
+    assert view_result(study / target, {"scalar": "region"}, time="50 ms", screenshot=picture) == (picture,)
+    ((history, *asked, options),) = drawn
+    assert asked == [picture, pytest.approx(0.05)]
+    assert (history.sizes["snapshot_time"], options.scalar) == (3, "region")
+
+
+def test_of_several_runs_one_has_to_be_chosen_and_a_folder_without_runs_is_refused(study, tmp_path):
+    with pytest.raises(ResultError, match="holds no run"):
+        view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "history.nc").write_bytes((study / "run" / "history.nc").read_bytes())
+    with pytest.raises(InputError, match="holds 2 runs, needs one of a, b"):
+        view_result(tmp_path, {}, screenshot=tmp_path / "p.png")
+
+
+@pytest.mark.parametrize(
+    ("options", "time", "message"),
+    [
+        ({"scalar": "stress"}, "", "view: scalar"),
+        ({"cut": "q"}, "", "view: cut"),
+        ({}, "1.2", "view: --time"),
+        ({}, "1.2 mm", "view: --time"),
+    ],
+)
+def test_wrong_options_are_refused_before_anything_is_drawn(study, tmp_path, options, time, message):
+    with pytest.raises(InputError, match=message):
+        view_result(study, options, time=time, screenshot=tmp_path / "p.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+HISTORY = xr.Dataset(coords={"time": [0.0, 0.5, 1.0]})
+
+
+@pytest.mark.parametrize(("given", "seconds"), [("0 s", 0.0), ("500 ms", 0.5), ("1 s", 1.0)])
+def test_a_time_has_a_unit(given, seconds):
+    assert time_of_run(HISTORY, given, "view: --time") == pytest.approx(seconds)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"), [("1.1 s", "0 to 1 s"), ("-1 ms", "0 to 1 s"), ("1", "unit"), ("1 mm", "s")]
+)
+def test_other_times_are_refused(given, said):
+    with pytest.raises(fs.InputError, match=f"^view: --time: .*{said}"):
+        time_of_run(HISTORY, given, "view: --time")

@@ -1,15 +1,10 @@
 """Presets, studies and results as tables, two runs side by side, what moves results, and results for other programs."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
-
 import pandas as pd
 import pytest
 import yaml
 
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import FingerslipError, InputError
 from fingerslip.materials.choice import material_names
 from fingerslip.specimens.choice import preset_names
 from fingerslip.specimens.fingertip import preset_table
@@ -23,11 +18,11 @@ from fingerslip.study.inspection.show import (
 )
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
-from fingerslip.tables.table import Measured, Missing, Table
-from unit.study.block import FRICTIONS, Write, block_values, finger_values
+from fingerslip.tables.table import Measured, Missing
+from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
 
 
-def rows_of(values: dict[str, Any], folder: Path) -> dict[str, tuple[str, str, str]]:
+def rows_of(values, folder):
     """Return value, source and note by path of a study as it is shown."""
     path = folder / "x.yaml"
     path.write_text(yaml.safe_dump(values))
@@ -37,29 +32,27 @@ def rows_of(values: dict[str, Any], folder: Path) -> dict[str, tuple[str, str, s
     return {path: tuple(rest) for path, *rest in table.rows}
 
 
-def finger(**more: Any) -> dict[str, Any]:
+def finger(**more):
     changed = {"phalanx": {"variant": "scaled"}, "layers": {"skin_thickness": "1.4 mm"}}
     return finger_values(fingertip={"preset": "wang2014-2d", **changed}, **more)
 
 
-def test_presets_are_listed_with_their_papers() -> None:
-    table = presets_table()
-    assert tuple(row[0] for row in table.rows) == preset_names()
-    assert "ROBOMECH" in str(table.rows[0][1])
-
-
-def test_materials_that_ship_are_listed_and_shown_with_the_assumed_values_first() -> None:
+def test_presets_and_materials_are_listed_and_shown_with_the_assumed_values_first():
     presets, materials = show()
     assert presets == presets_table()
+    assert tuple(row[0] for row in presets.rows) == preset_names()
+    assert "ROBOMECH" in str(presets.rows[0][1])
     assert tuple(row[0] for row in materials.rows) == material_names()
-    (table,) = show("pulp-relaxing")
-    rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["youngs_modulus"][:2] == ("85 kPa", "assumed")
-    sources = [row[2] for row in table.rows]
-    assert sources == sorted(sources, key=lambda source: source != "assumed")
+    (pulp,), (finger) = show("pulp-relaxing"), show("wang2014-2d")[0]
+    assert {row[0]: row[1:] for row in pulp.rows}["youngs_modulus"][:2] == ("85 kPa", "assumed")
+    assert len(finger.rows) == len(preset_table("wang2014-2d"))
+    assert "no dimension" in finger.note
+    for table in (pulp, finger):
+        sources = [row[2] for row in table.rows]
+        assert sources == sorted(sources, key=lambda source: source != "assumed")
 
 
-def test_values_of_materials_that_ship_have_their_sources_in_a_study(tmp_path: Path) -> None:
+def test_values_of_materials_that_ship_have_their_sources_in_a_study(tmp_path):
     values = finger(materials={"dermis": {"preset": "ecoflex-00-30", "density": "1080 kg/m^3"}})
     values["fingertip"]["materials"] = {"tissue": {"preset": "pulp-relaxing", "youngs_modulus": "90 kPa"}}
     rows = rows_of(values, tmp_path)
@@ -77,15 +70,7 @@ def test_values_of_materials_that_ship_have_their_sources_in_a_study(tmp_path: P
     assert first[: first.count("assumed")] == ["assumed"] * first.count("assumed")
 
 
-def test_preset_is_shown_with_all_values_and_what_it_does_not_claim() -> None:
-    (table,) = show("wang2014-2d")
-    assert len(table.rows) == len(preset_table("wang2014-2d"))
-    sources = [row[2] for row in table.rows]
-    assert sources == sorted(sources, key=lambda source: source != "assumed")
-    assert "no dimension" in table.note
-
-
-def test_assumed_values_of_a_study_come_first(tmp_path: Path) -> None:
+def test_assumed_values_of_a_study_come_first(tmp_path):
     rows = rows_of(finger(), tmp_path)
     assumed = [source == "assumed" for _, source, _ in rows.values()]
     assert assumed == sorted(assumed, reverse=True)
@@ -97,14 +82,14 @@ def test_assumed_values_of_a_study_come_first(tmp_path: Path) -> None:
     assert recorded["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
 
 
-def test_body_that_is_no_fingertip_has_no_preset(tmp_path: Path) -> None:
+def test_body_that_is_no_fingertip_has_no_preset(tmp_path):
     rows = rows_of(block_values(), tmp_path)
     assert not [path for path in rows if path.startswith("fingertip")]
     assert rows["mesh.file"] == (str(tmp_path / "block.msh"), "study file", "")
     assert rows["supports.top"] == ("x, y", "study file", "")
 
 
-def test_result_of_a_run_has_events_numbers_and_swept_values(folder: Path) -> None:
+def test_result_of_a_run_has_events_numbers_and_swept_values(folder):
     events, measures, swept = show(str(folder / SECOND))
     assert [row[0] for row in events.rows] == ["accumulated slip", "displacement", "acceleration peaks"]
     numbers = {row[0]: row[2] for row in measures.rows}
@@ -115,29 +100,20 @@ def test_result_of_a_run_has_events_numbers_and_swept_values(folder: Path) -> No
     assert [row[0] for row in whole.rows] == FRICTIONS
 
 
-def test_what_is_not_there_is_answered_with_what_is(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"show wang2013: is not there.*presets: wang2014-2d"):
-        show("wang2013")
-    with pytest.raises(ResultError, match="holds no results of a study"):
-        show(str(tmp_path))
-    with pytest.raises(InputError, match=r"gone\.yaml: is not there"):
-        show(str(tmp_path / "gone.yaml"))
-
-
-FIRST, SECOND = "friction_coefficient-0.2", "friction_coefficient-0.6"
+FIRST, _, SECOND = NAMES
 
 
 @pytest.fixture
-def folder(finished: Path) -> Path:
+def folder(finished):
     """Return the results of a study of three runs; overall slip comes at 1.4 s + 0.5 s per unit of friction."""
     return finished
 
 
-def rows_by_name(table: Table) -> dict[str, tuple[object, ...]]:
+def rows_by_name(table):
     return {str(row[0]): row[1:] for row in table.rows}
 
 
-def test_two_runs_stand_beside_each_other_where_they_differ(folder: Path) -> None:
+def test_two_runs_stand_beside_each_other_where_they_differ_and_a_run_does_not_from_itself(folder):
     values, results = diff_runs(folder / FIRST, folder / SECOND)
     assert rows_by_name(values) == {"contact.friction_coefficient": ("0.2", "0.6")}
     assert values.note == f"A: {folder / FIRST}; B: {folder / SECOND}."
@@ -152,14 +128,17 @@ def test_two_runs_stand_beside_each_other_where_they_differ(folder: Path) -> Non
     none = Missing.NOT_DEFINED
     assert rows["smallest distance from the contact to a free edge"] == ("mm", none, none, None)
     assert results.marked == (), "without uncertainties no difference is clear"
+    values, results = diff_runs(folder / FIRST, folder / FIRST)
+    assert values.rows == ()
+    assert "same values" in values.note
+    assert {row[-1] for row in results.rows} <= {0.0, None}
 
 
-def test_differences_beyond_the_uncertainties_of_both_stand_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_differences_beyond_the_uncertainties_of_both_stand_out(folder, monkeypatch):
     known = {"slip.overall": 3e-3, "slip.incipient": 0.4, "slip_margin_incipient": 0.01}
     monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
     _, results = diff_runs(folder / FIRST, folder / SECOND)
-    rows = rows_by_name(results)
-    difference = rows["overall slip (accumulated slip)"][3]
+    difference = rows_by_name(results)["overall slip (accumulated slip)"][3]
     assert isinstance(difference, Measured)
     assert difference.uncertainty == pytest.approx(3e-3 * 2**0.5)
     marked = {results.rows[number][0] for number in results.marked}
@@ -168,15 +147,8 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out(folder: Path, mo
     assert "bold" in results.note
 
 
-def test_a_run_does_not_differ_from_itself(folder: Path) -> None:
-    values, results = diff_runs(folder / FIRST, folder / FIRST)
-    assert values.rows == ()
-    assert "same values" in values.note
-    assert {row[-1] for row in results.rows} <= {0.0, None}
-
-
 @pytest.mark.usefixtures("simulated", "reports")
-def test_runs_of_two_studies_may_have_other_values(folder: Path, write_study: Write, tmp_path: Path) -> None:
+def test_runs_of_two_studies_may_have_other_values(folder, write_study, tmp_path):
     law = {"static_kinetic": {"static": 0.6, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
     path = write_study(block_values() | {"contact": {"boundary": "bottom", "friction": law}, "sweep": {}}, name="drop")
     other = run_study(path, results_dir=tmp_path / "results", workers=1)
@@ -187,7 +159,7 @@ def test_runs_of_two_studies_may_have_other_values(folder: Path, write_study: Wr
     assert "title" not in rows
 
 
-def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(folder: Path, tmp_path: Path) -> None:
+def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(folder, tmp_path):
     written = export_result(folder, "parquet")
     assert written == folder / "export-parquet"
     frame = pd.read_parquet(written / "runs.parquet")
@@ -196,20 +168,27 @@ def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(fold
     assert "time_s" in (tmp_path / "out" / "series.csv").read_text(encoding="utf-8")
 
 
-def test_what_is_no_result_is_refused(folder: Path, tmp_path: Path) -> None:
-    with pytest.raises(ResultError, match="holds no finished run"):
-        export_result(tmp_path, "csv")
-    with pytest.raises(InputError, match="format: got 'vtu', needs one of csv, json, mat, parquet"):
-        export_result(folder, "vtu")
-    with pytest.raises(ResultError, match="needs the folder of one of its runs"):
-        diff_runs(folder, folder / SECOND)
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda _: show("wang2013"), "show wang2013: is not there.*presets: wang2014-2d"),
+        (lambda folder: show(str(folder.parent)), "holds no results of a study"),
+        (lambda folder: show(str(folder / "gone.yaml")), r"gone\.yaml: is not there"),
+        (lambda folder: export_result(folder.parent, "csv"), "holds no finished run"),
+        (lambda folder: export_result(folder, "vtu"), "format: got 'vtu', needs one of csv, json, mat, parquet"),
+        (lambda folder: diff_runs(folder, folder / SECOND), "needs the folder of one of its runs"),
+    ],
+)
+def test_what_is_no_result_is_refused(folder, ask, message):
+    with pytest.raises(FingerslipError, match=message):
+        ask(folder)
 
 
 RANGES = {"contact.friction_coefficient": [0.2, 0.4], "programme.0.press.depth": ["0.05 mm", "0.1 mm"]}
 AT = ["contact.friction_coefficient=0.3", "programme.0.press.depth=0.07 mm"]
 
 
-def folder_of(write_study: Write, method: str, count: int) -> Path:
+def folder_of(write_study, method, count):
     pytest.importorskip("SALib")
     sample = {"method": method, "count": count, "ranges": RANGES}
     path = write_study(block_values() | {"sweep": {}, "sample": sample})
@@ -217,7 +196,7 @@ def folder_of(write_study: Write, method: str, count: int) -> Path:
 
 
 @pytest.mark.usefixtures("reports", "simulated")
-def test_sobol_indices_are_written_with_their_figure(write_study: Write) -> None:
+def test_sobol_indices_are_written_with_their_figure(write_study):
     folder = folder_of(write_study, "saltelli", 4)
     (table,) = write_sensitivities(folder, "overall_slip", "auto")
     # The stand-in of the simulation knows friction alone.
@@ -232,7 +211,7 @@ def test_sobol_indices_are_written_with_their_figure(write_study: Write) -> None
 
 
 @pytest.mark.usefixtures("reports", "simulated")
-def test_elementary_effects_and_predictions(write_study: Write) -> None:
+def test_elementary_effects_and_predictions(write_study):
     folder = folder_of(write_study, "morris", 6)
     (table,) = write_sensitivities(folder, "overall_slip", "auto")
     assert table.rows[0][0] == "friction coefficient"

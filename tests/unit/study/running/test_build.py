@@ -1,9 +1,6 @@
 """From a run to its model."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,16 +17,16 @@ from fingerslip.model.programme import Hold, Press, Ramp
 from fingerslip.model.rigid_bodies import RigidBody, Springs
 from fingerslip.model.timing import QuasiStatic
 from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
-from fingerslip.study.definition.runs import Run, expand_mapping
+from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error
 from places import ROOT
 from unit.fingers import change_solid, coarse_solid
 from unit.scans import mesh_of_a_scan, scan_values
-from unit.study.block import Write, block_mesh, block_values, finger_values
+from unit.study.block import block_mesh, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
-ROLLER: dict[str, Any] = {
+ROLLER = {
     "counterface": {"cylinder": {"radius": "8 mm", "centre": ["0 mm", "-9 mm"]}},
     "friction": {
         "pressure_dependent": {"reference_coefficient": 0.6, "reference_pressure": "10 kPa", "exponent": -0.2}
@@ -37,12 +34,12 @@ ROLLER: dict[str, Any] = {
 }
 
 
-def run_of(values: dict[str, Any], folder: Path = SOURCE.parent) -> Run:
+def run_of(values, folder=SOURCE.parent):
     source = folder / "x.yaml"
     return expand_mapping(values | {"sweep": {}}, source).runs[0]
 
 
-def test_block_model_holds_what_the_file_says() -> None:
+def test_block_model_holds_what_the_file_says():
     model = build_model(run_of(block_values()), block_mesh())
     assert model.materials == {"block": Elastic(100e3, 0.3, 1000.0)}
     assert (model.formulation, model.depth) == ("plane_strain", 1e-3)
@@ -52,18 +49,7 @@ def test_block_model_holds_what_the_file_says() -> None:
     check_model(model)
 
 
-def test_rigid_phalanx_is_held_as_a_whole() -> None:
-    model = build_model(run_of(finger_values()), block_mesh())
-    assert model.supports == {"phalanx": ("x", "y")}
-    assert (model.formulation, model.depth) == ("plane_stress", 1e-3)
-
-
-def test_elastic_phalanx_is_held_at_its_back() -> None:
-    values = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}})
-    assert build_model(run_of(values), block_mesh()).supports == {"phalanx_dorsal": ("x", "y")}
-
-
-def test_own_values_go_before_those_of_the_fingertip() -> None:
+def test_own_values_go_before_those_of_the_fingertip():
     own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
     values = finger_values(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
     model = build_model(run_of(values), block_mesh())
@@ -73,14 +59,16 @@ def test_own_values_go_before_those_of_the_fingertip() -> None:
     assert (model.formulation, model.depth) == ("plane_strain", 2e-3)
 
 
-def test_only_the_wanted_receptors_are_recorded() -> None:
+def test_only_the_wanted_receptors_are_recorded_and_constant_tractions_stay_lists():
     extra = {"name": "middle", "kind": "own", "position": ["0 mm", "-5 mm"], "region": "tissue"}
     model = build_model(run_of(finger_values(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
     assert {site.kind for site in model.record.sites} == {"FA-II", "own"}
     assert model.record.sites[-1].position == (0.0, -5e-3)
+    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
+    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
 
 
-def test_mesh_is_shared_exactly_where_its_inputs_are_the_same() -> None:
+def test_mesh_is_shared_exactly_where_its_inputs_are_the_same():
     first = run_of(finger_values()).mesh_key
     assert run_of(finger_values(contact={"friction_coefficient": 0.2})).mesh_key == first
     assert run_of(finger_values(mesh={"contact_size": "0.2 mm"})).mesh_key != first
@@ -88,13 +76,13 @@ def test_mesh_is_shared_exactly_where_its_inputs_are_the_same() -> None:
     assert run_of(finger_values(fingertip=flattened)).mesh_key != first
 
 
-def test_missing_mesh_file_is_named(tmp_path: Path) -> None:
+def test_missing_mesh_file_is_named(tmp_path):
     with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
         _ = run_of(block_values(), tmp_path).mesh_key
 
 
 @pytest.mark.parametrize("own", [{}, {"fingertip": {"preset": "wang2014-2d"}}])
-def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path: Path, own: dict[str, Any]) -> None:
+def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path, own):
     write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
     with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres") as caught:
         build_mesh(run_of(block_values() | own, tmp_path))
@@ -108,7 +96,7 @@ def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path: Path, ow
     assert run.mesh_key != metres.mesh_key
 
 
-def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
+def test_inverted_mesh_is_refused(tmp_path):
     """One quadrilateral of two is drawn the other way round."""
     import meshio
 
@@ -121,71 +109,64 @@ def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
         build_mesh(run_of(block_values(), tmp_path))
 
 
+DERMIS = {"dermis": {"youngs_modulus": "80 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}}
+
+
+def with_contacts(**contacts):
+    return {key: value for key, value in block_values().items() if key not in ("contact", "sweep")} | contacts
+
+
 @pytest.mark.parametrize(
-    ("place", "shown"),
+    ("values", "place", "shown"),
     [
-        ("contacts.0.counterface.normal", "contact.normal"),
-        ("contacts.0.friction.coefficient", "contact.friction_coefficient"),
-        ("contacts.0", "contact"),
-        ("Model.depth", "depth"),
-        ("mesh", "mesh"),
+        (None, "contacts.0.counterface.normal", "contact.normal"),
+        (None, "contacts.0.friction.coefficient", "contact.friction_coefficient"),
+        (None, "contacts.0", "contact"),
+        (None, "Model.depth", "depth"),
+        (None, "mesh", "mesh"),
+        *(
+            (finger_values(materials=DERMIS), place, shown)
+            for place, shown in {
+                "materials.tissue.poisson_ratio": "fingertip.materials.tissue.poisson_ratio",
+                "materials.dermis.poisson_ratio": "materials.dermis.poisson_ratio",
+                "phalanx.sagittal.distal_end": "fingertip.phalanx.sagittal.distal_end",
+                "sagittal.zone": "fingertip.sagittal.zone",
+                "Model.depth": "fingertip.depth",
+                "mesh.contact_size": "mesh.contact_size",
+            }.items()
+        ),
+        (with_contacts(contact={"friction_coefficient": 0.6}), "contacts.0.offset", "contact.offset"),
+        (
+            with_contacts(contacts=[{"friction_coefficient": 0.6}]),
+            "contacts.0.counterface.normal",
+            "contacts.0.normal",
+        ),
+        (with_contacts(contacts=[ROLLER]), "contacts.0.centre", "contacts.0.counterface.cylinder.centre"),
+        (with_contacts(contacts=[ROLLER]), "contacts.0.counterface.normal", "contacts.0.counterface.cylinder.normal"),
+        (with_contacts(contact=ROLLER), "contacts.0.friction", "contact.friction"),
+        (with_contacts(contact=ROLLER), "contacts.0.drive", "contact.drive"),
+        (
+            with_contacts(contact=ROLLER),
+            "contacts.0.programme.1.slide.direction",
+            "contact.programme.1.slide.direction",
+        ),
     ],
 )
-def test_places_of_the_model_get_the_names_of_the_study(place: str, shown: str) -> None:
-    error = locate_error(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)")
+def test_places_of_the_model_get_the_names_of_the_study(values, place, shown):
+    study = None if values is None else parse_study(values, SOURCE)
+    error = locate_error(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)", study)
     assert type(error) is SlipOutsideContactError
     assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
+    assert locate_error(error, "studies/x.yaml (a = 1)") is error, "it names the file already"
 
 
-@pytest.mark.parametrize(
-    ("place", "shown"),
-    [
-        ("materials.tissue.poisson_ratio", "fingertip.materials.tissue.poisson_ratio"),
-        ("materials.dermis.poisson_ratio", "materials.dermis.poisson_ratio"),
-        ("phalanx.sagittal.distal_end", "fingertip.phalanx.sagittal.distal_end"),
-        ("sagittal.zone", "fingertip.sagittal.zone"),
-        ("Model.depth", "fingertip.depth"),
-        ("mesh.contact_size", "mesh.contact_size"),
-    ],
-)
-def test_value_of_the_fingertip_is_named_as_such(place: str, shown: str) -> None:
-    own = {"dermis": {"youngs_modulus": "80 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}}
-    error = locate_error(
-        InputError(place, "a", "b"), "studies/x.yaml", parse_study(finger_values(materials=own), SOURCE)
-    )
-    assert error.where == f"studies/x.yaml: {shown}"
-
-
-def test_mesh_error_names_the_fingertip() -> None:
+def test_mesh_error_names_the_fingertip():
     values = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
     with pytest.raises(InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
         build_mesh(run_of(values))
 
 
-def test_place_that_names_the_file_already_stays() -> None:
-    error = InputError("studies/x.yaml: mesh", "a", "b")
-    assert locate_error(error, "studies/x.yaml (a = 1)") is error
-
-
-@pytest.mark.parametrize(
-    ("contacts", "place", "shown"),
-    [
-        ({"contact": {"friction_coefficient": 0.6}}, "contacts.0.offset", "contact.offset"),
-        ({"contacts": [{"friction_coefficient": 0.6}]}, "contacts.0.counterface.normal", "contacts.0.normal"),
-        ({"contacts": [ROLLER]}, "contacts.0.centre", "contacts.0.counterface.cylinder.centre"),
-        ({"contacts": [ROLLER]}, "contacts.0.counterface.normal", "contacts.0.counterface.cylinder.normal"),
-        ({"contact": ROLLER}, "contacts.0.friction", "contact.friction"),
-        ({"contact": ROLLER}, "contacts.0.drive", "contact.drive"),
-        ({"contact": ROLLER}, "contacts.0.programme.1.slide.direction", "contact.programme.1.slide.direction"),
-    ],
-)
-def test_place_in_a_contact_is_named_as_the_study_writes_it(contacts: dict[str, Any], place: str, shown: str) -> None:
-    values = {key: value for key, value in block_values().items() if key not in ("contact", "sweep")} | contacts
-    error = locate_error(InputError(place, "a", "b"), "studies/x.yaml", parse_study(values, SOURCE))
-    assert error.where == f"studies/x.yaml: {shown}"
-
-
-def test_everything_that_python_can_say_reaches_the_model() -> None:
+def test_everything_that_python_can_say_reaches_the_model():
     """Two bodies of other shapes, each with its own law and motion, loads over time, quasi-static steps."""
     drive = {"mass": "5 g", "force": "0.3 N", "ramp": {"times": ["0 s", "0.1 s"], "factors": [0.0, 1.0]}}
     law = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
@@ -219,7 +200,7 @@ def test_everything_that_python_can_say_reaches_the_model() -> None:
     assert (model.integration, model.time) == ("nodal", QuasiStatic(2e-3, 0.1))
 
 
-def test_rigid_bodies_reach_the_model_with_the_contacts_on_them() -> None:
+def test_rigid_bodies_reach_the_model_with_the_contacts_on_them():
     jug = {
         "mass": "300 g",
         "free": ["x"],
@@ -238,36 +219,46 @@ def test_rigid_bodies_reach_the_model_with_the_contacts_on_them() -> None:
     assert model.end == 1.0
 
 
-def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it() -> None:
+def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it():
     values = block_values()
     values["contact"] = values["contact"] | {"rigid_body": "jug"}
     with pytest.raises(InputError, match=r"studies/x.yaml.*: contact.rigid_body: got 'jug', the bodies are: none"):
         build_model(run_of(values), block_mesh())
 
 
-def test_constant_tractions_stay_lists() -> None:
-    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
-    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
+SOLID = finger_values(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
+WITHOUT_DEPTH = {key: value for key, value in block_values().items() if key != "depth"} | {"formulation": "solid"}
 
 
-def test_solid_needs_no_depth_and_holds_three_components() -> None:
-    values = finger_values(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
+@pytest.mark.parametrize(
+    ("values", "supports", "formulation", "depth"),
+    [
+        (finger_values(), {"phalanx": ("x", "y")}, "plane_stress", 1e-3),
+        (
+            finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}}),
+            {"phalanx_dorsal": ("x", "y")},
+            "plane_stress",
+            1e-3,
+        ),
+        (SOLID, {"phalanx": ("x", "y", "z")}, "solid", 1.0),
+        (WITHOUT_DEPTH, {"top": ("x", "y")}, "solid", 1.0),
+    ],
+)
+def test_a_phalanx_is_held_and_a_solid_needs_no_depth(values, supports, formulation, depth):
     model = build_model(run_of(values), block_mesh())
-    assert (model.formulation, model.depth) == ("solid", 1.0)
-    assert model.supports == {"phalanx": ("x", "y", "z")}
-    assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
-    own = {key: value for key, value in block_values().items() if key != "depth"}
-    assert build_model(run_of(own | {"formulation": "solid"}), block_mesh()).depth == 1.0
+    assert (model.supports, model.formulation, model.depth) == (supports, formulation, depth)
+    if values is SOLID:
+        assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
 
 
-def test_model_error_names_file_and_run(write_study: Write) -> None:
+def test_model_error_names_file_and_run(write_study):
     path = write_study()
     run = expand_mapping(block_values() | {"formulation": "solid", "sweep": {}}, path).runs[0]
     with pytest.raises(InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
         build_model(run)
 
 
-def test_tetrahedra_make_a_model_in_3d(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tetrahedra_make_a_model_in_3d(monkeypatch):
     sizes = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
     run = run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=sizes, record={"receptors": ["FA-I"]}))
     mesh, built = coarse_solid(), []
@@ -281,28 +272,31 @@ def test_tetrahedra_make_a_model_in_3d(monkeypatch: pytest.MonkeyPatch) -> None:
     check_model(model)
 
 
-def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+SMALL_ELEMENTS = finger_values(
+    fingertip={"preset": "wang2014-3d"}, mesh={"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
+)
+SMALL_IN_SCAN = {
+    "skin": str(ROOT / "meshes" / "scan_skin.stl"),
+    "unit": "mm",
+    "tip": [1, 0, 0],
+    "pad": [0, -1, 0],
+    "layers": {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"},
+}
+
+
+@pytest.mark.parametrize(
+    ("source", "memory", "values"),
+    [(SolidSizes, 5 * 10**8, SMALL_ELEMENTS), (SurfaceMesh, 10**9, block_values() | {"mesh": SMALL_IN_SCAN})],
+)
+def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch, source, memory, values):
     """130,000 tetrahedra take more than half a gigabyte; nothing is meshed to find that out."""
-    monkeypatch.setattr(SolidSizes, "build", lambda *_: pytest.fail("it must not mesh"))
-    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 5 * 10**8)
-    small = {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
-    with pytest.raises(InputError, match=r"memory: .* about \d\.\d+ GB \(assembly of about .* tetrahedra"):
-        build_mesh(run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=small)))
+    monkeypatch.setattr(source, "build", lambda *_: pytest.fail("it must not mesh"))
+    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: memory)
+    with pytest.raises(InputError, match=r"memory: .* about [\d.e+]+ GB \(assembly of about .* tetrahedra"):
+        build_mesh(run_of(values))
 
 
-def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_meshed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(SurfaceMesh, "build", lambda *_: pytest.fail("it must not mesh"))
-    monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**9)
-    scan = ROOT / "meshes" / "scan_skin.stl"
-    layers = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
-    mesh = {"skin": str(scan), "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0], "layers": layers}
-    with pytest.raises(InputError, match=r"memory: .* \(assembly of about .* tetrahedra"):
-        build_mesh(run_of(block_values() | {"mesh": mesh}))
-
-
-def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written() -> None:
+def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written():
     values = {
         "mesh": {"skin": "a.stl", "phalanx": "b.stl", "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0]},
         "materials": {"skin": {"youngs_modulus": "1 MPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
@@ -313,14 +307,16 @@ def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written() -> N
 
 
 @pytest.fixture
-def scanned(tmp_path: Path) -> Run:
+def scanned(tmp_path):
     """A run whose mesh is that of a scan, with files that are none."""
     for name in ("skin.stl", "phalanx.stl"):
         (tmp_path / name).write_text(name)
     return run_of(scan_values(), tmp_path)
 
 
-def test_mesh_of_a_run_is_that_of_its_scan(scanned: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned, monkeypatch):
+    with pytest.raises(InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
+        build_mesh(scanned)
     made = mesh_of_a_scan()
     monkeypatch.setattr(
         "fingerslip.mesh.scan.build.mesh_scan", lambda settings: made if settings.layers.cut == 16e-3 else None
@@ -329,16 +325,11 @@ def test_mesh_of_a_run_is_that_of_its_scan(scanned: Run, monkeypatch: pytest.Mon
     assert build_mesh(scanned) is inspect_mesh(scanned).mesh is made.mesh
 
 
-def test_error_of_a_scan_names_the_study(scanned: Run) -> None:
-    with pytest.raises(InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
-        build_mesh(scanned)
-
-
-def test_missing_surface_is_named(tmp_path: Path) -> None:
+def test_missing_surface_is_named(tmp_path):
     with pytest.raises(InputError, match=r"x\.yaml: mesh\.skin: cannot read .*skin\.stl \(No such file"):
         _ = run_of(scan_values(), tmp_path).mesh_key
 
 
-def test_reference_nodes_of_a_section_are_refused() -> None:
+def test_reference_nodes_of_a_section_are_refused():
     with pytest.raises(InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
         build_model(run_of(finger_values(record={"reference_nodes": True})), block_mesh())

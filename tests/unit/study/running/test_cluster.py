@@ -1,7 +1,5 @@
 """Computing on a Dask cluster: what a worker returns, and what is written of it."""
 
-from __future__ import annotations
-
 import dataclasses
 import threading
 from importlib import metadata
@@ -15,13 +13,12 @@ from fingerslip.study.running import cluster
 from fingerslip.study.running.build import prepare
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_study
-from unit.study.block import Write
 from unit.study.told import Told
 
 pytestmark = pytest.mark.usefixtures("simulated", "reports")
 
 
-def test_a_worker_returns_files_that_become_finished_runs(write_study: Write) -> None:
+def test_a_worker_returns_files_that_become_finished_runs(write_study):
     path = write_study()
     plan = plan_study(path, path.parent / "results")
     jobs = prepare(plan, plan.runs)
@@ -32,7 +29,7 @@ def test_a_worker_returns_files_that_become_finished_runs(write_study: Write) ->
     assert len(plan.finished_runs()) == 3
 
 
-def test_damaged_files_are_not_written(write_study: Write) -> None:
+def test_damaged_files_are_not_written(write_study):
     path = write_study()
     plan = plan_study(path, path.parent / "results")
     job = prepare(plan, plan.runs)[0]
@@ -46,7 +43,7 @@ def test_damaged_files_are_not_written(write_study: Write) -> None:
     assert cluster._write_files(job, {name: refused}) is refused
 
 
-def test_a_worker_of_another_version_is_refused(write_study: Write) -> None:
+def test_a_worker_of_another_version_is_refused(write_study):
     plan = plan_study(write_study())
     job = prepare(plan, plan.runs)[0]
     task = dataclasses.replace(cluster._task([job]), version="0.0")
@@ -54,7 +51,7 @@ def test_a_worker_of_another_version_is_refused(write_study: Write) -> None:
         cluster.compute_task(task, job.model.mesh)
 
 
-def test_a_scheduler_that_does_not_answer_is_named(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_that_does_not_answer_is_named(write_study, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(cluster, "_SECONDS_TO_CONNECT", 0.2)
     path = write_study()
@@ -64,7 +61,7 @@ def test_a_scheduler_that_does_not_answer_is_named(write_study: Write, monkeypat
 
 
 @pytest.mark.parametrize("address", ["nonsense", "", "http://x:1", "tcp://host", "tcp://:x"])
-def test_text_that_is_no_address_is_refused_at_once(address: str) -> None:
+def test_text_that_is_no_address_is_refused_at_once(address):
     pytest.importorskip("distributed")
     with (
         pytest.raises(InputError, match=rf"scheduler: got '{address}', needs the address"),
@@ -76,15 +73,15 @@ def test_text_that_is_no_address_is_refused_at_once(address: str) -> None:
 class Client:
     """A client whose workers have these versions of fingerslip."""
 
-    def __init__(self, versions: dict[str, object]) -> None:
+    def __init__(self, versions):
         self.versions = versions
 
-    def run(self, *_: object, on_error: str) -> dict[str, object]:
+    def run(self, *_, on_error):
         assert on_error == "return"
         return self.versions
 
 
-def test_workers_that_cannot_compute_are_named_before_anything_is_sent() -> None:
+def test_workers_that_cannot_compute_are_named_before_anything_is_sent():
     same, told = metadata.version("fingerslip"), Told()
     cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": same}), told)
     with pytest.raises(InputError, match=r"worker tcp://b:2: has no fingerslip, .*needs the same version; install"):
@@ -96,7 +93,7 @@ def test_workers_that_cannot_compute_are_named_before_anything_is_sent() -> None
     assert told.messages == ["the cluster has no workers yet; the study waits for them"]
 
 
-def test_threads_of_a_worker_compute_one_after_the_other(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_of_a_worker_compute_one_after_the_other(write_study, monkeypatch):
     plan = plan_study(write_study())
     job = prepare(plan, plan.runs)[0]
     begun = threading.Event()

@@ -1,7 +1,5 @@
 """Runs computed, alone and side by side: each folder whole or not at all, every failure told by the name of the run."""
 
-from __future__ import annotations
-
 import dataclasses
 import errno
 import json
@@ -12,12 +10,10 @@ import queue
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 import yaml
@@ -30,72 +26,58 @@ from fingerslip.report.content import RunPictures
 from fingerslip.slip import events_from_mapping, find_events
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running import compute, cost
-from fingerslip.study.running.build import Job, groups, prepare
-from fingerslip.study.running.compute import Outcome, WorkerLostError, compute_all, compute_group, without_main_module
+from fingerslip.study.running.build import groups, prepare
+from fingerslip.study.running.compute import WorkerLostError, compute_all, compute_group, without_main_module
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, StudyFailedError, compute_jobs, run_study
 from fingerslip.study.storage import store
 from fingerslip.study.storage.store import mesh_hash
 from problems.pushed import push_and_slide
-from unit.study.block import Write
+from unit.study.conftest import NOT_SOLVED
 from unit.study.told import Told
 
 
-def run(path: Path) -> Any:
+def run(path):
     return run_study(path, results_dir=path.parent / "results", workers=1)
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_full_disk_leaves_no_partial_run(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*arguments: object, **options: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+def no_space(*_, **__):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(store, "write_mapping", full)
+
+def half_written(self, _):
+    with self.open("wb") as file:
+        file.write(b"half of it")
+    no_space()
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+@pytest.mark.parametrize(
+    ("owner", "name", "full"),
+    [(store, "write_mapping", no_space), (Path, "write_bytes", half_written), (Path, "mkdir", no_space)],
+)
+def test_full_disk_leaves_no_partial_run(write_study, monkeypatch, owner, name, full):
     path = write_study()
-    with pytest.raises(StudyFailedError) as caught:
-        run(path)
-    first = next(iter(caught.value.errors.values()))
-    assert isinstance(first, ResultError)
-    assert "No space left on device" in str(first)
-    assert str(first).endswith("free some space or choose another folder")
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, full)
+        with pytest.raises(StudyFailedError, match="No space left on device") as caught:
+            run(path)
+    error = next(iter(caught.value.errors.values()))
+    assert isinstance(error, ResultError)
+    assert str(error).endswith("free some space or choose another folder")
     assert not (path.parent / "results").exists()
-
-
-@pytest.mark.usefixtures("simulated", "reports")
-def test_history_that_does_not_fit_leaves_nothing(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: Path, data: bytes) -> int:
-        with self.open("wb") as file:
-            file.write(b"half of it")
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(Path, "write_bytes", full)
-    path = write_study()
-    with pytest.raises(StudyFailedError, match=r"No space left on device.*free some space"):
-        run(path)
-    assert not (path.parent / "results").exists()
-
-
-@pytest.mark.usefixtures("simulated", "reports")
-def test_full_disk_for_the_folder_itself(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: Path, *arguments: object, **options: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    path = write_study()
-    monkeypatch.setattr(Path, "mkdir", full)
-    with pytest.raises(StudyFailedError, match="No space left on device"):
-        run(path)
 
 
 @pytest.fixture
-def job(write_study: Write, tmp_path: Path) -> Job:
+def job(write_study, tmp_path):
     """Return the second of three runs, ready to be computed."""
     plan = plan_study(write_study(), tmp_path / "results")
     return prepare(plan, plan.runs[1:2])[0]
 
 
 @pytest.mark.usefixtures("simulated")
-def test_what_is_stored_beside_the_history_says_what_happened(job: Job) -> None:
-    told: list[float] = []
+def test_what_is_stored_beside_the_history_says_what_happened(job):
+    told = []
     compute.compute([job], told.append)
     assert told == [0.5]
     stored = json.loads((job.folder / "events.json").read_text())
@@ -112,7 +94,7 @@ def test_what_is_stored_beside_the_history_says_what_happened(job: Job) -> None:
 
 
 @pytest.mark.usefixtures("simulated")
-def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job: Job) -> None:
+def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job):
     logger = logging.getLogger("fingerslip")
     before = (logger.level, list(logger.handlers))
     compute.compute([job], lambda _: None)
@@ -123,11 +105,8 @@ def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job: Job) -
     assert "friction over normal force at the end of the slide: 0.4" in text
 
 
-def test_a_failing_run_leaves_neither_folder_nor_handler(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
-    def failing(*_: object, **__: object) -> None:
-        raise SlipOutsideContactError("contacts.0", "a", "b", "c")
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+def test_a_failing_run_leaves_neither_folder_nor_handler(job, fails):
+    fails(SlipOutsideContactError("contacts.0", "a", "b", "c"))
     with pytest.raises(SlipOutsideContactError) as caught:
         compute.compute([job], lambda _: None)
     assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
@@ -135,8 +114,8 @@ def test_a_failing_run_leaves_neither_folder_nor_handler(job: Job, monkeypatch: 
     assert not logging.getLogger("fingerslip").handlers
 
 
-def test_progress_may_end_a_run(job: Job, simulated: list[float]) -> None:
-    def stop(_: float) -> None:
+def test_progress_may_end_a_run(job, simulated):
+    def stop(_):
         raise InputError("here", "stopped", "goes on")
 
     with pytest.raises(InputError, match="stopped"):
@@ -145,25 +124,22 @@ def test_progress_may_end_a_run(job: Job, simulated: list[float]) -> None:
     assert not list(job.folder.parent.iterdir())
 
 
-def job_of(name: str, model: Any = None, folder: Path = Path("none")) -> Any:
+def job_of(name, model=None, folder=Path("none")):
     run = SimpleNamespace(name=name, where=f"x.yaml ({name})", study=SimpleNamespace(reaction=None))
     return SimpleNamespace(run=run, model=model or push_and_slide(), folder=folder / name)
 
 
-def names(parts: Sequence[Sequence[Any]]) -> list[str]:
+def names(parts):
     return ["".join(job.run.name for job in part) for part in parts]
 
 
-NOT_SOLVED = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-
-
 @pytest.fixture
-def all_are_large(monkeypatch: pytest.MonkeyPatch) -> None:
+def all_are_large(monkeypatch):
     monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
 
 
 @pytest.mark.usefixtures("all_are_large")
-def test_runs_that_share_a_matrix_make_a_group() -> None:
+def test_runs_that_share_a_matrix_make_a_group():
     model = push_and_slide()
     stiff = dataclasses.replace(model, materials={"bulk": fs.Elastic(1e6, 0.3, 1000.0)})
     jobs = [job_of("a", model), job_of("b", stiff), job_of("c", push_and_slide(friction=0.9)), job_of("d", stiff)]
@@ -182,22 +158,20 @@ def test_runs_that_share_a_matrix_make_a_group() -> None:
         (1e9, 1, "a" * 40, ["a" * 20] * 2),
     ],
 )
-def test_no_group_is_too_large_and_all_workers_are_busy(
-    bytes_together: float, at_once: int, together_are: str, parts: list[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_group_is_too_large_and_all_workers_are_busy(bytes_together, at_once, together_are, parts, monkeypatch):
     monkeypatch.setattr(cost, "_BYTES_TOGETHER", bytes_together)
     assert names(groups([job_of(name) for name in together_are], at_once)) == parts
 
 
-def test_small_runs_stay_apart() -> None:
+def test_small_runs_stay_apart():
     assert names(groups([job_of("a"), job_of("b")])) == ["a", "b"]
 
 
 @pytest.mark.parametrize("error", [NOT_SOLVED, MemoryError()])
-def test_where_a_group_fails_its_halves_are_computed(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
-    tried: list[str] = []
+def test_where_a_group_fails_its_halves_are_computed(monkeypatch, error):
+    tried = []
 
-    def failing(jobs: Sequence[Any], progress: Callable[[float], None], _: int) -> None:
+    def failing(jobs, progress, _):
         tried.append("".join(one.run.name for one in jobs))
         if len(jobs) > 1:
             raise error
@@ -206,24 +180,24 @@ def test_where_a_group_fails_its_halves_are_computed(monkeypatch: pytest.MonkeyP
             raise error
 
     monkeypatch.setattr(compute, "compute", failing)
-    told: list[tuple[str, float]] = []
+    told = []
     errors = compute_group([job_of(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)), 1)
     assert errors == {"b": error}
     assert tried == ["abc", "a", "bc", "b", "c"]
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
 
 
-def test_failures_are_kept_by_name_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_failures_are_kept_by_name_and_the_others_go_on(monkeypatch, tmp_path):
     ends = {"a": NOT_SOLVED, "b": None, "c": MemoryError()}
 
-    def compute_one(jobs: Any, progress: Callable[[float], None], _: int) -> None:
+    def compute_one(jobs, progress, _):
         progress(0.5)
         if ends[jobs[0].run.name] is not None:
             raise ends[jobs[0].run.name]
 
     monkeypatch.setattr(compute, "compute", compute_one)
     progress = Told()
-    plan: Any = SimpleNamespace(folder=tmp_path)
+    plan = SimpleNamespace(folder=tmp_path)
     jobs = [job_of(name, folder=tmp_path) for name in ends]
     failures = compute_jobs(plan, jobs, Engine(progress, 1))[0]
     assert failures["a"] is NOT_SOLVED
@@ -239,20 +213,20 @@ def test_failures_are_kept_by_name_and_the_others_go_on(monkeypatch: pytest.Monk
     assert compute_jobs(plan, [], Engine(progress, 1)) == ({}, {})
 
 
-def test_what_is_no_error_of_the_package_ends_the_study(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(*_: object) -> None:
+def test_what_is_no_error_of_the_package_ends_the_study(monkeypatch):
+    def broken(*_):
         raise ZeroDivisionError
 
     monkeypatch.setattr(compute, "compute", broken)
     with pytest.raises(ZeroDivisionError):
         list(compute_all([job_of("a")], 1, StudyProgress(), {}))
+    with pytest.raises(ZeroDivisionError):
+        list(compute._follow({finished(ZeroDivisionError()): [job_of("a")]}, queue.Queue(), StudyProgress()))
 
 
 @pytest.mark.parametrize(("workers", "count", "apart"), [(1, 5, 0), (4, 1, 0), (4, 2, 2), (2, 5, 2)])
-def test_no_more_processes_than_runs_and_none_for_a_single_one(
-    monkeypatch: pytest.MonkeyPatch, workers: int, count: int, apart: int
-) -> None:
-    started: list[int] = []
+def test_no_more_processes_than_runs_and_none_for_a_single_one(monkeypatch, workers, count, apart):
+    started = []
     monkeypatch.setattr(compute, "compute", lambda *_: None)
     monkeypatch.setattr(compute, "_compute_apart", lambda _, number, *__: started.append(number) or ())
     outcomes = list(compute_all([job_of(str(number)) for number in range(count)], workers, StudyProgress(), {}))
@@ -260,8 +234,8 @@ def test_no_more_processes_than_runs_and_none_for_a_single_one(
     assert sum(started) == apart
 
 
-def finished(outcome: BaseException | dict[str, Exception]) -> Future[Any]:
-    future: Future[Any] = Future()
+def finished(outcome):
+    future = Future()
     if isinstance(outcome, dict):
         future.set_result((outcome, {"d": RunPictures()} if "d" in outcome else {}))
     else:
@@ -269,14 +243,14 @@ def finished(outcome: BaseException | dict[str, Exception]) -> Future[Any]:
     return future
 
 
-def test_failures_of_workers_are_told_by_the_name_of_the_run() -> None:
+def test_failures_of_workers_are_told_by_the_name_of_the_run():
     """Of the two runs that one worker computes together, one fails."""
     ends = {"ab": {"b": NOT_SOLVED}, "c": BrokenProcessPool(), "d": {"d": MemoryError()}}
     futures = {finished(end): [job_of(name) for name in together] for together, end in ends.items()}
-    news: queue.Queue[tuple[str, float]] = queue.Queue()
+    news = queue.Queue()
     news.put(("a", 0.25))
     progress = Told()
-    outcomes: list[Outcome] = list(compute._follow(futures, news, progress))
+    outcomes = list(compute._follow(futures, news, progress))
     assert progress.told == [("a", 0.25)]
     errors = {name: type(error) for outcome in outcomes for name, error in outcome.errors.items()}
     assert errors == {"b": ConvergenceError, "c": WorkerLostError, "d": MemoryError}
@@ -284,14 +258,9 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run() -> None:
     assert [outcome.pictures for outcome in outcomes if outcome.pictures] == [{"d": RunPictures()}]
 
 
-def test_an_unknown_error_of_a_worker_is_raised() -> None:
-    with pytest.raises(ZeroDivisionError):
-        list(compute._follow({finished(ZeroDivisionError()): [job_of("a")]}, queue.Queue(), StudyProgress()))
-
-
 @pytest.mark.parametrize("stopping", [False, True])
-def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch: pytest.MonkeyPatch, stopping: bool) -> None:
-    news: queue.Queue[tuple[str, float]] = queue.Queue()
+def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch, stopping):
+    news = queue.Queue()
     monkeypatch.setattr(compute, "_news", news)
     monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: stopping))
     monkeypatch.setattr(compute, "_told", {})
@@ -308,13 +277,13 @@ def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch: pytest.M
         assert news.empty()
 
 
-def test_a_lost_worker_says_what_to_do_also_after_the_way_between_processes() -> None:
+def test_a_lost_worker_says_what_to_do_also_after_the_way_between_processes():
     error = pickle.loads(pickle.dumps(WorkerLostError()))
     assert isinstance(error, FingerslipError)
     assert "run the same command again with --workers 1" in str(error)
 
 
-def test_the_main_module_is_there_again_behind_the_block() -> None:
+def test_the_main_module_is_there_again_behind_the_block():
     main = sys.modules["__main__"]
     with without_main_module():
         assert sys.modules["__main__"] is not main
@@ -340,7 +309,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
-def test_a_worker_of_a_killed_process_ends() -> None:
+def test_a_worker_of_a_killed_process_ends():
     """The pipe to this process is closed when the last of both has ended."""
     with subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout is not None
@@ -354,7 +323,7 @@ def test_a_worker_of_a_killed_process_ends() -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_ctrl_c_while_workers_start_is_not_lost() -> None:
+def test_ctrl_c_while_workers_start_is_not_lost():
     """A signal goes to any thread that does not block it, so that it may come before the end of the block."""
     with pytest.raises(KeyboardInterrupt), compute.hold_interrupts():
         os.kill(os.getpid(), signal.SIGINT)

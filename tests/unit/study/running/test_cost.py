@@ -1,14 +1,10 @@
 """What a run costs, and how far it is: time, memory, compiling, progress."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess
 import sys
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 from rich.console import Console
@@ -23,42 +19,35 @@ from fingerslip.study.running.progress import BarProgress, LineProgress, StudyPr
 from fingerslip.study.running.runner import run_study
 from places import ROOT
 from problems.pushed import push_and_slide
+from unit.study.block import block_values
+from unit.study.told import Told
 
 
-def test_estimate_grows_with_unknowns_times_steps() -> None:
+def test_estimates_of_time_and_memory_grow_with_unknowns_steps_and_cells():
     small, large = estimated_seconds(10_000, 600), estimated_seconds(20_000, 600)
     assert small == pytest.approx(2.5)
     assert large - small == pytest.approx(2.5e-7 * 10_000 * 600)
     assert estimated_seconds(20_000, 600) == estimated_seconds(10_000, 1200)
-
-
-def test_runs_in_space_are_known_to_take_longer() -> None:
-    """Measured on two cores: the paper's fingertip in 3D took 57 s, a coarse one 16 s."""
+    # Measured on two cores: the paper's fingertip in 3D took 57 s, a coarse one 16 s.
     assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
     assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
-
-
-def source(cells: float | None, element: str | None) -> Any:
-    return SimpleNamespace(estimated_cells=lambda _: cells, element=element)
-
-
-def test_memory_grows_like_the_entries_of_the_cells_matrices() -> None:
-    """Measured: assembly of 131,712 linear tetrahedra with nodal integration takes 0.79 GB at its peak."""
+    # Measured: assembly of 131,712 linear tetrahedra with nodal integration takes 0.79 GB at its peak.
     assert estimated_bytes(131_712, "T4") == pytest.approx(0.79e9, rel=0.05)
     assert estimated_bytes(2e4, "T4") == 2 * estimated_bytes(1e4, "T4")
     assert estimated_bytes(1e4, "T10") == pytest.approx(2.5**2 * estimated_bytes(1e4, "T4"))
 
 
-def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
+def source(cells, element):
+    return SimpleNamespace(estimated_cells=lambda _: cells, element=element)
+
+
+def test_a_mesh_that_will_not_fit_is_refused_with_its_size_and_one_of_unknown_size_let_through(monkeypatch):
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 10**8)
     with pytest.raises(InputError, match=r"memory: .* about 0.6 GB \(assembly of about 1e\+05 tetrahedra 0.6 GB\)"):
         require_mesh_memory(source(1e5, "T4"), None)
     with pytest.raises(InputError, match=r"assembly of about 1e\+06 cells"):
         require_mesh_memory(source(1e6, "Q4"), None)
     require_mesh_memory(source(1e4, "T4"), None)
-
-
-def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: 1)
     require_mesh_memory(source(None, None), None)
 
@@ -73,7 +62,7 @@ def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) 
         ((70_197, 13_000, 64 * 300, 3), False),  # with a contact three times as fine
     ],
 )
-def test_a_basis_saves_time_where_many_steps_share_it(case: tuple[int, int, int, int], saves: bool) -> None:
+def test_a_basis_saves_time_where_many_steps_share_it(case, saves):
     assert basis_saves(*case) is saves
 
 
@@ -100,83 +89,65 @@ for name in ("quasi-static", "solid", "in a basis", "large strain"):
 """
 
 
-class Heard(StudyProgress):
-    """Keeps the names and the shares that are done."""
-
-    def __init__(self) -> None:
-        self.names: list[str] = []
-        self.shares: list[float] = []
-        self.words: list[str] = []
-
-    def begin(self, names):
-        self.names += names
-
-    def advance(self, _name, fraction):
-        self.shares.append(fraction)
-
-    def say(self, message):
-        self.words.append(message)
-
-
 def test_where_all_is_compiled_nothing_is_said(monkeypatch):
     monkeypatch.setattr(cost, "_has_cache", lambda _: True)
-    heard = Heard()
+    heard = Told()
     cost.compile_ahead([push_and_slide()], heard)
-    assert (heard.names, heard.shares, heard.words) == ([], [], [])
+    assert heard.told == []
     assert cost.compiling_seconds([push_and_slide()]) == 0.0
 
 
-def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path: Path, monkeypatch):
-    study = write_study()
+@pytest.mark.usefixtures("reports")
+def test_compiling_comes_before_the_runs_with_an_estimate(write_study, tmp_path, monkeypatch):
+    study = write_study(block_values() | {"sweep": {}})
     monkeypatch.setattr(cost, "_has_cache", lambda _: False)
     assert "Compiling comes first, once on this machine: about 24 s." in check_plans(plan_studies([study])).note
-    heard = Heard()
+    heard, name = Told(), "compiling, once on this machine"
     run_study(study, results_dir=tmp_path / "results", workers=1, progress=heard)
-    assert heard.names[0] == "compiling, once on this machine"
-    assert heard.words[0] == "compiling, once on this machine: takes about 24 s"
-    assert heard.shares[0] == 0.0
+    assert heard.messages[0] == f"{name}: takes about 24 s"
+    assert [entry for entry in heard.told if entry[0] in ("begin", name)][:2] == [("begin", name), (name, 0.0)]
 
 
 @pytest.mark.parametrize("kind", cost._SAMPLES)
-def test_functions_that_tell_of_caches_are_there(kind: str) -> None:
+def test_functions_that_tell_of_caches_are_there(kind):
     file, name = cost._SAMPLES[kind]
     assert f"\ndef {name}(" in (ROOT / "src" / "fingerslip" / file).read_text()
 
 
 @pytest.mark.slow
-def test_a_small_block_compiles_nearly_all_that_a_model_of_its_kind_needs(tmp_path: Path):
+def test_a_small_block_compiles_nearly_all_that_a_model_of_its_kind_needs(tmp_path):
     paths = os.pathsep.join([str(ROOT / "tests"), *sys.path])
     environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", COLD], env=environment, check=True)
 
 
-def terminal() -> Console:
+def terminal():
     return Console(file=io.StringIO(), force_terminal=True, width=120)
 
 
-def log() -> Console:
+def log():
     return Console(file=io.StringIO(), force_terminal=False, width=40)
 
 
-def said(console: Console) -> str:
+def said(console):
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+def clock(monkeypatch):
     """Replace the clock; the only item of the list is the time."""
     now = [1000.0]
     monkeypatch.setattr(progress_module.time, "monotonic", lambda: now[0])
     return now
 
 
-def test_a_terminal_gets_bars_and_anything_else_lines() -> None:
+def test_a_terminal_gets_bars_and_anything_else_lines():
     assert isinstance(progress_for(terminal()), BarProgress)
     assert isinstance(progress_for(log()), LineProgress)
 
 
-def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock: list[float]) -> None:
+def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock):
     console = log()
     with LineProgress(console) as shown:
         shown.begin(["a", "b"])
@@ -189,18 +160,18 @@ def test_lines_come_at_the_start_then_every_half_minute_and_at_the_end(clock: li
 
 
 @pytest.mark.parametrize("make", [LineProgress, BarProgress])
-def test_messages_are_whole_and_taken_as_they_are(make: object) -> None:
+def test_messages_are_whole_and_taken_as_they_are(make):
     console = log()
     message = "block/[red]friction_coefficient-0.2[/red]: unchanged, and longer than the log is wide"
     make(console).say(message)
     assert said(console) == f"{message}\n"
 
 
-def state(bars: BarProgress) -> dict[str, float]:
+def state(bars):
     return {task.description: task.completed for task in bars._bars.tasks}
 
 
-def test_bars_show_each_run_and_the_sum_of_all() -> None:
+def test_bars_show_each_run_and_the_sum_of_all():
     with BarProgress(terminal()) as bars:
         bars.begin(["a", "b", "c"])
         assert state(bars) == {"all runs": 0.0}
@@ -215,14 +186,18 @@ def test_bars_show_each_run_and_the_sum_of_all() -> None:
         assert total.total == 3.0
 
 
-def test_a_single_run_needs_no_sum() -> None:
-    with BarProgress(terminal()) as bars:
+def test_bars_of_a_single_run_need_no_sum_and_are_drawn_and_stopped():
+    console = terminal()
+    with BarProgress(console) as bars:
         bars.begin(["a"])
         bars.advance("a", 0.5)
         assert state(bars) == {"a": 0.5}
+        assert bars._bars.live.is_started
+    assert not bars._bars.live.is_started
+    assert "50 %" in said(console)
 
 
-def test_a_second_study_starts_from_nothing() -> None:
+def test_a_second_study_starts_from_nothing():
     with BarProgress(terminal()) as bars:
         bars.begin(["a", "b"])
         bars.finish("a", "done")
@@ -233,18 +208,7 @@ def test_a_second_study_starts_from_nothing() -> None:
         assert newest == [0.5, 0.5], "the sum of the second study, and its first run"
 
 
-def test_bars_are_drawn_and_stopped() -> None:
-    console = terminal()
-    bars = BarProgress(console)
-    with bars:
-        bars.begin(["a"])
-        bars.advance("a", 0.5)
-        assert bars._bars.live.is_started
-    assert not bars._bars.live.is_started
-    assert "50 %" in said(console)
-
-
-def test_silence(capfd: pytest.CaptureFixture[str]) -> None:
+def test_silence(capfd):
     with StudyProgress() as shown:
         shown.begin(["a"])
         shown.advance("a", 0.5)

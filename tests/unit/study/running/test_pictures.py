@@ -1,13 +1,8 @@
 """Pictures and films of runs, made as soon as they are computed."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
-from collections.abc import Callable
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,28 +16,29 @@ from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
 from fingerslip.study.running import runner
 from fingerslip.study.running.build import prepare
-from fingerslip.study.running.pictures import Drawing, camera_of, draw_runs, drawings_of, film_history, film_runs
+from fingerslip.study.running.films import camera_of, film_history, film_runs
+from fingerslip.study.running.pictures import Drawing, draw_runs, drawings_of
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import Engine, compute_jobs, write_up
 from fingerslip.study.storage.reporting import film_keys, read_films, report_again
 from fingerslip.vision.cameras.camera import pixels_of
 from fingerslip.vision.tracks import make_tracks, read_tracks
 from unit.filmed import filmed_history
-from unit.study.block import NAMES, Write, block_values
+from unit.study.block import NAMES, block_values
 from unit.study.told import Told
 
 
-def planned(path: Path) -> tuple[Any, Any]:
+def planned(path):
     plan = plan_study(path, path.parent / "results")
     return plan, prepare(plan, plan.runs)
 
 
-def contents(folder: Path) -> dict[str, bytes]:
+def contents(folder):
     files = [folder / "report.html", *(folder / "figures").iterdir()]
     return {path.name: path.read_bytes() for path in files}
 
 
-def test_runs_in_detail_are_drawn_and_the_first_model_of_each_mesh(write_study: Write) -> None:
+def test_runs_in_detail_are_drawn_with_the_first_model_of_each_mesh_unless_sampled_or_ended(write_study):
     plan, jobs = planned(write_study())
     drawings = drawings_of(plan, jobs)
     assert list(drawings) == NAMES
@@ -50,9 +46,11 @@ def test_runs_in_detail_are_drawn_and_the_first_model_of_each_mesh(write_study: 
     assert [one.model for one in drawings.values()] == [True] + [False] * (len(NAMES) - 1)
     resumed = drawings_of(plan, jobs[1:])
     assert resumed[jobs[1].run.name] == Drawing("Block on a plate", contact=True, model=True)
+    assert drawings_of(dataclasses.replace(plan, study=SimpleNamespace(sample=object())), jobs) == {}
+    assert draw_runs(jobs, drawings, lambda: True) == {}
 
 
-def test_of_many_runs_only_those_are_drawn_that_a_report_shows(write_study: Write) -> None:
+def test_of_many_runs_only_those_are_drawn_that_a_report_shows(write_study):
     frictions = [0.1 + 0.01 * number for number in range(MOST_RUNS + 2)]
     plan, jobs = planned(write_study(block_values() | {"sweep": {"contact.friction_coefficient": frictions}}))
     first, later = jobs[0].run.name, jobs[MOST_RUNS].run.name
@@ -61,16 +59,10 @@ def test_of_many_runs_only_those_are_drawn_that_a_report_shows(write_study: Writ
     assert late == {later: Drawing("Block on a plate", contact=False, model=True)}
 
 
-def test_nothing_is_drawn_of_samples(write_study: Write) -> None:
-    plan, jobs = planned(write_study())
-    sampled = dataclasses.replace(plan, study=SimpleNamespace(sample=object()))
-    assert drawings_of(sampled, jobs) == {}
-
-
 @pytest.mark.slow
 def test_report_and_figures_are_the_same_whether_runs_are_drawn_beside_or_at_the_end(
-    write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
+    write_study, simulated, monkeypatch
+):
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     plan, jobs = planned(write_study())
     compute_jobs(plan, jobs, Engine(StudyProgress(), 1))
@@ -85,11 +77,11 @@ def test_report_and_figures_are_the_same_whether_runs_are_drawn_beside_or_at_the
     assert f"{NAMES[2]}-slip-map.png" in beside
 
 
-def only_drawn(write: Callable[..., None]) -> Callable[..., None]:
+def only_drawn(write):
     """Return the writer of reports; it fails where it draws a run that is drawn already."""
 
-    def write_report(study: Any, pictures: Any) -> None:
-        def again(*_: Any) -> None:
+    def write_report(study, pictures):
+        def again(*_):
             raise AssertionError
 
         with pytest.MonkeyPatch.context() as patch:
@@ -100,13 +92,11 @@ def only_drawn(write: Callable[..., None]) -> Callable[..., None]:
     return write_report
 
 
-def test_what_cannot_be_drawn_is_left_to_the_report(
-    write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_cannot_be_drawn_is_left_to_the_report(write_study, simulated, monkeypatch):
     plan, jobs = planned(write_study())
     compute_jobs(plan, jobs, Engine(StudyProgress(), 1))
 
-    def failing(run: Any, *_: Any, **__: Any) -> None:
+    def failing(run, *_, **__):
         if run.name == NAMES[1]:
             raise ZeroDivisionError
 
@@ -114,16 +104,9 @@ def test_what_cannot_be_drawn_is_left_to_the_report(
     assert list(draw_runs(jobs, drawings_of(plan, jobs), lambda: False)) == [NAMES[0], NAMES[2]]
 
 
-def test_a_study_that_is_being_ended_draws_no_more(write_study: Write) -> None:
-    plan, jobs = planned(write_study())
-    assert draw_runs(jobs, drawings_of(plan, jobs), lambda: True) == {}
-
-
 SMALL = CameraSettings(
     width=160, height=120, view_width=14e-3, distance=30e-3, rest=0.4, marker_radius=0.3e-3, exposure=1e-3, seed=3
 )
-
-
 POINT = CameraSettings(tier="point", rest=0.4)
 
 
@@ -187,8 +170,7 @@ def test_films_are_made_once_and_again_where_camera_or_run_changed(tmp_path):
 def test_markers_that_were_not_recorded_are_an_error_of_that_camera(tmp_path):
     study = tmp_path / "study"
     (study / "run").mkdir(parents=True)
-    history = filmed_history()
-    write_history(history.isel(site=[0, 1]), study / "run" / "history.nc")
+    write_history(filmed_history().isel(site=[0, 1]), study / "run" / "history.nc")
     errors = film_runs(_Plan(study, {"internal": POINT, "external": POINT}), Told())
     assert list(errors) == ["run/cameras/internal"]
     assert isinstance(errors["run/cameras/internal"], InputError)

@@ -1,10 +1,6 @@
 """What running a study would do: mistakes of all files first, shared meshes, refused samples, chosen bases."""
 
-from __future__ import annotations
-
 import dataclasses
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -16,30 +12,39 @@ from fingerslip.study.running import build as preparing
 from fingerslip.study.running.build import prepare, prepare_samples
 from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.runner import run_study
-from unit.study.block import FRICTIONS, Write, block_values, changed
+from unit.study.block import NAMES, block_values, changed
 
 
-def test_plan_names_folder_and_runs_and_nothing_is_finished(write_study: Write, tmp_path: Path) -> None:
+def test_plan_names_folder_and_runs_of_which_none_is_finished_and_one_mesh_is_shared(write_study, tmp_path):
     plan = plan_study(write_study(), tmp_path / "results")
     assert plan.folder == tmp_path / "results" / "block"
-    assert [run.name for run in plan.runs] == [f"friction_coefficient-{friction}" for friction in FRICTIONS]
+    assert [run.name for run in plan.runs] == NAMES
     assert len(set(plan.identities.values())) == 3
     assert plan.finished_runs() == {}
+    jobs = prepare(plan, plan.runs)
+    assert len({id(job.model.mesh) for job in jobs}) == 1
+    assert [job.identity for job in jobs] == list(plan.identities.values())
 
 
-def test_studies_of_one_name_are_refused(write_study: Write) -> None:
+def test_studies_of_one_name_are_refused(write_study):
     path = write_study()
     with pytest.raises(InputError, match="needs a name of its own"):
         plan_studies([path, path], results_dir=path.parent / "results")
 
 
-def test_unknown_published_table_is_refused(write_study: Write) -> None:
-    path = write_study(block_values() | {"compare": ["wang2014-table3"]})
-    with pytest.raises(InputError, match=r"block\.yaml: compare\.0: .*did you mean 'wang2014-table2'\?"):
-        plan_study(path)
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"compare": ["wang2014-table3"]}, r"block\.yaml: compare\.0: .*did you mean 'wang2014-table2'\?"),
+        ({"derived": {"x": "depth ** friction_coefficient"}}, r"derived\.x.*needs one unit in all runs"),
+    ],
+)
+def test_unknown_tables_and_units_that_differ_between_runs_are_refused(write_study, changes, message):
+    with pytest.raises(InputError, match=message):
+        plan_study(write_study(block_values() | changes))
 
 
-def test_mistakes_of_several_files_come_together(write_study: Write, tmp_path: Path) -> None:
+def test_mistakes_of_several_files_come_together(write_study, tmp_path):
     values = block_values() | {"depth": 1, "sweep": {"time.end": [3], "time.stp": ["1 s"]}}
     bad, good = write_study(values, name="bad"), write_study()
     swept = write_study(changed("contact.boundary", 7), name="other")
@@ -61,9 +66,7 @@ def test_mistakes_of_several_files_come_together(write_study: Write, tmp_path: P
         ("counterface.cylinder.radius / '1 mm'", "'counterface.cylinder.radius' is not known"),
     ],
 )
-def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(
-    write_study: Write, text: str, said: str
-) -> None:
+def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(write_study, text, said):
     counterfaces = [{"plane": {"normal": [0, 1]}}, {"cylinder": {"radius": "8 mm"}}]
     contact = {"boundary": "contact", "counterface": counterfaces[0], "friction_coefficient": 0.5}
     values = {key: own for key, own in block_values().items() if key != "contact"} | {"contacts": [contact]}
@@ -73,21 +76,7 @@ def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(
     assert said in str(caught.value)
 
 
-def test_a_derived_quantity_has_one_unit_in_all_runs(write_study: Write) -> None:
-    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.5, 1.0]}}
-    values |= {"derived": {"x": "depth ** friction_coefficient"}}
-    with pytest.raises(InputError, match=r"derived\.x.*needs one unit in all runs"):
-        plan_study(write_study(values))
-
-
-def test_runs_with_the_same_mesh_inputs_share_one_mesh(write_study: Write) -> None:
-    plan = plan_study(write_study())
-    jobs = prepare(plan, plan.runs)
-    assert len({id(job.model.mesh) for job in jobs}) == 1
-    assert [job.identity for job in jobs] == list(plan.identities.values())
-
-
-def test_a_sample_that_makes_no_model_is_refused_alone(write_study: Write) -> None:
+def test_a_sample_that_makes_no_model_is_refused_alone(write_study):
     sample = {"count": 4, "ranges": {"programme.0.press.depth": ["0.05 mm", "12 mm"]}}
     plan = plan_study(write_study(block_values() | {"sweep": {}, "sample": sample}))
     jobs, refused = prepare_samples(plan, plan.runs)
@@ -96,7 +85,7 @@ def test_a_sample_that_makes_no_model_is_refused_alone(write_study: Write) -> No
     assert len(jobs) + len(refused) == 4
 
 
-def test_what_is_wrong_names_the_run(write_study: Write) -> None:
+def test_what_is_wrong_names_the_run(write_study):
     plan = plan_study(write_study(changed("contact.boundary", "pulp")))
     with pytest.raises(InputError, match=r"block\.yaml \(contact\.friction_coefficient = 0\.2\).*'pulp' not in mesh"):
         prepare(plan, plan.runs)
@@ -105,16 +94,16 @@ def test_what_is_wrong_names_the_run(write_study: Write) -> None:
 TOLERANCES = {"tolerance": 0.01, "acceleration_tolerance": 0.9}
 
 
-def values(basis: str, **changes: Any) -> dict[str, Any]:
+def values(basis, **changes):
     return block_values() | {"dynamics": {"basis": basis, **TOLERANCES}} | changes
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, ...]]:
+def asked(monkeypatch):
     """Return what is asked of the estimate, which says that a basis saves from more than 50 steps on."""
     asked = []
 
-    def saves(*sizes: int) -> bool:
+    def saves(*sizes):
         asked.append(sizes)
         return sizes[2] > 50
 
@@ -122,24 +111,21 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, ...]]:
     return asked
 
 
-def chosen(path: Path, tmp_path: Path) -> list[str]:
+def chosen(path, tmp_path):
     plan = plan_study(path, tmp_path)
     jobs = prepare(plan, plan.runs)
     assert all((job.model.basis is not None) == (job.run.study.dynamics.basis == "reduced") for job in jobs)
     return [job.run.study.dynamics.basis for job in jobs]
 
 
-def test_runs_that_share_a_body_are_counted_together(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
-    path = write_study(values("automatic"))
-    assert chosen(path, tmp_path) == ["reduced"] * 3
+def test_runs_that_share_a_body_are_counted_together(write_study, tmp_path, asked):
+    assert chosen(write_study(values("automatic")), tmp_path) == ["reduced"] * 3
     ((unknowns, interface, steps, dim),) = asked
     assert (unknowns, steps, dim) == (72, 2 * 30, 2)
     assert 0 < interface < unknowns
 
 
-def test_a_run_alone_is_the_one_that_tries_its_basis_out(
-    write_study: Write, tmp_path: Path, asked: list[tuple[int, ...]]
-) -> None:
+def test_a_run_alone_is_the_one_that_tries_its_basis_out(write_study, tmp_path, asked):
     """Runs with matrices of their own: two of one body share a basis, two bodies have one each."""
     shared = values("automatic", sweep={"time.alpha": [-0.05, -0.1]})
     assert chosen(write_study(shared), tmp_path) == ["reduced"] * 2
@@ -151,33 +137,31 @@ def test_a_run_alone_is_the_one_that_tries_its_basis_out(
 
 
 @pytest.mark.parametrize("basis", ["full", "reduced"])
-def test_what_a_study_says_is_done(write_study: Write, tmp_path: Path, asked: list[Any], basis: str) -> None:
+def test_what_a_study_says_is_done(write_study, tmp_path, asked, basis):
     assert chosen(write_study(values(basis)), tmp_path) == [basis] * 3
     assert asked == []
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("asked")
-def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study: Write, tmp_path: Path) -> None:
+def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study, tmp_path):
     path = write_study(values("automatic"))
     result = run_study(path, results_dir=tmp_path / "results", workers=1)
     for run in result.runs:
         assert read_mapping(result.folder / run.name / "run.yaml")["dynamics"] == TOLERANCES | {"basis": "reduced"}
-        attrs = fs.read_history(result.folder / run.name / "history.nc").attrs
-        assert attrs["basis"] == "reduced"
+        assert fs.read_history(result.folder / run.name / "history.nc").attrs["basis"] == "reduced"
     assert len(list((result.folder / BASES).glob("*.basis"))) == 1
-    again = run_study(path, results_dir=tmp_path / "results", workers=1)
-    assert len(again.unchanged) == 3
+    assert len(run_study(path, results_dir=tmp_path / "results", workers=1).unchanged) == 3
 
 
 @pytest.mark.slow
-def test_a_basis_of_another_study_file_serves_no_other_body(write_study: Write, tmp_path: Path) -> None:
+def test_a_basis_of_another_study_file_serves_no_other_body(write_study, tmp_path):
     path = write_study(values("reduced", sweep={"materials.block.density": ["900 kg/m^3", "1000 kg/m^3"]}))
     result = run_study(path, results_dir=tmp_path / "results", workers=1)
     assert len(list((result.folder / BASES).glob("*.basis"))) == 2
 
 
-def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+def test_decisions_leave_everything_else_as_it_was(write_study, tmp_path, asked):
     plan = plan_study(write_study(values("automatic")), tmp_path)
     jobs = prepare(plan, plan.runs)
     assert asked
@@ -215,9 +199,7 @@ def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path:
         *("weakening friction", "moving supports"),
     ],
 )
-def test_what_a_basis_does_not_know_takes_the_mesh(
-    write_study: Write, tmp_path: Path, asked: list[Any], changes: dict[str, Any]
-) -> None:
+def test_what_a_basis_does_not_know_takes_the_mesh(write_study, tmp_path, asked, changes):
     own = {key: changes.pop(key) for key in ("law", "prony") if key in changes}
     block = block_values()["materials"]["block"] | own
     path = write_study(values("automatic", materials={"block": block}, **changes))
@@ -225,9 +207,7 @@ def test_what_a_basis_does_not_know_takes_the_mesh(
     assert asked == []
 
 
-def test_a_study_that_says_nothing_leaves_it_open(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
-    assert (
-        chosen(write_study({key: item for key, item in values("full").items() if key != "dynamics"}), tmp_path)
-        == ["reduced"] * 3
-    )
+def test_a_study_that_says_nothing_leaves_it_open(write_study, tmp_path, asked):
+    silent = {key: item for key, item in values("full").items() if key != "dynamics"}
+    assert chosen(write_study(silent), tmp_path) == ["reduced"] * 3
     assert asked

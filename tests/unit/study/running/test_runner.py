@@ -1,37 +1,33 @@
 """Running studies: nothing computed twice, nothing left half done, nothing written for a wrong input."""
 
-from __future__ import annotations
-
 import csv
 import re
 import shutil
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from fingerslip.dynamics import simulation
-from fingerslip.errors import ConvergenceError, InputError
+from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
 from fingerslip.study.storage.reporting import read_results
 from fingerslip.study.storage.store import read_manifest
 from fingerslip.units import parse_quantity
-from unit.study.block import FRICTIONS, NAMES, Write, block_values, changed
+from unit.study.block import FRICTIONS, NAMES, block_values, changed
 from unit.study.told import Told
 
 
-def leftovers(folder: Path) -> list[str]:
+def leftovers(folder):
     return sorted(path.name for path in folder.rglob(".*"))
 
 
-def run(path: Path, **options: Any) -> Any:
+def run(path, **options):
     return run_study(path, results_dir=path.parent / "results", workers=1, **options)
 
 
 @pytest.mark.usefixtures("reports")
-def test_results_of_every_run_are_written(write_study: Write, simulated: list[float]) -> None:
+def test_results_of_every_run_are_written(write_study, simulated):
     result = run(write_study())
     assert simulated == FRICTIONS
     assert result.computed == tuple(NAMES)
@@ -44,9 +40,7 @@ def test_results_of_every_run_are_written(write_study: Write, simulated: list[fl
     assert read_history(result.folder / NAMES[0] / "history.nc").sizes["time"] == 401
 
 
-def test_finished_study_is_not_computed_again(
-    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]]
-) -> None:
+def test_finished_study_is_not_computed_again(write_study, simulated, reports):
     path = write_study()
     run(path)
     again = run(path)
@@ -55,96 +49,62 @@ def test_finished_study_is_not_computed_again(
     assert reports == [tuple(NAMES)]
 
 
+@pytest.mark.usefixtures("finished")
 @pytest.mark.parametrize(
     "changes",
     [
         {"title": "Another title"},
         {"description": "A question."},
-        {"compare": ["wang2014-table2"]},
+        {"compare": []},
         {"integration": "selective"},  # the default, but now given
     ],
 )
-def test_a_report_is_made_again_where_what_it_shows_has_changed(
-    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], changes: dict[str, Any]
-) -> None:
-    run(write_study())
-    run(write_study(block_values() | changes))
-    assert (simulated, len(reports)) == (FRICTIONS, 2)
+def test_a_report_is_made_again_where_what_it_shows_has_changed(write_study, simulated, reports, changes):
+    run(write_study(block_values() | {"compare": ["wang2014-table2"]} | changes))
+    assert (simulated, len(reports)) == ([], 1)
 
 
-@pytest.mark.usefixtures("reports")
-def test_what_changes_a_result_is_computed_again(write_study: Write, simulated: list[float]) -> None:
-    """The title does not; a value, the mesh file and the wish do."""
-    run(write_study())
+@pytest.mark.usefixtures("finished", "reports")
+def test_what_changes_a_result_is_computed_again(write_study, simulated):
+    """The title does not; a new value in the sweep, a value, the mesh file and the wish do."""
     run(write_study(changed("title", "Another title")))
-    assert simulated == FRICTIONS
-    run(write_study(changed("time.step", "1 ms")))
-    assert simulated == FRICTIONS * 2
-    run(write_study(curvature=1.0))
-    assert simulated == FRICTIONS * 3
-    run(write_study(curvature=1.0), force=True)
-    assert simulated == FRICTIONS * 4
-
-
-@pytest.mark.usefixtures("reports")
-def test_new_value_in_a_sweep_is_the_only_one_computed(write_study: Write, simulated: list[float]) -> None:
-    run(write_study())
-    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.2, 0.4, 0.6, 0.8]}}
-    result = run(write_study(values))
-    assert simulated == [*FRICTIONS, 0.8]
+    assert simulated == []
+    result = run(write_study(changed("sweep", {"contact.friction_coefficient": [*FRICTIONS, 0.8]})))
+    assert simulated == [0.8]
     assert len((result.folder / "summary.csv").read_text().splitlines()) == 5
+    for values, curvature, force in ((changed("time.step", "1 ms"), 0.0, False), (None, 1.0, False), (None, 1.0, True)):
+        simulated.clear()
+        run(write_study(values, curvature=curvature), force=force)
+        assert simulated == FRICTIONS
 
 
 @pytest.mark.usefixtures("reports")
-def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
-    write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, simulated, fails, monkeypatch):
     path = write_study()
     whole = simulation.simulate
-
-    def interrupted(model: Any, **given: Any) -> Any:
-        if model.contacts[0].friction.coefficient == 0.4:
-            raise KeyboardInterrupt
-        return whole(model, **given)
-
-    with monkeypatch.context() as patch:
-        patch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            run(path)
+    fails(KeyboardInterrupt(), friction=0.4)
+    with pytest.raises(KeyboardInterrupt):
+        run(path)
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", whole)
     folder = path.parent / "results" / "block"
     assert sorted(item.name for item in folder.iterdir() if item.is_dir()) == [NAMES[0]]
     assert leftovers(folder) == []
     assert len((folder / "summary.csv").read_text().splitlines()) == 2
-    result = run(path)
-    assert result.unchanged == (NAMES[0],)
+    assert run(path).unchanged == (NAMES[0],)
     assert simulated == FRICTIONS
 
 
 @pytest.mark.usefixtures("reports")
-def test_interruption_before_the_first_result_leaves_no_folder(
-    write_study: Write, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(model: Any, **given: Any) -> Any:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", interrupted)
+def test_interruption_before_the_first_result_leaves_no_folder(write_study, fails):
+    fails(KeyboardInterrupt())
     path = write_study()
     with pytest.raises(KeyboardInterrupt):
         run(path)
     assert not (path.parent / "results").exists()
 
 
-def test_failed_run_does_not_stop_the_others(
-    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    whole = simulation.simulate
-
-    def failing(model: Any, **given: Any) -> Any:
-        if model.contacts[0].friction.coefficient == 0.4:
-            raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-        return whole(model, **given)
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, fails):
+    fails(friction=0.4)
     path = write_study()
     with pytest.raises(StudyFailedError) as caught:
         run(path)
@@ -155,33 +115,29 @@ def test_failed_run_does_not_stop_the_others(
     assert leftovers(path.parent / "results") == []
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_failed_recomputation_keeps_the_old_run(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    result = run(write_study())
-    before = (result.folder / NAMES[0] / "events.json").read_text()
-
-    def failing(model: Any, **given: Any) -> Any:
-        raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-
-    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", failing)
+@pytest.mark.usefixtures("reports")
+def test_failed_recomputation_keeps_the_old_run(finished, write_study, fails):
+    before = (finished / NAMES[0] / "events.json").read_text()
+    fails()
     with pytest.raises(StudyFailedError):
         run(write_study(changed("time.step", "1 ms")))
-    assert (result.folder / NAMES[0] / "events.json").read_text() == before
-    assert leftovers(result.folder) == []
+    assert (finished / NAMES[0] / "events.json").read_text() == before
+    assert leftovers(finished) == []
 
 
-def test_all_runs_are_checked_before_anything_is_written(write_study: Write, simulated: list[float]) -> None:
-    values = block_values()
-    values["sweep"] = {"contact.boundary": ["bottom", "pulp"]}
-    path = write_study(values)
+def test_all_runs_of_all_studies_are_checked_before_anything_is_written(write_study, simulated):
+    path = write_study(changed("sweep", {"contact.boundary": ["bottom", "pulp"]}))
     with pytest.raises(InputError, match="boundary 'pulp' not in mesh"):
         run(path)
+    bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
+    with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
+        run_studies([write_study(), bad], results_dir=path.parent / "results")
     assert simulated == []
     assert not (path.parent / "results").exists()
 
 
 @pytest.mark.parametrize("name", ["results", "results/study"])
-def test_a_file_where_results_would_go_is_refused_first(write_study: Write, simulated: list[float], name: str) -> None:
+def test_a_file_where_results_would_go_is_refused_first(write_study, simulated, name):
     path = write_study()
     file = path.parent / name.replace("study", path.stem)
     file.parent.mkdir(exist_ok=True)
@@ -192,25 +148,15 @@ def test_a_file_where_results_would_go_is_refused_first(write_study: Write, simu
     assert file.read_text() == "mine"
 
 
-def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simulated: list[float]) -> None:
-    good = write_study()
-    bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
-    with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
-        run_studies([good, bad], results_dir=good.parent / "results")
-    assert simulated == []
-
-
-@pytest.mark.usefixtures("simulated", "reports")
-def test_written_run_is_a_study_that_gives_the_same_run(write_study: Write) -> None:
-    result = run(write_study())
-    (repeated,) = plan_study(result.folder / NAMES[1] / "run.yaml").runs
+def test_written_run_is_a_study_that_gives_the_same_run(finished, write_study):
+    (repeated,) = plan_study(finished / NAMES[1] / "run.yaml").runs
     # The study leaves the basis open; the run says that it was computed on the mesh.
     original = plan_study(write_study(block_values() | {"dynamics": {"basis": "full"}})).runs[1]
     assert repeated.study.dynamics.basis == "full"
     assert repeated.identity == original.identity
 
 
-def test_progress_is_told_in_order(write_study: Write, simulated: list[float], reports: list[Any]) -> None:
+def test_progress_is_told_in_order(write_study, simulated, reports):
     told = Told()
     path = write_study(block_values() | {"sweep": {}})
     run(path, progress=told)
@@ -219,58 +165,52 @@ def test_progress_is_told_in_order(write_study: Write, simulated: list[float], r
 
 
 @pytest.mark.parametrize("workers", [0, -1])
-def test_workers_are_at_least_one(write_study: Write, workers: int) -> None:
+def test_workers_are_at_least_one(write_study, workers):
     with pytest.raises(InputError, match="needs a number >= 1"):
         run_study(write_study(), workers=workers)
 
 
 @pytest.mark.usefixtures("reports")
 @pytest.mark.parametrize("name", ["history.nc", "events.json", "run.yaml"])
-def test_a_damaged_run_is_computed_again_and_said_so(write_study: Write, simulated: list[float], name: str) -> None:
-    path = write_study()
-    file = run(path).folder / NAMES[1] / name
-    written = file.read_bytes()
-    file.write_bytes(written[:-9])
+def test_a_damaged_run_is_computed_again_and_said_so(finished, simulated, name):
+    file = finished / NAMES[1] / name
+    file.write_bytes(file.read_bytes()[:-9])
     said = Told()
-    result = run(path, progress=said)
+    result = run(finished.parents[1] / "block.yaml", progress=said)
     assert (result.computed, result.unchanged) == ((NAMES[1],), (NAMES[0], NAMES[2]))
-    assert simulated == [*FRICTIONS, FRICTIONS[1]]
+    assert simulated == FRICTIONS[1:2]
     (message,) = [text for text in said.messages if "unchanged" not in text]
     assert re.fullmatch(rf"block/{NAMES[1]}: .*/{name} is damaged: .*; the run is computed again", message)
-    assert leftovers(result.folder) == []
+    assert leftovers(finished) == []
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_runs_that_are_known_to_be_whole_are_not_read_through_again(write_study: Write) -> None:
-    path = write_study()
-    folder = run(path).folder
-    plan = plan_study(path, folder.parent)
-    (folder / NAMES[1] / "history.nc").write_bytes(b"damaged")
+def test_runs_that_are_known_to_be_whole_are_not_read_through_again(finished):
+    plan = plan_study(finished.parents[1] / "block.yaml", finished.parent)
+    (finished / NAMES[1] / "history.nc").write_bytes(b"damaged")
     assert list(plan.finished_runs()) == [NAMES[0], NAMES[2]]
     assert list(plan.finished_runs(whole=NAMES)) == NAMES
-    shutil.rmtree(folder / NAMES[0])
+    shutil.rmtree(finished / NAMES[0])
     assert list(plan.finished_runs(whole=NAMES)) == NAMES[1:]
 
 
 @pytest.mark.usefixtures("simulated", "reports")
 @pytest.mark.parametrize("content", [b"", b"{}", b"\xff", b'{"runs": 3}'])
-def test_a_damaged_manifest_is_written_again(write_study: Write, content: bytes) -> None:
-    path = write_study()
-    manifest = run(path).folder / "manifest.json"
-    manifest.write_bytes(content)
-    assert run(path).unchanged == tuple(NAMES)
-    assert list(read_manifest(manifest.parent)["runs"]) == NAMES
+def test_a_damaged_manifest_is_written_again(finished, content):
+    (finished / "manifest.json").write_bytes(content)
+    assert run(finished.parents[1] / "block.yaml").unchanged == tuple(NAMES)
+    assert list(read_manifest(finished)["runs"]) == NAMES
 
 
-def sampled(ranges: dict[str, Any], count: int = 5) -> dict[str, Any]:
+def sampled(ranges, count=5):
     """Return the study of the block with samples."""
     return block_values() | {"sweep": {}, "sample": {"count": count, "ranges": ranges}}
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study: Write) -> None:
+def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study, simulated):
     """The history that stands for the simulation slips as a whole at 1.4 s + 0.5 s times the friction."""
-    result = run(write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]})))
+    path = write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]}))
+    result = run(path)
     assert result.computed == tuple(f"sample-{number}" for number in range(1, 6))
     assert [one.swept for one in result.runs] == [{"sample": number} for number in range(1, 6)]
     lines = (result.folder / "summary.csv").read_text().splitlines()
@@ -279,18 +219,12 @@ def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study: W
     rows = list(csv.DictReader((result.folder / "sensitivity.csv").read_text().splitlines()))
     (overall,) = (row for row in rows if (row["reading"], row["time"]) == ("slip", "overall"))
     assert float(overall["slope_s_per_unit"]) == pytest.approx(0.5, abs=0.02)
-
-
-@pytest.mark.usefixtures("reports")
-def test_finished_samples_are_not_computed_again(write_study: Write, simulated: list[float]) -> None:
-    path = write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]}))
-    run(path)
     again = run(path)
     assert (again.computed, len(again.unchanged), len(simulated)) == ((), 5, 5)
 
 
 @pytest.mark.usefixtures("simulated", "reports")
-def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_study: Write) -> None:
+def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_study):
     """The block is 5 mm high, so samples in the last part of the range are pressed through it."""
     said = Told()
     path = write_study(sampled({"programme.0.press.depth": ["0.1 mm", "6 mm"]}))
@@ -314,9 +248,7 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
         block_values() | {"sweep": {"programme.0.press.depth": ["0.1 mm", "6 mm"]}},  # no sample
     ],
 )
-def test_a_study_with_no_right_sample_is_wrong(
-    write_study: Write, simulated: list[float], values: dict[str, Any]
-) -> None:
+def test_a_study_with_no_right_sample_is_wrong(write_study, simulated, values):
     with pytest.raises(InputError, match="presses"):
         run(write_study(values))
     assert simulated == []

@@ -1,15 +1,11 @@
 """The folder of a study: summary, manifest, convergence, tables and pages, of one study or of two side by side."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json
 import shutil
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +19,7 @@ from fingerslip.slip import MEASURES, Events, Found, SlipEvents
 from fingerslip.storage.files import write_json
 from fingerslip.study.definition.runs import plan_study
 from fingerslip.study.definition.settings import CameraSettings
-from fingerslip.study.running.pictures import film_history
+from fingerslip.study.running.films import film_history
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import (
@@ -52,17 +48,15 @@ from fingerslip.uncertainty import Convergence, Series
 from unit.filmed import filmed_history
 from unit.report.pages import checked
 from unit.sampled import study_of
-from unit.study.block import FRICTIONS, NAMES, Write
+from unit.study.block import FRICTIONS, NAMES
 
 
-def run(path: Path) -> Any:
+def run(path):
     return run_study(path, results_dir=path.parent / "results", workers=1)
 
 
-@pytest.mark.usefixtures("reports", "simulated")
-def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
-    result = run(write_study())
-    with (result.folder / "summary.csv").open() as stream:
+def test_summary_has_exactly_the_promised_columns(finished):
+    with (finished / "summary.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     events = ["incipient_s", "noticed_s", "three_quarter_s", "overall_s", "latency_s"]
     expected = [f"{event}{suffix}" for suffix in ("", "_displacement", "_acceleration") for event in events]
@@ -71,25 +65,22 @@ def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
     assert list(rows[0]) == ["run", "contact.friction_coefficient", *expected, "readings_recorded", *numbers]
     assert [float(row["friction_force_ratio_end_of_slide"]) for row in rows] == pytest.approx(FRICTIONS)
     assert [row["contact.friction_coefficient"] for row in rows] == ["0.2", "0.4", "0.6"]
-    overall = [float(row["overall_s"]) for row in rows]
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
-    assert np.diff(overall) == pytest.approx([0.1, 0.1], abs=0.01)
+    assert np.diff([float(row["overall_s"]) for row in rows]) == pytest.approx([0.1, 0.1], abs=0.01)
 
 
 @pytest.mark.usefixtures("reports", "simulated")
-def test_event_that_did_not_happen_is_an_empty_field(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_event_that_did_not_happen_is_an_empty_field(write_study, monkeypatch):
     none = Found(Events(acceleration=SlipEvents(recorded=False)))
     monkeypatch.setattr(results, "find_slip", lambda _: none)
-    result = run(write_study())
-    lines = (result.folder / "summary.csv").read_text().splitlines()
+    lines = (run(write_study()).folder / "summary.csv").read_text().splitlines()
     assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 15 + "slip displacement,")
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_manifest_says_what_made_the_results(write_study: Write) -> None:
-    result = run(write_study())
-    manifest = json.loads((result.folder / "manifest.json").read_text())
-    assert (manifest["study"], manifest["title"], manifest["compare"]) == ("block.yaml", "Block on a plate", [])
+def test_manifest_says_what_made_the_results(finished):
+    manifest = json.loads((finished / "manifest.json").read_text())
+    expected = ("block.yaml", "Block on a plate", ["wang2014-table2"])
+    assert (manifest["study"], manifest["title"], manifest["compare"]) == expected
     assert list(manifest["runs"]) == NAMES
     assert manifest["versions"]["numpy"] == np.__version__
     assert len({entry["mesh_hash"] for entry in manifest["runs"].values()}) == 1
@@ -99,13 +90,13 @@ def test_manifest_says_what_made_the_results(write_study: Write) -> None:
     assert manifest["given"][-1] == "contact.friction_coefficient", "what is swept is given too"
 
 
-def stored(name: str, seconds: float) -> RunResult:
+def stored(name, seconds):
     return RunResult(
         name, {}, Events(), identity=f"id {seconds}", mesh_hash="m", seconds=seconds, versions={"numpy": "1"}
     )
 
 
-def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_study: Write, tmp_path: Path) -> None:
+def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart_or_says_why_not(write_study, tmp_path):
     plan = plan_study(write_study())
     runs = (stored("a", 1.25), stored("b", 2.5))
     write_results(plan.source, StudyResult(tmp_path, (), runs), "key")
@@ -116,14 +107,11 @@ def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_stud
     assert manifest["runs"]["b"] == {
         "identity": "id 2.5", "mesh_hash": "m", "wall_time_s": 2.5, "versions": {"numpy": "1"},
     }  # fmt: skip
-
-
-def test_a_summary_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match=r"summary\.csv: cannot be written"):
         write_results(Path("x.yaml"), StudyResult(tmp_path / "missing", (), ()), "")
 
 
-def test_a_manifest_keeps_what_was_sampled_and_refused(tmp_path: Path) -> None:
+def test_a_manifest_keeps_what_was_sampled_and_refused(tmp_path):
     refused = (RefusedRun("sample-3", {"sample": 3}, {"a": "1 mm"}, "a: too large"),)
     study = StudyResult(tmp_path, (), (stored("sample-1", 1.0),), ranges={"a": ("0 mm", "1 mm")}, refused=refused)
     write_results(tmp_path / "x.yaml", study, "")
@@ -133,7 +121,7 @@ def test_a_manifest_keeps_what_was_sampled_and_refused(tmp_path: Path) -> None:
     assert refused_in({}) == ()
 
 
-def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path: Path) -> None:
+def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path):
     write_results(Path("x.yaml"), dataclasses.replace(study_of(), folder=tmp_path), "")
     rows = list(csv.DictReader((tmp_path / "sensitivity.csv").read_text().splitlines()))
     assert {row["time"] for row in rows} == {"incipient", "overall"}, "latency is the same in all samples"
@@ -144,65 +132,51 @@ def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path: 
 
 
 SIZES = (1.0, 0.5, 0.25)
-
-
 KNOWN = Convergence("overall slip", "s", 1.7, {"step": Series("step", SIZES, (1.7, 1.65, 1.625))})
-
-
 LACKING = Convergence("incipient slip", "s", 1.2, {"step": Series("step", SIZES, (1.2, None, 1.1))})
-
-
 FOUND = RunConvergence("run", "key", {"slip.overall": KNOWN, "slip.incipient": LACKING})
 
 
-def test_series_come_back_as_they_were(tmp_path: Path) -> None:
+def test_series_come_back_and_uncertainties_are_those_of_runs_with_the_same_inputs(tmp_path):
     write_convergences(tmp_path, {"run": FOUND})
     assert read_convergences(tmp_path, {"run": "key"}) == {"run": FOUND}
     assert (tmp_path / CONVERGENCE / "convergence.json").is_file()
-
-
-def test_known_uncertainties_are_those_of_runs_with_the_same_inputs(tmp_path: Path) -> None:
-    write_convergences(tmp_path, {"run": FOUND})
     assert read_uncertainties(tmp_path, {"run": "key"}) == {"run": {"slip.overall": pytest.approx(1.25 * 0.1)}}
-    assert read_uncertainties(tmp_path, {"run": "changed"}) == {}
-    assert read_uncertainties(tmp_path, {"other": "key"}) == {}
+    assert read_uncertainties(tmp_path, {"run": "changed"}) == read_uncertainties(tmp_path, {"other": "key"}) == {}
 
 
-@pytest.mark.parametrize("text", [None, "", "{"])
-def test_without_a_readable_file_nothing_is_known(tmp_path: Path, text: str | None) -> None:
-    if text is not None:
+@pytest.mark.parametrize("content", [None, b"", b"{", b"\xff"])
+def test_without_a_readable_file_nothing_is_known_and_a_damaged_one_is_named_once(tmp_path, caplog, content):
+    if content is not None:
         (tmp_path / CONVERGENCE).mkdir()
-        (tmp_path / CONVERGENCE / "convergence.json").write_text(text)
-    assert read_uncertainties(tmp_path, {"run": "key"}) == {}
-
-
-def test_a_damaged_file_is_named_in_a_warning(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    (tmp_path / CONVERGENCE).mkdir()
-    (tmp_path / CONVERGENCE / "convergence.json").write_bytes(b"\xff")
+        (tmp_path / CONVERGENCE / "convergence.json").write_bytes(content)
     for _ in range(2):
         assert read_uncertainties(tmp_path, {"run": "key"}) == {}
-    (message,) = caplog.messages
-    assert "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it" in message
+    said = "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it"
+    assert [said in message for message in caplog.messages] == [True] * (content is not None)
 
 
 @pytest.fixture
-def folder(finished: Path) -> Path:
+def folder(finished):
     return finished
 
 
-def test_stored_runs_come_back_as_they_were(folder: Path) -> None:
+def test_stored_runs_come_back_as_they_were_alone_and_with_their_study(folder, monkeypatch):
     stored = read_results(folder)
     assert (stored.title, stored.compare, stored.folder) == ("Block on a plate", ("wang2014-table2",), folder)
     assert [run.name for run in stored.runs] == NAMES
     assert [run.swept["contact.friction_coefficient"] for run in stored.runs] == FRICTIONS
     assert stored.runs[0].values["materials.block.youngs_modulus"] == "100000.0 Pa"
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
-    overall = [run.events.overall for run in stored.runs]
-    assert overall == pytest.approx([1.5, 1.6, 1.7], abs=0.02)
+    assert [run.events.overall for run in stored.runs] == pytest.approx([1.5, 1.6, 1.7], abs=0.02)
+    assert read_stored_run(folder / NAMES[1]) == stored.runs[1]
+    known = {"slip.overall": 6e-3}
+    monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
+    assert read_stored_run(folder / NAMES[1]).uncertainty == known
 
 
 @pytest.mark.parametrize("text", [None, "", "{broken", "{}"])
-def test_a_folder_without_a_manifest_holds_no_study(tmp_path: Path, text: str | None) -> None:
+def test_a_folder_without_a_manifest_holds_no_study(tmp_path, text):
     if text is not None:
         (tmp_path / "manifest.json").write_text(text)
     assert read_manifest(tmp_path) == {}
@@ -210,27 +184,17 @@ def test_a_folder_without_a_manifest_holds_no_study(tmp_path: Path, text: str | 
         read_results(tmp_path)
 
 
-def test_one_stored_run_comes_back_as_with_its_study(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert read_stored_run(folder / NAMES[1]) == read_results(folder).runs[1]
-    known = {"slip.overall": 6e-3}
-    monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
-    assert read_stored_run(folder / NAMES[1]).uncertainty == known
-
-
-def test_a_folder_that_is_no_run_says_what_is_needed(folder: Path, tmp_path: Path) -> None:
+def test_a_folder_that_is_no_run_says_what_is_needed_and_a_run_that_has_gone_is_named(folder, tmp_path):
     with pytest.raises(ResultError, match=rf"holds a study; needs the folder of one of its runs: {', '.join(NAMES)}"):
         read_stored_run(folder)
     with pytest.raises(ResultError, match=r"holds no finished run"):
         read_stored_run(tmp_path)
-
-
-def test_a_run_that_has_gone_is_named(folder: Path) -> None:
     shutil.rmtree(folder / NAMES[1])
     with pytest.raises(ResultError, match=rf"{NAMES[1]}: is not there; run the study again"):
         read_results(folder)
 
 
-def test_tables_stand_beside_published_sets_that_have_events() -> None:
+def test_tables_stand_beside_published_sets_that_have_events():
     events = Events(slip=SlipEvents(overall=1.75))
     swept = {"fingertip.phalanx.variant": "original", "contact.friction_coefficient": 0.6}
     fits = RunResult("r", swept, events, values={"fingertip.fingerprint.enabled": False})
@@ -239,9 +203,7 @@ def test_tables_stand_beside_published_sets_that_have_events() -> None:
     assert titles == ["Slip events from accumulated slip", "Slip events of the three phalanges (Table 2)"]
 
 
-def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_mesh(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_mesh(folder, monkeypatch):
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
     monkeypatch.setattr(assemble, "study_report", _without_details(assemble.study_report))
     write_report(read_results(folder))
@@ -258,7 +220,7 @@ def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_
     assert "<dt>report</dt>" not in page, "the hash of the report itself is no provenance"
 
 
-def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(folder: Path) -> None:
+def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(folder):
     given = ["contact.friction_coefficient", "contact.boundary", "integration"]
     manifest = read_manifest(folder)
     assert "integration" not in manifest["given"]
@@ -270,10 +232,10 @@ def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(
     assert found == {len(manifest["given"]): "default", len(given): "study file"}
 
 
-def _without_details(assemble: Callable[..., Any]) -> Callable[..., Any]:
+def _without_details(assemble):
     """Leave the runs in detail out, whose figures take long."""
 
-    def report(results: Any) -> Any:
+    def report(results):
         whole = assemble(results)
         sections = tuple(section for section in whole.sections if not section.folded)
         return dataclasses.replace(whole, sections=sections)
@@ -281,7 +243,7 @@ def _without_details(assemble: Callable[..., Any]) -> Callable[..., Any]:
     return report
 
 
-def test_dates_are_written_in_any_time_zone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dates_are_written_in_any_time_zone(tmp_path, monkeypatch):
     """`datetime` refuses offsets of a day and more."""
     (tmp_path / MANIFEST).write_text("")
     monkeypatch.setenv("TZ", "Foo+99:99")
@@ -293,18 +255,15 @@ def test_dates_are_written_in_any_time_zone(tmp_path: Path, monkeypatch: pytest.
         time.tzset()
 
 
-@pytest.mark.usefixtures("reports", "simulated")
-def test_the_page_stands_in_the_folder_of_the_first(write_study: Write, tmp_path: Path) -> None:
-    path = write_study()
-    folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
-    written = compare_studies(folder, folder)
-    assert written == folder / f"comparison-{folder.name}.html"
+def test_the_page_stands_in_the_folder_of_the_first(finished, tmp_path):
+    written = compare_studies(finished, finished)
+    assert written == finished / f"comparison-{finished.name}.html"
     page = written.read_text(encoding="utf-8")
     assert "Both studies have the same values." in page
     assert "<dt>B: commit</dt>" in page or "<dt>B: study</dt>" in page
-    assert compare_studies(folder, folder, tmp_path / "x.html") == tmp_path / "x.html"
+    assert compare_studies(finished, finished, tmp_path / "x.html") == tmp_path / "x.html"
     with pytest.raises(ResultError, match="holds no results of a study"):
-        compare_studies(folder, tmp_path / "nowhere")
+        compare_studies(finished, tmp_path / "nowhere")
 
 
 CAMERA = CameraSettings(width=160, height=120, view_width=14e-3, distance=30e-3, rest=0.4, marker_radius=0.3e-3)

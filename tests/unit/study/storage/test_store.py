@@ -1,7 +1,5 @@
 """The folder of a run: written, read back, with snapshots; what tells runs apart; bases."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import logging
@@ -12,7 +10,6 @@ import subprocess
 import threading
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as ET
 
 import meshio
@@ -20,7 +17,6 @@ import numpy as np
 import pytest
 import pyvista
 import skfem
-import xarray as xr
 
 from fingerslip.errors import ResultError
 from fingerslip.fe.space import build_space, cell_nodes
@@ -41,12 +37,12 @@ from fingerslip.study.storage.store import (
     write_snapshots,
 )
 from problems.blocks import ELEMENTS, distorted
-from unit.study.block import Write, block_mesh, block_values
+from unit.study.block import block_mesh, block_values
 from unit.synthetic import Process, make
 
 
 @pytest.fixture
-def folder(write_study: Write, tmp_path: Path) -> Path:
+def folder(write_study, tmp_path):
     """Return the folder of a run that was written without computing it."""
     run = plan_study(write_study()).runs[1]
     folder = tmp_path / run.name
@@ -55,7 +51,7 @@ def folder(write_study: Write, tmp_path: Path) -> Path:
     return folder
 
 
-def test_what_is_written_is_read_back_with_all_values(folder: Path) -> None:
+def test_what_is_written_is_read_back_with_all_values(folder):
     result = read_run(folder, {"slip.overall": 0.01})
     assert sorted(path.name for path in folder.iterdir()) == ["events.json", "history.nc", "run.yaml"]
     assert (result.name, result.identity, result.seconds) == ("friction_coefficient-0.4", "abc", 1.234)
@@ -68,29 +64,28 @@ def test_what_is_written_is_read_back_with_all_values(folder: Path) -> None:
     assert result.mesh_size == mesh_size(block_mesh()) == pytest.approx(32 ** (-1 / 2))
 
 
-def test_a_changed_run_yaml_is_not_taken_for_that_of_the_run(folder: Path) -> None:
-    text = (folder / RUN).read_text()
-    (folder / RUN).write_text(text.replace("0.0001 m", "0.0002 m"))
-    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4/run\.yaml: is damaged.*; run the study again"):
+@pytest.mark.parametrize(
+    ("name", "damage", "message"),
+    [
+        (RUN, lambda file: file.write_text("a: ["), r"run\.yaml"),
+        (
+            RUN,
+            lambda file: file.write_text(file.read_text().replace("0.0001 m", "0.0002 m")),
+            r"friction_coefficient-0\.4/run\.yaml: is damaged.*; run the study again",
+        ),
+        *(
+            (name, Path.unlink, r"friction_coefficient-0\.4: holds no finished run; run the study again")
+            for name in ("events.json", "history.nc")
+        ),
+    ],
+)
+def test_a_damaged_run_or_one_that_lacks_a_file_is_refused(folder, name, damage, message):
+    damage(folder / name)
+    with pytest.raises(ResultError, match=message):
         read_run(folder)
 
 
-@pytest.mark.parametrize("name", ["events.json", "history.nc"])
-def test_a_run_that_lacks_a_file_is_no_finished_run(folder: Path, name: str) -> None:
-    (folder / name).unlink()
-    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4: holds no finished run; run the study again"):
-        read_run(folder)
-
-
-def test_a_damaged_run_yaml_is_named(folder: Path) -> None:
-    (folder / RUN).write_text("a: [")
-    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4/run\.yaml"):
-        read_run(folder)
-
-
-def test_an_added_measure_is_in_the_file_and_in_the_log(
-    write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_added_measure_is_in_the_file_and_in_the_log(write_study, tmp_path, monkeypatch, caplog):
     added = Measure("slides", "number of slides", lambda history: int((history["phase_kind"] == "slide").sum()))
     monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
     with caplog.at_level(logging.INFO, "fingerslip"):
@@ -102,9 +97,7 @@ def test_an_added_measure_is_in_the_file_and_in_the_log(
     assert "largest normal force: 0.4 N" in caplog.messages
 
 
-def test_contact_at_a_free_edge_is_a_warning_in_the_log(
-    write_study: Write, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_contact_at_a_free_edge_is_a_warning_in_the_log(write_study, tmp_path, caplog):
     run = plan_study(write_study()).runs[0]
     history = make(Process())
     ending = history.assign_coords(contact_edge_distance=("contact_node", np.zeros(history.sizes["contact_node"])))
@@ -117,8 +110,8 @@ def test_contact_at_a_free_edge_is_a_warning_in_the_log(
     assert not [record for record in caplog.records if record.levelno == logging.WARNING]
 
 
-def test_identity_changes_with_values_and_mesh_but_not_with_the_title(write_study: Write) -> None:
-    def first(values: dict[str, object], **more: float) -> str:
+def test_identity_changes_with_values_and_mesh_but_not_with_the_title(write_study):
+    def first(values, **more):
         return plan_study(write_study(block_values() | values, **more)).runs[0].identity
 
     base = first({})
@@ -126,7 +119,7 @@ def test_identity_changes_with_values_and_mesh_but_not_with_the_title(write_stud
     assert len({base, first({"depth": "2 mm"}), first({}, curvature=1.0)}) == 3
 
 
-def test_mesh_hash_sees_points_and_cells_and_nothing_else() -> None:
+def test_mesh_hash_sees_points_and_cells_and_nothing_else_and_is_one_on_processors_that_round_otherwise():
     mesh = block_mesh()
     assert mesh_hash(mesh) == mesh_hash(block_mesh())
     assert mesh_hash(mesh.with_boundaries({"other": np.array([0])})) == mesh_hash(mesh)
@@ -134,27 +127,21 @@ def test_mesh_hash_sees_points_and_cells_and_nothing_else() -> None:
     moved[1, 7] += 1e-8  # a millionth of the size
     assert mesh_hash(skfem.MeshQuad(moved, mesh.t)) != mesh_hash(mesh)
     assert mesh_hash(skfem.MeshQuad(mesh.p, mesh.t[:, ::-1])) != mesh_hash(mesh)
-
-
-def test_a_mesh_has_one_hash_on_processors_that_round_otherwise() -> None:
     mesh = skfem.MeshTri().refined(4).scaled(7e-3)
     hashes = {mesh_hash(dataclasses.replace(mesh, doflocs=points)) for points in (mesh.p, np.nextafter(mesh.p, 1.0))}
     assert len(hashes) == 1
     assert mesh_hash(dataclasses.replace(mesh, doflocs=mesh.p * [[1.0], [1.001]])) not in hashes
 
 
-def test_versions_are_those_that_run() -> None:
+def test_versions_are_those_that_run_and_packages_that_are_not_installed_are_left_out(monkeypatch):
     found = versions()
     assert found["python"] == platform.python_version()
     assert found["numpy"] == np.__version__
     assert found["fingerslip"] == metadata.version("fingerslip")
     assert {"scikit-fem", "gmsh", "scipy", "xarray"} <= set(found)
-
-
-def test_packages_that_are_not_installed_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = metadata.version
 
-    def version(name: str) -> str:
+    def version(name):
         if name == "mkl":
             raise metadata.PackageNotFoundError(name)
         return whole(name)
@@ -166,7 +153,7 @@ def test_packages_that_are_not_installed_are_left_out(monkeypatch: pytest.Monkey
 
 
 @pytest.fixture
-def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def checkout(tmp_path, monkeypatch):
     """Return a git repository with one commit in which the package seems to be."""
     if shutil.which("git") is None:
         pytest.skip("git is not installed")
@@ -180,7 +167,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_commit_is_the_whole_hash_and_says_when_files_were_changed(checkout: Path) -> None:
+def test_commit_is_the_whole_hash_and_says_when_files_were_changed(checkout):
     """A tag on the commit must not stand in for its hash."""
     command = ["git", "-C", str(checkout), "rev-parse", "HEAD"]
     head = subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
@@ -189,16 +176,14 @@ def test_commit_is_the_whole_hash_and_says_when_files_were_changed(checkout: Pat
     assert commit() == f"{head}-dirty"
 
 
-def test_outside_a_checkout_there_is_no_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_outside_a_checkout_there_is_no_commit(tmp_path, monkeypatch):
     monkeypatch.setattr(store, "__file__", str(tmp_path / "a" / "b" / "c" / "store.py"))
     assert commit() is None
 
 
 @pytest.mark.parametrize("error", [FileNotFoundError("git"), subprocess.TimeoutExpired("git", 10)])
-def test_without_a_git_that_answers_there_is_no_commit(
-    checkout: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
-) -> None:
-    def run(*_: object, **__: object) -> Any:
+def test_without_a_git_that_answers_there_is_no_commit(checkout, monkeypatch, error):
+    def run(*_, **__):
         raise error
 
     monkeypatch.setattr(subprocess, "run", run)
@@ -209,11 +194,13 @@ ARRAYS = {"eigenvalues": np.array([1.0, 2.5]), "interface": np.array([3, 4]), "s
 
 
 @pytest.fixture
-def bases(tmp_path: Path) -> BasisFolder:
+def bases(tmp_path):
     return BasisFolder(tmp_path / "study" / ".bases")
 
 
-def test_arrays_are_read_back_as_they_were(bases: BasisFolder) -> None:
+def test_arrays_are_read_back_as_they_were_and_an_unknown_key_makes_no_folder(bases):
+    assert bases.load("other") is None
+    assert not bases.folder.exists()
     bases.save("one", ARRAYS)
     found = bases.load("one")
     assert found is not None
@@ -223,15 +210,10 @@ def test_arrays_are_read_back_as_they_were(bases: BasisFolder) -> None:
         assert found[name].dtype == array.dtype
 
 
-def test_an_unknown_key_has_nothing_and_makes_no_folder(bases: BasisFolder) -> None:
-    assert bases.load("other") is None
-    assert not bases.folder.exists()
-
-
 @pytest.mark.parametrize(
     "damage", [lambda b: b[:-3], lambda b: b[:100] + b"x" + b[101:], lambda _: b"", lambda _: b"\xff" * 200]
 )
-def test_a_damaged_file_is_not_used_and_replaced(bases: BasisFolder, damage, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_damaged_file_is_not_used_and_replaced(bases, damage, caplog):
     bases.save("one", ARRAYS)
     (file,) = bases.folder.iterdir()
     file.write_bytes(damage(file.read_bytes()))
@@ -243,7 +225,7 @@ def test_a_damaged_file_is_not_used_and_replaced(bases: BasisFolder, damage, cap
     assert bases.load("one") is not None
 
 
-def test_only_the_newest_are_kept(bases: BasisFolder, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_newest_are_kept(bases, monkeypatch):
     monkeypatch.setattr(store, "_MOST_BASES", 2)
     for age, key in enumerate(["a", "b", "c"]):
         bases.save(key, ARRAYS)
@@ -252,17 +234,18 @@ def test_only_the_newest_are_kept(bases: BasisFolder, monkeypatch: pytest.Monkey
     assert sorted(path.name for path in bases.folder.iterdir()) == ["c.basis", "d.basis"]
 
 
-def test_a_folder_that_cannot_be_written_is_told_and_no_error(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_folder_that_cannot_be_written_is_told_and_locks_nobody_out(tmp_path, caplog):
     (tmp_path / "file").write_text("")
     caplog.set_level(logging.WARNING, "fingerslip")
-    BasisFolder(tmp_path / "file" / "inside").save("one", ARRAYS)
+    with BasisFolder(tmp_path / "file" / "inside").alone("one"):
+        BasisFolder(tmp_path / "file" / "inside").save("one", ARRAYS)
     assert "the basis is not kept" in caplog.text
 
 
-def test_whoever_makes_a_basis_is_alone(bases: BasisFolder) -> None:
+def test_whoever_makes_a_basis_is_alone(bases):
     inside, came = threading.Event(), list[bool]()
 
-    def take() -> None:
+    def take():
         with bases.alone("one"):
             came.append(inside.is_set())
 
@@ -277,16 +260,10 @@ def test_whoever_makes_a_basis_is_alone(bases: BasisFolder) -> None:
     assert not bases.folder.exists()
 
 
-def test_where_no_lock_can_be_had_nobody_waits(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with BasisFolder(tmp_path / "file" / "inside").alone("one"):
-        assert (tmp_path / "file").is_file()
-
-
 TIMES = [0.0, 0.05, 0.12]
 
 
-def history_on(mesh: object) -> xr.Dataset:
+def history_on(mesh):
     space = build_space(mesh)
     rng = np.random.default_rng(0)
     nodal = rng.normal(size=(2, len(TIMES), len(space.positions), 2))
@@ -307,9 +284,8 @@ def history_on(mesh: object) -> xr.Dataset:
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
-def test_values_come_back_at_their_nodes_and_cells(element: str, tmp_path: Path) -> None:
-    mesh = distorted(element)
-    history = history_on(mesh)
+def test_values_come_back_at_their_nodes_and_cells(element, tmp_path):
+    history = history_on(distorted(element))
     write_snapshots(history, tmp_path)
     for number in range(len(TIMES)):
         grid = meshio.read(tmp_path / f"snapshot_{number:04d}.vtu")
@@ -325,7 +301,7 @@ def test_values_come_back_at_their_nodes_and_cells(element: str, tmp_path: Path)
 
 
 @pytest.mark.parametrize(("element", "kind"), [("Q4", "quad"), ("T3", "triangle"), ("T6", "triangle6")])
-def test_cells_are_those_of_the_mesh(element: str, kind: str, tmp_path: Path) -> None:
+def test_cells_are_those_of_the_mesh(element, kind, tmp_path):
     """VTK puts the middle nodes of a triangle on the sides 01, 12 and 20, in this order."""
     mesh = distorted(element)
     write_snapshots(history_on(mesh), tmp_path)
@@ -342,25 +318,16 @@ def test_cells_are_those_of_the_mesh(element: str, kind: str, tmp_path: Path) ->
         np.testing.assert_allclose(grid.points[block.data[:, 3:]], 0.5 * (ends + np.roll(ends, -1, axis=1)), atol=1e-15)
 
 
-def test_collection_names_every_file_with_its_time(tmp_path: Path) -> None:
-    mesh = distorted("Q4")
-    write_snapshots(history_on(mesh), tmp_path)
+def test_collection_names_every_file_with_its_time_and_none_without_snapshots(tmp_path):
+    history = history_on(distorted("Q4"))
+    write_snapshots(history.drop_dims("snapshot_time"), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    write_snapshots(history, tmp_path)
     entries = list(ET.parse(tmp_path / "snapshots.pvd").getroot().iter("DataSet"))
     assert [float(entry.get("timestep")) for entry in entries] == TIMES
     assert [entry.get("file") for entry in entries] == [f"snapshot_{number:04d}.vtu" for number in range(3)]
     assert all((tmp_path / entry.get("file")).is_file() for entry in entries)
-
-
-def test_without_snapshots_nothing_is_written(tmp_path: Path) -> None:
-    mesh = distorted("Q4")
-    write_snapshots(history_on(mesh).drop_dims("snapshot_time"), tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_points_warped_by_the_displacement_are_the_deformed_body(tmp_path: Path) -> None:
-    """What ParaView's filter Warp By Vector does with a snapshot."""
-    history = history_on(distorted("Q4"))
-    write_snapshots(history, tmp_path)
+    # What ParaView's filter Warp By Vector does with a snapshot.
     grid = pyvista.read(tmp_path / "snapshot_0001.vtu")
     warped = grid.warp_by_vector("displacement")
     deformed = history["node_position"].values + history["snapshot_displacement"].values[1]

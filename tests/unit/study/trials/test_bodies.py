@@ -1,7 +1,5 @@
 """The body that trials share, its plate, and a slide of the half turned into slides of the whole."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -32,11 +30,8 @@ def runs(study):
     return expand_mapping(as_mapping(study), STUDY).runs
 
 
-def test_friction_tilt_and_depth_need_no_other_body(study, runs):
+def test_patches_materials_and_reach_need_another_body_and_friction_tilt_and_depth_none(study, runs):
     assert len({body_key(run, study.trials, 2e-3) for run in runs}) == 1
-
-
-def test_patches_materials_and_reach_do(study, runs):
     finer = dataclasses.replace(study.trials, patch=0.5e-3)
     other = body_key(runs[0], finer, 2e-3), body_key(runs[0], study.trials, 3e-3)
     assert len({*other, body_key(runs[0], study.trials, 2e-3)}) == 3
@@ -65,11 +60,7 @@ def test_a_body_is_made_once(study, runs, tmp_path, monkeypatch):
 
 
 HALF = PRESETS.read("tactip-ridged-3d")
-
-
 WHOLE = dataclasses.replace(HALF, part="whole")
-
-
 PLACES = modelled_places(HALF), marker_places(HALF.markers)
 
 
@@ -81,38 +72,25 @@ def test_the_layout_is_the_same_after_an_eighth_of_a_turn(number):
     assert turned_whole(at_rest[None], *PLACES, number * np.pi / 4)[0] == pytest.approx(whole, abs=1e-12)
 
 
-def test_displacements_turn_with_the_slide():
+def test_displacements_turn_with_the_slide_and_the_other_half_is_the_mirror_image():
     at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
-    moved = at_rest + np.array([1e-3, 2e-4, 0.0])
     whole = points_at(WHOLE, PLACES[1], HALF.marker_depth)
-    found = turned_whole(moved[None], *PLACES, np.pi / 2)[0] - whole
-    assert found == pytest.approx(np.tile([0.0, 2e-4, 1e-3], (81, 1)), abs=1e-12)
-
-
-def test_the_other_half_is_the_mirror_image():
-    half, whole = PLACES
-    moved = np.zeros((1, len(half.ring), 3))
-    moved[0, :, 2] = half.across
-    found = turned_whole(moved, half, whole, 0.0)[0, :, 2]
-    assert found == pytest.approx(whole.across, abs=1e-12)
-
-
-def test_a_turn_that_changes_the_layout_is_refused():
-    at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
+    moved = at_rest + np.array([1e-3, 2e-4, 0.0])
+    turned = turned_whole(moved[None], *PLACES, np.pi / 2)[0] - whole
+    assert turned == pytest.approx(np.tile([0.0, 2e-4, 1e-3], (81, 1)), abs=1e-12)
+    across = np.zeros((1, len(PLACES[0].ring), 3))
+    across[0, :, 2] = PLACES[0].across
+    assert turned_whole(across, *PLACES, 0.0)[0, :, 2] == pytest.approx(PLACES[1].across, abs=1e-12)
     with pytest.raises(InputError, match=r"trials\.directions: turns ring 1 by 36 degrees"):
         turned_whole(at_rest[None], *PLACES, np.pi / 5)
 
 
-def test_a_plate_without_a_body_moves_as_the_study_says():
+def test_a_plate_that_is_a_body_has_a_programme_of_its_own_and_another_moves_as_the_study_says():
     study = read_study(ROOT / "studies" / "bulens2023_dataset.yaml")
     assert plate_of(study) is None
     assert [type(phase) for phase in programme_of(study)] == [fs.Press, fs.Hold, fs.Slide]
-
-
-def test_a_plate_that_is_a_body_has_a_programme_of_its_own():
     study = read_study(ROOT / "studies" / "bulens2023_pouring_3d.yaml")
     plate = plate_of(study)
-    assert plate is not None
     assert plate.free == ("x",)
     assert [type(phase) for phase in programme_of(study)] == [fs.Press, fs.Hold, fs.Hold]
     # Half of 10 g/s.

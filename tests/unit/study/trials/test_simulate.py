@@ -1,7 +1,5 @@
 """Half of the small data set, made, interrupted and made again."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import threading
@@ -36,7 +34,7 @@ def made(half, tmp_path_factory):
     return simulate_trials(half, folder / "small", workers=1), folder
 
 
-def test_every_trial_slips_and_says_how_it_was_made(made):
+def test_every_trial_slips_and_its_card_and_table_say_how_it_was_made(made):
     trials, _ = made
     assert len(trials.names) == 8
     assert {round(np.degrees(one["direction"])) for one in trials.conditions.values()} == {0, 90, 180, 270}
@@ -47,9 +45,6 @@ def test_every_trial_slips_and_says_how_it_was_made(made):
     trial = trials.trial(trials.names[0])
     assert trial.provenance["strains"] == "small"
     assert trial.conditions["normal_force"] > 0.0
-
-
-def test_the_data_card_says_what_is_assumed(made):
     card = (made[0].folder / "README.md").read_text(encoding="utf-8")
     assert "**Strains are small.**" in card
     assert re.search(r"`contact.friction.static_kinetic.static` \| 0.7 to 1.1", card)
@@ -143,12 +138,9 @@ def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path
         simulate_trials(half, tmp_path / "small")
 
 
-def test_a_study_without_trials_is_refused(tmp_path):
+def test_studies_without_trials_and_folders_of_something_else_are_refused(tmp_path):
     with pytest.raises(InputError, match="trials: is missing"):
         simulate_trials(ROOT / "studies" / "tactip_slide.yaml", tmp_path / "none")
-
-
-def test_a_folder_of_something_else_is_refused_before_anything_is_computed(tmp_path):
     (tmp_path / "thesis.txt").write_text("ours", encoding="utf-8")
     with pytest.raises(InputError, match=r"holds files, but no manifest\.json"):
         simulate_trials(STUDY, tmp_path)

@@ -1,7 +1,5 @@
 """What a trial of a study is, the cameras that film it, and the notes of a data card."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -41,24 +39,18 @@ def test_there_are_the_320_trials_of_the_paper(study, runs):
     assert sorted({depth for depth, _ in cells}) == pytest.approx([2e-3, 3e-3, 4e-3, 5e-3])
     assert sorted({direction for _, direction in cells}) == list(range(0, 360, 45))
     assert all(sorted(repeats) == list(range(10)) for repeats in cells.values())
+    laws = [run.study.contact.friction for run in runs]
+    assert all(law.static > law.kinetic for law in laws)
+    assert len({law.static for law in laws}) == 80
 
 
-def test_samples_fill_the_directions(study, runs):
+def test_samples_fill_the_directions_and_without_them_every_run_goes_in_all(study, runs):
     with pytest.raises(InputError, match=r"sample\.count: got 81, needs a multiple of 8"):
         trial_plans(runs, study.trials, 81)
-
-
-def test_without_samples_every_run_goes_in_all_directions(study, runs):
     plans = trial_plans(runs[:2], study.trials, None)
     assert [plan.run for plan in plans] == [runs[0]] * 8 + [runs[1]] * 8
     assert [round(np.degrees(plan.direction)) for plan in plans] == 2 * list(range(0, 360, 45))
     assert {plan.repeat for plan in plans} == {0}
-
-
-def test_static_friction_is_above_kinetic_friction(runs):
-    laws = [run.study.contact.friction for run in runs]
-    assert all(law.static > law.kinetic for law in laws)
-    assert len({law.static for law in laws}) == 80
 
 
 def refused(study, runs, **changes):
@@ -67,11 +59,14 @@ def refused(study, runs, **changes):
     return trial_plans((run,), dataclasses.replace(study.trials, directions=1), 1)[0]
 
 
-def test_other_programmes_are_refused(study, runs):
+def test_other_programmes_and_records_are_refused(study, runs):
     with pytest.raises(InputError, match="programme: has Press, Hold, trials need a press, a hold and a slide"):
         simulated_trial(refused(study, runs, programme=study.programme[:2]), study.trials, None, {})
     with pytest.raises(InputError, match=r"trials\.rest: films 2 s of rest, needs at most the hold, 1\.6 s"):
         simulated_trial(refused(study, runs), dataclasses.replace(study.trials, rest=2.0), None, {})
+    record = dataclasses.replace(study.record, groups=())
+    with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
+        simulated_trial(refused(study, runs, record=record), study.trials, None, {})
 
 
 def test_a_plate_falls_along_the_plane_of_symmetry_alone():
@@ -83,12 +78,6 @@ def test_a_plate_falls_along_the_plane_of_symmetry_alone():
     (plan,) = trial_plans((wrong,), pours.trials, 1)
     with pytest.raises(InputError, match=r"bodies\.plate\.free: is x, z, needs x"):
         simulated_trial(plan, pours.trials, None, {})
-
-
-def test_both_kinds_of_markers_have_to_be_recorded(study, runs):
-    record = dataclasses.replace(study.record, groups=())
-    with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
-        simulated_trial(refused(study, runs, record=record), study.trials, None, {})
 
 
 SETTINGS = TrialSettings(frame_rate=20.0)
@@ -129,13 +118,9 @@ def test_a_camera_that_is_turned_and_moved_sees_markers_elsewhere():
     assert not np.allclose(straight[0], turned[0], atol=1.0)
 
 
-def test_noise_is_that_of_the_trial():
+def test_trials_draw_their_own_cameras_and_noise():
     found = filmed(TrialSettings(frame_rate=500.0, width=640), Eyes(0.05, (0.0, 0.0), 0.0, 3), markers())
-    still = found["position"].values[:500, 2]
-    assert still.std(axis=0).mean() == pytest.approx(0.05, rel=0.1)
-
-
-def test_trials_draw_their_own_cameras():
+    assert found["position"].values[:500, 2].std(axis=0).mean() == pytest.approx(0.05, rel=0.1)
     first, again, other = drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 4), drawn_eyes(SETTINGS, 5)
     assert first == again != other
     assert SETTINGS.noise[0] <= first.noise <= SETTINGS.noise[1]

@@ -1,7 +1,5 @@
 """A camera looks where it is pointed, at its own times, and sees only its own markers inside its image."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

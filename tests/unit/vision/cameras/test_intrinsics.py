@@ -1,7 +1,5 @@
 """Cameras project as OpenCV does, and back; beyond the fold of the lens is NaN; their files are those of OpenCV."""
 
-from __future__ import annotations
-
 import functools
 import json
 
@@ -32,11 +30,11 @@ PINHOLES = [
 ]
 
 
-def pinhole(*distortion: float) -> Pinhole:
+def pinhole(*distortion):
     return Pinhole(640, 480, 500.0, 510.0, 320.0, 240.0, distortion)
 
 
-def fisheye(*distortion: float) -> Fisheye:
+def fisheye(*distortion):
     return Fisheye(640, 480, 300.0, 305.0, 320.0, 240.0, distortion)
 
 

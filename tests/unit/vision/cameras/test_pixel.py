@@ -1,7 +1,5 @@
 """Frames show markers where they truly are with the faults that were asked for, and are the same for the same seed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -30,11 +28,11 @@ from fingerslip.vision.video import read_frames, video_info
 from unit.vision.scenes import camera, hide, middle, silent_camera, sliding
 
 
-def first_frame(tracks, **more) -> np.ndarray:
+def first_frame(tracks, **more):
     return next(frames_of(silent_camera(**more), tracks))
 
 
-def marker_at(*place: float):
+def marker_at(*place):
     return make_tracks([[place]], [0.0], units="m")
 
 
@@ -54,7 +52,7 @@ def test_markers_are_where_they_truly_are(look, exposure):
 def test_a_longer_exposure_smears_a_moving_marker_along_its_way():
     tracks = sliding(speed=100e-3, seconds=0.03)
 
-    def variance(exposure: float, axis: int) -> float:
+    def variance(exposure, axis):
         frame = first_frame(tracks, camera=camera(exposure=exposure))
         weights = frame[45:75, 65:95].astype(float).sum(axis=1 - axis) - 30 * 40
         return float(np.cov(np.arange(30), aweights=weights, ddof=0))
@@ -70,8 +68,7 @@ def test_a_part_of_the_frames_is_as_in_the_whole():
     whole = list(frames_of(pixel_camera, tracks))
     assert len(whole) == 91
     np.testing.assert_array_equal(list(frames_of(pixel_camera, tracks, start=60, stop=70)), whole[60:70])
-    other = next(frames_of(PixelCamera(camera(), seed=8), tracks))
-    assert (other != whole[0]).mean() > 0.5
+    assert (next(frames_of(PixelCamera(camera(), seed=8), tracks)) != whole[0]).mean() > 0.5
 
 
 def test_what_is_drawn_of_markers_unknown_outside_near_and_in_2d():
@@ -138,13 +135,13 @@ def test_brightness_drifts_and_flickers_and_is_never_negative():
     np.testing.assert_allclose(brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
 
 
-def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7) -> np.ndarray:
+def drawn(place, half=(0.0, 0.0), radius=5.0, softness=0.7):
     picture, top = np.zeros((64, 80), dtype=np.float32), np.full((64, 80), 1.0, dtype=np.float32)
     draw_spots(picture, top, np.array([place]), np.array([half]), np.array([radius]), softness)
     return picture
 
 
-def middle_of(picture) -> tuple[float, float]:
+def middle_of(picture):
     rows, columns = np.indices(picture.shape)
     return float((picture * columns).sum() / picture.sum()), float((picture * rows).sum() / picture.sum())
 
@@ -209,7 +206,7 @@ def test_shot_noise_grows_with_the_light_and_light_is_cut_and_rounded_to_grey_le
 
 
 def test_the_same_seed_and_number_give_the_same_noise():
-    def one(seed: int, number: int) -> np.ndarray:
+    def one(seed, number):
         return exposed(LEVEL, read=4.0, seed=seed, number=number)
 
     np.testing.assert_array_equal(one(2**63 - 1, 3), one(2**63 - 1, 3))

@@ -1,7 +1,5 @@
 """Statistics of errors are those that were put in, trackers are measured, and the point camera errs as frames do."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -43,7 +41,7 @@ def test_a_marker_that_vanishes_is_found_again_and_windows_at_the_edge_or_withou
     assert np.isnan(window_centroids(frame, np.array([[30.0, 30.0], [3.0, 30.0], [np.nan, 30.0]]))).all()
 
 
-def correlations(found: xr.Dataset, truth: xr.Dataset, lags: tuple[int, ...]) -> list[float]:
+def correlations(found, truth, lags):
     errors = found["position"].values - truth["position"].values
     errors -= errors.mean(axis=0)
     return [float((errors[lag:] * errors[:-lag]).mean() / (errors**2).mean()) for lag in lags]

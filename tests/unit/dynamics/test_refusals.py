@@ -1,0 +1,306 @@
+"""Models, motions, bodies, steps and commands that cannot be computed are refused, each with what to write instead."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.statics.body import static_body
+from fingerslip.dynamics.system.checks import check_model
+from fingerslip.errors import MeshError
+from fingerslip.verification.meshes import box
+from problems.domes import pressed_dome
+from problems.held import held
+from problems.pushed import pad, push_and_slide
+from unit.dynamics.models import contact, oscillator, pressed_pad, resting, slid_block, supported_block
+
+BODY, FREE = fs.RigidBody(1.0), fs.RigidBody(0.02, free=("x", "y"))
+PRESS, SLIDE = fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3)
+ASIDE = fs.Ramp((0.0, 0.1), (0.0, 1.0))
+STATIC = fs.QuasiStatic(5e-3)
+TERMS = (fs.PronyTerm(0.3, 4e-3), fs.PronyTerm(0.3, 0.07))
+NEO_HOOKEAN = {"kinematics": "finite", "materials": {"bulk": fs.NeoHookean(1e5, 0.45, 1e3)}}
+TISSUE, RELAXING = fs.Elastic(34e3, 0.4, 1000.0), fs.NeoHookean(34e3, 0.45, 1000.0, prony=TERMS)
+BETWEEN = r"time.end: got 1 s, which is 3.333 steps of 0.3 s, .* write 0.9 s or 1.2 s, or a step of 0.25 s"
+
+
+def plane(**values):
+    return {"contacts": contact(counterface=fs.Plane(**values))}
+
+
+def pressed_and_slid(direction, depth=1e-3):
+    return {"programme": (fs.Press(depth, 1e-3), fs.Slide(1e-3, 1e-3, direction))}
+
+
+# Of the small press and slide.
+MODELS = [
+    ({"contacts": contact(boundary="pulp")}, "boundary 'pulp' not in mesh, it has: bottom, left, right, top"),
+    ({"supports": {"nail": ("x",)}}, "boundary 'nail' not in mesh"),
+    ({"supports": {"top": ("z",)}}, "supports.top: got component 'z', needs x or y"),
+    ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
+    ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
+    ({"materials": {}}, "region 'bulk' has no material"),
+    (
+        {
+            "mesh": pad("Q4").with_subdomains({"twin": np.array([0])}),
+            "materials": dict.fromkeys(("bulk", "twin"), TISSUE),
+        },
+        "shares cells with another, a cell has one material",
+    ),
+    ({"sites": (fs.Site("far", "", (1.0, 1.0)),)}, "site far: x = 1000 mm"),
+    ({"sites": (fs.Site("a", "", (0.0, 0.0), "nail"),)}, "region 'nail' is not in the mesh"),
+    # Counterfaces, and programmes that move them.
+    (plane(offset=1e-3), "contacts.0.offset: the counterface starts 1 mm inside the body, needs an offset <= 0 mm"),
+    (plane(offset=-1.0), "no node of the boundary is within 0.6 mm of the counterface"),
+    (plane(normal=(0, 0, 1)), "contacts.0.counterface.normal: got 3 components, needs 2"),
+    (
+        {"contacts": contact(counterface=fs.Plane(offset=-1e-3), clearance=0.2e-3)},
+        "contacts.0.clearance: got 0.2 mm for a counterface whose start is given, needs a counterface without",
+    ),
+    (
+        {"contacts": contact(clearance=0.3e-3), "programme": (fs.Press(0.25e-3, 1e-3), SLIDE)},
+        "slides before the counterface touches",
+    ),
+    ({"programme": (SLIDE, PRESS)}, "slides before the counterface touches"),
+    (
+        {"programme": (fs.Press(4.5e-3, 1e-3),)},
+        "programme: presses 4.5 mm deep, needs less than the 4 mm between the contact and what the supports hold",
+    ),
+    (
+        {"contacts": contact(programme=(fs.Press(2e-3, 1e-3), fs.Lift(1e-3, 1e-3), fs.Press(3e-3, 1e-3)))},
+        "contacts.0.programme: presses 4 mm deep",
+    ),
+    ({"programme": (fs.Press(4.2e-3, 1e-3),), "contacts": contact(clearance=0.1e-3)}, "presses 4.1 mm deep"),
+    (
+        {
+            "programme": (fs.Press(0.05e-3, 1e-3), SLIDE),
+            "contacts": contact(counterface=fs.Plane(offset=-0.1e-3), search_distance=1e-3),
+        },
+        "deeper than the gap",
+    ),
+    *((pressed_and_slid(way), "along the counterface") for way in ((0.0, 1.0), (0.0, 0.0), (1e-9, 1.0))),
+    (pressed_and_slid((1.0, 0.0, 0.0)), "programme.1.slide.direction: got 3 components, needs 2"),
+    ({"contacts": contact(friction=fs.Anisotropic(0.4, 0.8))}, "contacts.0.friction: got Anisotropic in 2 .*needs 3"),
+    # Loads, and steps without inertia.
+    ({"gravity": (9.81,)}, "gravity: got 1 components, needs 2"),
+    ({"initial_velocity": (1.0,)}, "initial_velocity: got 1 components, needs 2"),
+    ({"initial_velocity": (1.0, 0.0), "time": STATIC}, "initial_velocity: is given for a model without inertia"),
+    (
+        {"contacts": contact(drive=fs.Drive(1.0, 1.0)), "time": STATIC},
+        "contacts.0.drive: got a force that drives a counterface in a model without inertia",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), MODELS)
+def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_simulation(changes, message):
+    model = push_and_slide(**changes)
+    for refuse in (check_model, fs.simulate):
+        with pytest.raises(fs.InputError, match=message) as caught:
+            refuse(model)
+        assert isinstance(caught.value, MeshError) == ("not in mesh" in message)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"body": fs.RigidBody(1.0, free=("z",))}, r"bodies.jug.free: got 'z' in 2 dimensions, needs x, y, rz"),
+        ({"body": fs.RigidBody(1.0, centre=(0.0,))}, r"bodies.jug.centre: got 1 components, needs 2"),
+        (
+            {"body": fs.RigidBody(1.0, free=("rz",), centre=(0.0, 0.0), inertia=(1.0, 1.0, 1.0))},
+            r"bodies.jug.inertia: got 3 values, needs 1",
+        ),
+        (
+            {"body": fs.RigidBody(1.0, free=("x",), programme=(PRESS,))},
+            r"bodies.jug.programme: moves the body along x, the body is free along x",
+        ),
+        (
+            {"body": fs.RigidBody(1.0, programme=(fs.Slide(1e-3, 1e-3, (-1.0, 0.0)),))},
+            r"bodies.jug.programme.0.slide.direction: got \[-1.0, 0.0\], needs a direction along the counterface",
+        ),
+        (
+            {"bodies": {"jug": FREE, "bowl": fs.RigidBody(1.0, programme=(PRESS,))}},
+            r"bodies.bowl.programme: is given for a body that no counterface is on.*; write 'rigid_body: bowl' in",
+        ),
+        (
+            {"friction": fs.Coulomb(0.0), "time": fs.QuasiStatic(1e-3, end=0.1)},
+            r"bodies.jug.free: nothing holds the body in y, a spring, a damper or a contact .*; hold it, or take Time",
+        ),
+        (
+            {
+                "body": dataclasses.replace(FREE, initial_velocity=fs.BodyVelocity(x=1.0)),
+                "time": fs.QuasiStatic(1e-3, end=0.1),
+            },
+            r"bodies.jug.initial_velocity: is given for a model without inertia",
+        ),
+    ],
+)
+def test_bodies_that_cannot_be_computed_are_refused(changes, message):
+    with pytest.raises(fs.InputError, match=message):
+        check_model(held(**changes))
+
+
+def on_body(**changes):
+    return push_and_slide(contacts=contact(rigid_body="jug", **changes), bodies={"jug": FREE})
+
+
+def moved_support(held, motion):
+    motions = {name: fs.SupportMotion(way, ASIDE) for name, way in motion.items()}
+    fs.simulate(supported_block(supports={"top": held, "left": ("x",)}, support_motions=motions))
+
+
+def commanded(changes, *command, **values):
+    with fs.Simulation(slid_block(**changes)) as sim:
+        sim.step(fs.Command(*command, **values))
+
+
+def stepped(*calls):
+    sim = fs.Simulation(slid_block(time=fs.TimeStepping(5e-3, end=10e-3)))
+    for call in calls:
+        getattr(sim, call)()
+
+
+SLIDER = {
+    "contacts": contact(counterface=fs.Plane((0.0, 1.0)), rigid_body="block"),
+    "bodies": {"block": fs.RigidBody(mass=1.0, free=("x",))},
+    "programme": (),
+    "time": fs.TimeStepping(5e-3, end=0.1),
+}
+BALL = dataclasses.replace(pressed_dome().contacts[0], counterface=fs.Sphere(5e-3, (0.0, 1.0, 0.0)))
+INCOMPLETE = SimpleNamespace(step=0.1, end=1.0, end_weight=1.0)
+
+
+def condensed(reach=1e-3, **changes):
+    static_body(pressed_dome(**changes), reach=reach, hidden=1e-3)
+
+
+def timed(time):
+    return dataclasses.replace(oscillator(0.1, 0.0, 6.0), time=time)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        # What is no model.
+        (
+            lambda: fs.simulate(fs.preset("wang2014-2d")),
+            r"model: got a Fingertip, needs a Model; write fs.Model\(mesh=",
+        ),
+        (lambda: fs.simulate(None), r"model: got None, needs a Model; write fs.Model\("),
+        (lambda: fs.simulate(pad("Q4")), "model: got a MeshQuad1, needs a Model"),
+        (lambda: fs.simulate_together("x"), r"models: got 'x', needs a list of models; write fs.Model\("),
+        (lambda: fs.simulate_together(push_and_slide()), r"models: got a Model, needs a list of models; write \[model"),
+        (lambda: fs.simulate_together([push_and_slide(), 3]), "models.1: got 3, needs a Model"),
+        (lambda: fs.simulate_together([]), "models: got none, needs one or more"),
+        # Steps, and what makes them.
+        (lambda: fs.simulate(push_and_slide(time=fs.TimeStepping(step=0.3, end=1.0))), BETWEEN),
+        (lambda: fs.simulate(push_and_slide(time=fs.QuasiStatic(step=0.3, end=1.0))), BETWEEN),
+        (lambda: fs.simulate(push_and_slide(step=1.0)), r"time.step: got 1 s for a run of 0.22 s, needs at least one"),
+        (
+            lambda: fs.simulate(push_and_slide(step=1e-12)),
+            r"time.step: 2.2e\+11 steps of 1e-12 s need about .* GB for their records, .* write a step of at least",
+        ),
+        (lambda: step_times(push_and_slide(time=fs.Adaptive(1e-12))), r"time\.output: .* GB are available"),
+        (lambda: timed(5e-3), r"Model.time: got 0.005, needs the time integration: TimeStepping, Quasi"),
+        (
+            lambda: fs.simulate(timed(INCOMPLETE)),
+            r"time: got a SimpleNamespace, needs .* lacks start_weight, end_share, disp",
+        ),
+        (lambda: push_and_slide(time=fs.Adaptive(5e-3), basis=fs.ReducedBasis()), r"basis: .* fixed length"),
+        (lambda: fs.Simulation(push_and_slide(time=fs.Adaptive(5e-3))), "time: controls its own steps"),
+        # Relaxation that is faster than half a step.
+        *(
+            (
+                lambda time=time, kinematics=kinematics: fs.simulate(
+                    push_and_slide(time=time, materials={"bulk": RELAXING}, kinematics=kinematics)
+                ),
+                rf"materials\.bulk\.prony\.0\.time: got 0\.004 s for a step of {step} s",
+            )
+            for time, kinematics, step in (
+                (fs.Adaptive(20e-3, smallest=10e-3), "small", r"0\.01"),
+                (fs.TimeStepping(0.02), "small", r"0\.02"),
+                (fs.TimeStepping(0.02), "finite", r"0\.02"),
+            )
+        ),
+        # Supports, and what contact alone holds.
+        (lambda: fs.Ramp((0.0, 0.0), (1.0, 2.0)), "needs ascending times, a factor for each"),
+        (
+            lambda: fs.SupportMotion((0.0, 1e-3), fs.Ramp((0.0, 1.0), (1.0, 1.0))),
+            r"ramp: starts from a factor of 1, needs 0 at the start",
+        ),
+        (
+            lambda: moved_support(("x", "y"), {"lid": (0.0, 1e-3)}),
+            r"support_motions.lid: moves what is no support, the supports are: top",
+        ),
+        (lambda: moved_support(("x", "y"), {"top": (1e-3,)}), r"top.displacement: got 1 components, needs 2"),
+        (
+            lambda: moved_support(("y",), {"top": (1e-3, 0.0)}),
+            r"top.displacement: moves along x, the support holds y; hold x as well, or write 0 there",
+        ),
+        (
+            lambda: fs.simulate(resting(contacts=(), supports={"left": ("x",)})),
+            r"supports: leave translation along y free, have to hold a body",
+        ),
+        (
+            lambda: check_model(resting(supports={"left": ("x",)}, **NEO_HOOKEAN)),
+            r"supports: leave it to contact alone .*; support it, take TimeStepping, or",
+        ),
+        # Contacts on bodies, and counterfaces of condensed ones.
+        (
+            lambda: push_and_slide(contacts=contact(rigid_body="jar"), bodies={"jug": FREE}),
+            r"contacts.0.rigid_body: got 'jar', the bodies are: jug",
+        ),
+        (
+            lambda: on_body(drive=fs.Drive(1.0, 1.0)),
+            r"contacts.0.drive: is given with rigid_body, needs one of the two; give the motion of body 'jug' in",
+        ),
+        (lambda: on_body(programme=()), r"contacts.0.programme: is given with rigid_body"),
+        (lambda: condensed(time=fs.TimeStepping(1e-3)), "time: has inertia"),
+        (lambda: condensed(gravity=(0.0, -9.81, 0.0)), "loads: act beside"),
+        (lambda: condensed(**NEO_HOOKEAN), "kinematics: is finite"),
+        (lambda: condensed(contacts=(BALL,)), "is curved"),
+        (lambda: condensed(reach=-1.0), "reach: got -1"),
+        # The short search for candidates leaves it to the checks to say what is wrong.
+        (
+            lambda: fs.simulate(pressed_pad(**pressed_and_slid((0.0, 0.0, 1.0), depth=0.4e-3))),
+            r"programme.1.slide.direction: got .*, needs a direction along",
+        ),
+        # Steps from outside, and commands.
+        (lambda: stepped("step", "step", "step"), "end: is reached, 0.01 s"),
+        (lambda: stepped("close", "step"), "simulation: is closed, takes no more steps"),
+        (
+            lambda: commanded({}, "side", velocity=(0.0, 0.0)),
+            "^command.of: got 'side', the bodies and contacts are: bottom",
+        ),
+        (lambda: commanded({}, "bottom", velocity=(0.0,)), "^command.velocity: got 1 components, needs 2"),
+        (lambda: commanded({}, "bottom", force=(0.0, 1.0)), "^command.force: 'bottom' is free along no direction"),
+        (
+            lambda: commanded(SLIDER, "block", velocity=(0.1, 0.0)),
+            "^command.velocity: moves along a direction in which the body is free",
+        ),
+    ],
+)
+def test_what_cannot_be_computed_is_refused(call, message):
+    with pytest.raises(fs.InputError, match=message):
+        call()
+
+
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_a_mesh_that_folds_over_itself_is_refused(element):
+    """Where its cells are of one material, and of two that meet at the fold."""
+
+    def folded(points):
+        moved = points.copy()
+        moved[0, np.isclose(points, [[0.0], [2e-3]]).all(axis=0)] = 1.7e-3
+        return moved
+
+    halves = {"left": lambda x: x[0] < 0.0, "right": lambda x: x[0] > 0.0}
+    for regions in (None, halves):
+        mesh = box(element, np.linspace(-4e-3, 4e-3, 9), np.linspace(0.0, 4e-3, 5), shift=folded, regions=regions)
+        model = push_and_slide(mesh=mesh, materials=dict.fromkeys(mesh.subdomains, TISSUE))
+        for refuse in (check_model, fs.simulate):
+            with pytest.raises(MeshError, match=r"^mesh: has cells that fold over each other: .* mm .* edge; move"):
+                refuse(model)
