@@ -103,6 +103,10 @@ class ReactionSettings(ObjectSettings):
         file = self.load.file if isinstance(self.load, LoadSeries) else None
         if file is None:
             return self
+        if not (folder / file).is_file():
+            raise InputError(
+                "reaction.load.load_series.file", f"'{file}' is not there", "needs a file beside the study"
+            )
         try:
             return replace(self, load=LoadSeries.read(folder / file))
         except InputError as error:
