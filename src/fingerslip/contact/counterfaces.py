@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import PositiveLength, SignedLength, parameters
+from fingerslip.parameters import Length, PositiveLength, parameters
 
 __all__ = ["BuiltInCounterface", "Counterface", "Cylinder", "Plane", "Sphere"]
 
@@ -87,7 +87,7 @@ class Plane(_Directed):
     is_flat: ClassVar[bool] = True
 
     normal: tuple[float, ...] = (0.0, 1.0)
-    offset: SignedLength | None = None
+    offset: Length | None = None
 
     def __post_init__(self) -> None:
         _unit(self.normal, "normal")
@@ -120,7 +120,7 @@ class _Round(_Directed):
 
     radius: PositiveLength
     normal: tuple[float, ...] = (0.0, 1.0)
-    centre: tuple[SignedLength, ...] | None = None
+    centre: tuple[Length, ...] | None = None
 
     def __post_init__(self) -> None:
         _unit(self.normal, "normal")

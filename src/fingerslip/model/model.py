@@ -24,10 +24,10 @@ from fingerslip.model.timing import Adaptive, Timing, Tolerance
 from fingerslip.parameters import (
     Duration,
     Force,
+    Length,
     Mass,
     NonNegativeLength,
     PositiveLength,
-    SignedLength,
     SignedPressure,
     Stiffness,
     one_of,
@@ -102,7 +102,7 @@ class SupportMotion:
         Its factor over time, 0 at the start.
     """
 
-    displacement: tuple[SignedLength, ...]
+    displacement: tuple[Length, ...]
     ramp: Ramp
 
     def __post_init__(self) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import Duration, PositiveDuration, PositiveLength, SignedLength, Speed, one_of, parameters
+from fingerslip.parameters import Duration, Length, PositiveDuration, PositiveLength, Speed, one_of, parameters
 
 
 @parameters
@@ -107,7 +107,7 @@ class Slide:
     distance: PositiveLength
     speed: Speed
     direction: tuple[float, ...] | None = None
-    press: SignedLength = 0.0
+    press: Length = 0.0
 
 
 Phase = Press | Hold | Slide | Lift

@@ -14,7 +14,7 @@ import pydantic
 
 from fingerslip.errors import InputError
 from fingerslip.model.programme import CONSTANT, ProgrammeEntry, Ramp
-from fingerslip.parameters import Force, Mass, SignedLength, SignedSpeed, parameters
+from fingerslip.parameters import Force, Length, Mass, SignedSpeed, parameters
 from fingerslip.units import Unit
 
 Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -149,7 +149,7 @@ class RigidBody:
 
     mass: Mass
     free: tuple[Direction, ...] = ()
-    centre: tuple[SignedLength, ...] | None = None
+    centre: tuple[Length, ...] | None = None
     inertia: tuple[_Inertia, ...] = ()
     filling: Ramp = CONSTANT
     loads: tuple[BodyLoad, ...] = ()

@@ -25,8 +25,7 @@ from fingerslip.parameters.dotted import walk
 from fingerslip.parameters.fields import Choice, choice_of, in_order, mistakes_in, type_hints, unit_of
 from fingerslip.units import Unit
 
-SignedLength = Annotated[float, Unit("m", "mm")]
-Length = SignedLength
+Length = Annotated[float, Unit("m", "mm")]
 PositiveLength = Annotated[float, Unit("m", "mm"), pydantic.Field(gt=0)]
 NonNegativeLength = Annotated[float, Unit("m", "mm"), pydantic.Field(ge=0)]
 Duration = Annotated[float, Unit("s", "s"), pydantic.Field(ge=0)]

@@ -21,7 +21,7 @@ from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import (
     FileName,
     PositiveLength,
-    SignedLength,
+    Length,
     as_mapping,
     from_mapping,
     kinds_of,
@@ -40,7 +40,7 @@ class Inner:
     """A part."""
 
     width: PositiveLength
-    places: tuple[SignedLength, ...] = ()
+    places: tuple[Length, ...] = ()
 
     def __post_init__(self):
         if self.width > 1.0:
@@ -126,7 +126,7 @@ class Nested:
     outer: Outer
     around: Inner = Inner(width=0.25, places=(1.0,))
     several: tuple[Inner, ...] = ()
-    loads: Mapping[str, tuple[SignedLength, ...]] = pydantic.Field(default_factory=dict)
+    loads: Mapping[str, tuple[Length, ...]] = pydantic.Field(default_factory=dict)
     nothing: PositiveLength | None = None
 
 

@@ -54,7 +54,7 @@ _MOTIONS = 20
 _SQUARES = 10
 _VERSION = 4
 # Normal modes of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
-_STEPWISE = 120
+_STEPWISE = 80
 
 _logger = logging.getLogger("fingerslip.dynamics")
 

@@ -20,12 +20,12 @@ from fingerslip.model.timing import Adaptive, NumericalDamping, QuasiStatic, Rec
 from fingerslip.parameters import (
     Angle,
     Duration,
+    Length,
     NonNegativeLength,
     NonNegativeNumber,
     Number,
     PositiveDuration,
     PositiveLength,
-    SignedLength,
     parameters,
 )
 from fingerslip.sites import ReceptorKind
@@ -69,7 +69,7 @@ class ContactSettings(Contact):
     friction_coefficient: NonNegativeNumber | None = None
     friction: FrictionChoice | None = None  # type: ignore[assignment]
     normal: tuple[float, ...] = _UPWARDS
-    offset: SignedLength | None = None
+    offset: Length | None = None
     counterface: CounterfaceChoice | None = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:

@@ -66,7 +66,7 @@ def test_standard_report_has_its_sections_and_figures():
     side_by_side = section_of(report, "The runs side by side")
     assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "force-ratios", "acceleration-peaks"]
     assert [table.title for table in side_by_side.tables] == ["Measures"]
-    assert len(report.sections[-2].pictures) == 6
+    assert len(report.sections[-2].pictures) == 5
     assert report.sections[-2].folded
     assert "@article{wang2014," in report.sections[-1].code
     assert report.title == "A <study>"
@@ -180,7 +180,7 @@ def test_section_of_a_run_has_events_measures_and_pictures_under_its_name(monkey
     assert [table.title for table in section.tables] == ["Slip events", "Measures", "Acceleration peaks"]
     assert ("number of slides", "", 1) in section.tables[1].rows
     assert [picture.name for picture in section.pictures] == [
-        "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density", "a-energy"
+        "a-slip-map", "a-displacement", "a-forces", "a-acceleration", "a-strain-energy-density"
     ]  # fmt: skip
     assert section.pictures[0].figure.axes[0].get_title(loc="left") == "x 1"
     assert all(picture.figure.get_suptitle().endswith(": x 1") for picture in section.pictures[1:])
@@ -190,15 +190,15 @@ def test_pictures_are_those_that_a_history_has_the_signals_for(monkeypatch):
     monkeypatch.setattr(pictures, "_DRAW_RUNS", {name: lambda _: Figure() for name in pictures._DRAW_RUNS})
     assert has_receptors(HISTORY)
     assert not has_receptors(HISTORY.assign_coords(site_kind=("site", ["marker"] * HISTORY.sizes["site"])))
-    assert names(HISTORY.drop_dims("site")) == ["r-slip-map", "r-displacement", "r-forces", "r-energy"]
+    assert names(HISTORY.drop_dims("site")) == ["r-slip-map", "r-displacement", "r-forces"]
     held = HISTORY.assign(phase_kind=("phase", ["press", "hold"]))
-    assert names(held) == ["r-slip-map", "r-forces", "r-strain-energy-density", "r-energy"]
+    assert names(held) == ["r-slip-map", "r-forces", "r-strain-energy-density"]
     history, mesh = block_history(), box("T4", *([0.0, 1.0],) * 3)
     solid = ["r-slip-frames", "r-stick-ratio", "r-surface-strain"]
-    signals = ["r-forces", "r-acceleration", "r-strain-energy-density", "r-energy"]
+    signals = ["r-forces", "r-acceleration", "r-strain-energy-density"]
     assert names(history) == [*solid, "r-cut", *signals]
     plain = history.drop_dims("snapshot_time").assign_coords(site_kind=("site", ["skin surface"]))
-    assert names(plain) == [*solid, "r-reference-nodes", "r-forces", "r-energy"]
+    assert names(plain) == [*solid, "r-reference-nodes", "r-forces"]
     assert model_pictures(RunSubject(plain, Events()), mesh) == []
     filmed = filmed_history()
     assert "r-markers" in names(filmed)

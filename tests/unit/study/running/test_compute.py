@@ -325,6 +325,9 @@ def test_a_worker_of_a_killed_process_ends():
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_while_workers_start_is_not_lost():
     """A signal goes to any thread that does not block it, so that it may come before the end of the block."""
+    # Where the tests run in the background, Ctrl-C is ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     with pytest.raises(KeyboardInterrupt), compute.hold_interrupts():
         os.kill(os.getpid(), signal.SIGINT)
+    signal.signal(signal.SIGINT, before)
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
