@@ -222,8 +222,8 @@ def test_every_load_may_stand_in_a_study(folder: Path, load: str, last: float) -
     path = folder / "load.yaml"
     path.write_text(SMALL.replace("ramp_load: {rate: 4 N/s, force: 2 N}", load))
     (run,) = read_runs(path).runs
-    assert run.study.held is not None
-    assert run.study.held.load.series()[1][-1] == pytest.approx(last)
+    assert run.study.held_object is not None
+    assert run.study.held_object.load.series()[1][-1] == pytest.approx(last)
     # The file of a run needs no other.
     (folder / "again.yaml").write_text((folder / "load.yaml").read_text())
     assert "series.csv" not in str(run.plain_values())

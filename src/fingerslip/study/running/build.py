@@ -81,7 +81,7 @@ def name_errors(run: Run) -> Iterator[None]:
 
 
 def _model(run: Run, mesh: Any) -> Model:
-    study, specimen, held = run.study, run.specimen, run.study.held
+    study, specimen, held = run.study, run.specimen, run.study.held_object
     formulation = study.formulation or ("solid" if mesh.dim() == 3 or specimen is None else specimen.formulation)
     dim = 3 if formulation == "solid" else int(mesh.dim())
     supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})

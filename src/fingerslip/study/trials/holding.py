@@ -43,9 +43,9 @@ def _held_runs(folder: Path) -> dict[str, _HeldRun]:
     """Return the finished runs of a study with the block `reaction`, by name."""
     runs = {result.name: read_run_values(folder / result.name / RUN) for result in read_results(folder).runs}
     held_runs = {
-        name: _HeldRun(run, run.study.reaction, run.study.held)
+        name: _HeldRun(run, run.study.reaction, run.study.held_object)
         for name, run in runs.items()
-        if run.study.reaction is not None and run.study.held is not None
+        if run.study.reaction is not None and run.study.held_object is not None
     }
     if not held_runs:
         raise InputError(str(folder), "holds no object", "needs results of a study with the block reaction")
