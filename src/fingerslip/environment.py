@@ -98,7 +98,7 @@ class Domain:
         if study is None:
             return cls(_HELD, _finger() if body == "finger" else _sensor(), _FRICTIONS, _LOAD_RATES)
         runs = read_runs(study).runs
-        objects = [run.study.held for run in runs]
+        objects = [run.study.held_object for run in runs]
         ramps = [held.load for held in objects if held is not None and isinstance(held.load, RampLoad)]
         if objects[0] is None or len(ramps) < len(runs) or runs[0].study.specimen_kind != _SPECIMENS[body]:
             allowed = f"needs a {_SPECIMENS[body]}, and the block reaction with a ramp_load in all runs"

@@ -22,6 +22,7 @@ def react(
     frame_rate: Annotated[
         float, typer.Option("--frame-rate", min=1.0, help="Frames a second of the data set.")
     ] = 250.0,
+    lost: Annotated[bool, typer.Option("--lost", help="Only objects that are lost: trials to learn from.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Score the alarms of a detector on held objects: how many are saved, with what force, how many grips are false.
@@ -34,6 +35,6 @@ def react(
     if (onsets is None) == (trials is None):
         raise InputError("react", "has onset times and --trials, or none of the two", "needs one of them")
     if trials is not None:
-        typer.echo(f"{trials}: {len(held_trials(results, trials, frame_rate).names)} trials")
+        typer.echo(f"{trials}: {len(held_trials(results, trials, frame_rate, lost=lost).names)} trials")
     elif onsets is not None:
         print_tables([score_alarms(results, onsets)], as_json)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import matplotlib as mpl
@@ -34,6 +35,7 @@ _FRONTIERS: tuple[tuple[str, str, Any], ...] = (
     ("human-slip", VERMILLION, "solid"),
     ("servo", ORANGE, (0, (4, 2))),
 )
+_DOT: dict[str, Any] = {"marker": "o", "markersize": 4.0, "markeredgecolor": "white", "color": VERMILLION}
 _LOWEST = 4.0  # [ms], the lower end of the axis of critical latencies
 # Lines that cover each other are ever thinner, so that all can be seen.
 _PANEL_COLOURS, _PANEL_WIDTHS = (BLUE, ORANGE, GREEN), (2.2, 1.4, 0.8)
@@ -41,8 +43,13 @@ _DASHES: Sequence[Any] = ("solid", (0, (5, 2)), (0, (1.2, 1.4)), (0, (5, 1.5, 1,
 
 
 @with_style
-def map_figure(reactions: Reactions, detector: str | None = None) -> Figure:
-    """Draw the longest latency after a detector's alarm that saves the object, over friction and rate of the load."""
+def map_figure(
+    reactions: Reactions, detector: str = "", *, saves: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
+) -> Figure:
+    """Draw the longest latency after a detector's alarm that saves the object, over friction and rate of the load.
+
+    A dot marks what another controller saves, by its name, (n_frictions, n_rates).
+    """
     detector = detector or reactions.settings.detector
     latencies = reactions.panels(detector)
     finite = np.concatenate([values[np.isfinite(values)] for values in latencies.values()])
@@ -55,6 +62,9 @@ def map_figure(reactions: Reactions, detector: str | None = None) -> Figure:
         _draw_cells(axes, values, colours)
         for name, colour, dashes in _FRONTIERS:
             _draw_frontier(axes, values >= REACTIONS.read(name).delay, colour, dashes)
+        for saved in saves.values():
+            rows, columns = np.nonzero(saved)
+            axes.plot(columns, rows - 0.28, linestyle="none", **_DOT)
         axes.set_title(heading)
         axes.set_xticks(range(len(reactions.load_rates)), [f"{rate:g}" for rate in reactions.load_rates])
         axes.set_yticks(range(len(reactions.frictions)), [f"{friction:g}" for friction in reactions.frictions])
@@ -68,6 +78,7 @@ def map_figure(reactions: Reactions, detector: str | None = None) -> Figure:
         )
         for name, colour, dashes in _FRONTIERS
     }
+    keys |= {f"{name} saves it": Line2D([], [], linestyle="none", **_DOT) for name in saves}
     keys["– no latency is short enough"] = Line2D([], [], linestyle="none")
     add_legend(figure, keys)
     return figure

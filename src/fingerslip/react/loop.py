@@ -24,7 +24,7 @@ from fingerslip.dynamics.steering.commands import Command
 from fingerslip.dynamics.steering.steering import Observation, Simulation
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
-from fingerslip.react.moment import Alarm, Detector, Moment
+from fingerslip.react.moment import Alarm, Detector, Moment, require_sites
 from fingerslip.react.reflex import Reaction, Response, require_whole_step
 from fingerslip.react.scenario import OBJECT, HeldObject, held_model
 
@@ -170,17 +170,7 @@ class Grasp:
         bases: MemoryBases | None = None,
     ) -> None:
         self.held, self.detectors = held, dict(detectors)
-        kinds = {site.kind for site in holder.record.sites}
-        # Groups of pins are named by their plural.
-        recorded = {*kinds, *(f"{kind.replace(' ', '_')}s" for kind in kinds)}
-        for name, detector in self.detectors.items():
-            missing = next((group for group in detector.groups if group not in recorded), None)
-            if missing is not None:
-                fault, allowed = (
-                    f"needs sites of the kind {missing}",
-                    f"the holder has {', '.join(sorted(kinds)) or 'none'}",
-                )
-                raise InputError(f"detectors.{name}", fault, allowed, f"write holder_of(..., groups=['{missing}'])")
+        require_sites(self.detectors, holder)
         self.model = held_model(held, holder)
         self._bases = bases or MemoryBases()
         self._folder = tempfile.TemporaryDirectory(prefix="fingerslip-react-")

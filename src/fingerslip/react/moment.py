@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
@@ -10,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, STICK
+from fingerslip.errors import InputError
+from fingerslip.model.model import Model
 from fingerslip.slip.settings import EventSettings
 
 if TYPE_CHECKING:
     from fingerslip.dynamics.steering.steering import Observation
 
-__all__ = ["SLIPPED", "Alarm", "Detector", "Moment", "Watch"]
+__all__ = ["SLIPPED", "Alarm", "Detector", "Moment", "Watch", "require_sites"]
 
 Array = NDArray[np.float64]
 
@@ -106,3 +109,18 @@ class Detector(Protocol):
 
     def start(self) -> Watch:
         """Return what watches one run."""
+
+
+def require_sites(detectors: Mapping[str, Detector], holder: Model, where: str = "detectors") -> None:
+    """Refuse detectors that need sites which what holds the object does not record."""
+    kinds = {site.kind for site in holder.record.sites}
+    # Groups of pins are named by their plural.
+    recorded = {*kinds, *(f"{kind.replace(' ', '_')}s" for kind in kinds)}
+    for name, detector in detectors.items():
+        for missing in (group for group in detector.groups if group not in recorded):
+            fault, allowed = (
+                f"needs sites of the kind {missing}",
+                f"the holder has {', '.join(sorted(kinds)) or 'none'}",
+            )
+            repair = f"write holder_of(..., groups=['{missing}']), or record.sites in a study"
+            raise InputError(f"{where}.{name}", fault, allowed, repair)

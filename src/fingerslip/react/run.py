@@ -54,11 +54,11 @@ def _result(settings: ReactionSettings, grasp: Grasp, progress: Callable[[float]
     held, loop = grasp.held, grasp.open_loop
     searches = _Searches(grasp, settings.tolerance)
     critical, trials, travels = searches.of(settings.rise), list[Trial](), dict[float, float]()
-    steps = 1 + len(settings.tried) + len(settings.latencies)
-    for number, (name, reaction) in enumerate(settings.tried.items(), start=1):
+    steps = 1 + len(settings.named_reactions) + len(settings.latencies)
+    for number, (name, reaction) in enumerate(settings.named_reactions.items(), start=1):
         progress(number / steps)
         trials += _trials(name, reaction, settings, searches)
-    for number, latency in enumerate(settings.latencies, start=1 + len(settings.tried)):
+    for number, latency in enumerate(settings.latencies, start=1 + len(settings.named_reactions)):
         progress(number / steps)
         travels[latency] = grasp.react(_with_delay(settings.rise, latency), settings.detector).travel
     return ReactionResult(
@@ -131,6 +131,6 @@ def filmed_reactions(result: ReactionResult, settings: ReactionSettings) -> dict
     ordered = sorted(tried, key=lambda trial: trial.delay)
     saved, lost = ([trial for trial in ordered if trial.saved is kind] for kind in (True, False))
     return {
-        f"{trial.reaction}, {1e3 * trial.delay:.0f} ms": settings.tried[trial.reaction]
+        f"{trial.reaction}, {1e3 * trial.delay:.0f} ms": settings.named_reactions[trial.reaction]
         for trial in (*saved[-1:], *lost[:1])
     }

@@ -52,7 +52,7 @@ class ReactionSettings(ObjectSettings):
     Examples
     --------
     >>> settings = ReactionSettings(mass=0.1, reactions=("human-slip", "servo"))
-    >>> list(settings.tried)
+    >>> list(settings.named_reactions)
     ['human-slip', 'servo']
     """
 
@@ -89,7 +89,7 @@ class ReactionSettings(ObjectSettings):
         return Reaction(self.reflex, self.actuator)
 
     @property
-    def tried(self) -> Mapping[str, Reaction]:
+    def named_reactions(self) -> Mapping[str, Reaction]:
         """The reactions that are tried, by name."""
         shipped = {name: REACTIONS.read(name) for name in self.reactions}
         return shipped | ({"this reflex": self.rise} if self.reflex.latency else {})
@@ -103,12 +103,16 @@ class ReactionSettings(ObjectSettings):
         file = self.load.file if isinstance(self.load, LoadSeries) else None
         if file is None:
             return self
+        if not (folder / file).is_file():
+            raise InputError(
+                "reaction.load.load_series.file", f"'{file}' is not there", "needs a file beside the study"
+            )
         try:
             return replace(self, load=LoadSeries.read(folder / file))
         except InputError as error:
             raise error.moved(lambda where: f"reaction.load.load_series.file: {where}") from None
 
-    def held(self, contact: Contact, time: Timing) -> HeldObject:
+    def held_object(self, contact: Contact, time: Timing) -> HeldObject:
         """Return the object under a contact of a study at its steps; errors stand where they are in the study."""
         if not isinstance(contact.friction, Coulomb):
             fault, repair = f"is {type(contact.friction).__name__}", "write friction_coefficient: 0.6"
@@ -131,7 +135,7 @@ class ReactionSettings(ObjectSettings):
         for number, latency in enumerate(self.latencies):
             require_whole_step(f"latencies.{number}", latency, held.step)
         self.rise.response(0.0, held.first_grip)
-        for number, reaction in enumerate(self.tried.values()):
+        for number, reaction in enumerate(self.named_reactions.values()):
             prefix = f"reactions.{number}." if number < len(self.reactions) else ""
             try:
                 require_whole_step("reflex.latency", reaction.reflex.latency, held.step)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -120,6 +121,12 @@ def test_wrong_settings_are_refused(make: Any, wrong: dict[str, Any], message: s
     with pytest.raises(InputError) as caught:
         make(**wrong).reset(options=options)
     assert str(caught.value).startswith(message)
+
+
+def test_study_of_another_body_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "other.yaml").write_text(STUDY)
+    with pytest.raises(InputError, match="is of another kind, needs a tactip, and the block reaction with a ramp_load"):
+        environment.HoldEnv("tactip", study=tmp_path / "other.yaml")
 
 
 def test_step_before_reset_is_refused(make: Any) -> None:

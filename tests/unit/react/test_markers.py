@@ -95,5 +95,5 @@ def test_holder_without_markers_is_refused(detector: Detector) -> None:
         Grasp(HELD, pad(), {"learned": LearnedMarkers(detector)})
     assert str(caught.value) == (
         "detectors.learned: needs sites of the kind internal_markers, the holder has none; "
-        "write holder_of(..., groups=['internal_markers'])"
+        "write holder_of(..., groups=['internal_markers']), or record.sites in a study"
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +20,15 @@ from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
 from fingerslip.react.page import reaction_tables
 from fingerslip.react.results import read_reactions
 from fingerslip.report.figures.motion import Film
+from fingerslip.report.figures.study import convergence_figure
 from fingerslip.results import StudyResult, quantities
-from fingerslip.study.definition.runs import read_runs
+from fingerslip.study.convergence import Level, run_at
+from fingerslip.study.definition.runs import plan_study, read_runs
 from fingerslip.study.running.build import build_model
+from fingerslip.study.running.cluster import Task, compute_task
 from fingerslip.study.running.runner import run_study
-from fingerslip.study.storage.reporting import _reactions, read_results, study_tables
+from fingerslip.study.storage.reporting import reactions_of, read_results, study_tables
+from fingerslip.uncertainty import Convergence, Series
 from fingerslip.vision.video import open_frames
 from places import ROOT
 from unit.pads import pad
@@ -77,7 +82,7 @@ def study(folder: Path) -> StudyResult:
 
 @pytest.fixture(scope="module")
 def reactions(study: StudyResult) -> Reactions:
-    return _reactions(study)
+    return reactions_of(study)
 
 
 def test_map_that_ships_is_complete() -> None:
@@ -173,6 +178,35 @@ def test_page_holds_answer_figures_and_film(study: StudyResult, reactions: React
     assert [frame.shape for frame in open_frames(path).read()] == [(480, 640)] * 5
 
 
+def test_refined_and_distant_runs_are_those_of_any_study(folder: Path, study: StudyResult) -> None:
+    centre = plan_study(folder / "small.yaml").runs[0]
+    model = build_model(centre)
+    refined = run_at(centre, Level("step", 0.5), model).study
+    assert (refined.time.step, refined.reaction and refined.reaction.reactions) == (2e-3, ())
+    search = plan_study(folder / "small.yaml").runs[1]
+    task = Task((search,), (search.identity,), metadata.version("fingerslip"))
+    files = compute_task(task, model.mesh)[search.name]
+    assert files["reactions.json"] == (study.folder / search.name / "reactions.json").read_bytes()  # type: ignore[index]
+
+
+def test_error_bars_and_what_another_controller_saves_are_drawn(reactions: Reactions) -> None:
+    series = {"step": Series("step", (1.0, 0.5, 0.25), (0.09, 0.092, 0.093))}
+    axes, *_ = convergence_figure({LATENCY: Convergence("critical latency", "s", 0.09, series)}, "run").axes
+    assert np.asarray(axes.lines[1].get_ydata()) == pytest.approx([3.0, 2.0, 0.0])
+    saves = np.array([[True, False], [False, False]])
+    axes, *_ = map_figure(reactions, saves={"mine": saves}).axes
+    dots = [line for line in axes.lines if line.get_linestyle() == "None"]
+    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in dots] == [([0], [-0.28])]  # type: ignore[arg-type]
+
+
+def test_detector_that_needs_what_the_body_has_not_is_refused_before_anything_runs(folder: Path) -> None:
+    (folder / "spikes.yaml").write_text(SMALL.replace("never: {}", "spike_count: {kind: FA-I}"))
+    with pytest.raises(
+        InputError, match=r"spikes.yaml: reaction.detectors.never: needs sites of the kind FA-I, the hold"
+    ):
+        build_model(read_runs(folder / "spikes.yaml").runs[0])
+
+
 @pytest.mark.parametrize(
     ("load", "last"),
     [
@@ -188,8 +222,8 @@ def test_every_load_may_stand_in_a_study(folder: Path, load: str, last: float) -
     path = folder / "load.yaml"
     path.write_text(SMALL.replace("ramp_load: {rate: 4 N/s, force: 2 N}", load))
     (run,) = read_runs(path).runs
-    assert run.study.held is not None
-    assert run.study.held.load.series()[1][-1] == pytest.approx(last)
+    assert run.study.held_object is not None
+    assert run.study.held_object.load.series()[1][-1] == pytest.approx(last)
     # The file of a run needs no other.
     (folder / "again.yaml").write_text((folder / "load.yaml").read_text())
     assert "series.csv" not in str(run.plain_values())
@@ -206,6 +240,7 @@ def test_every_load_may_stand_in_a_study(folder: Path, load: str, last: float) -
             11,
             "reaction.grip: got 2.453 N, needs more than 2.453 N to hold 1.962 N; ",
         ),
+        ("ramp_load: {rate: 4 N/s, force: 2 N}", "load_series: {file: no.csv}", 13, "reaction.load.load_series.file: "),
         ("margin: 0.3", "margn: 0.3", 12, "reaction.margn: "),
         ("margin: 0.3", "mass: 100 N", 12, "reaction.mass: got '100 N', needs a unit of [kg]"),
         ("ramp_load: {rate", "tide: {rate", 13, "reaction.load.tide: "),

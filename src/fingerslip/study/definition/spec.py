@@ -82,7 +82,7 @@ def _held_by_friction(reaction: ReactionSettings | None, contact: ContactSetting
         repair = "write contact: {friction_coefficient: 0.6}"
         raise InputError("reaction", "is given without contact", "needs the friction of a contact", repair)
     if reaction is not None and contact is not None:
-        reaction.held(contact.contact(2), time.stepping)
+        reaction.held_object(contact.contact(2), time.stepping)
 
 
 def _not_both(first: str, second: str, repair: str) -> Callable[..., None]:
@@ -282,11 +282,11 @@ class Study(SpecimenChoice):
         Mistakes(mistakes_between(vars(self))).raise_all()
 
     @property
-    def held(self) -> HeldObject | None:
+    def held_object(self) -> HeldObject | None:
         """The object that is held, if there is one."""
         if self.reaction is None or self.contact is None:
             return None
-        return self.reaction.held(self.contact.contact(2), self.time.stepping)
+        return self.reaction.held_object(self.contact.contact(2), self.time.stepping)
 
     def beside(self, folder: Path) -> Study:
         """Return the study with the files of its mesh and of its load, which are named from a folder."""

@@ -26,6 +26,7 @@ from fingerslip.model.programme import phase_travel
 from fingerslip.model.timing import Adaptive, TimeStepping
 from fingerslip.parameters import kinds_of
 from fingerslip.parameters.dotted import join_path
+from fingerslip.react.moment import require_sites
 from fingerslip.react.scenario import held_model
 from fingerslip.results import RefusedRun
 from fingerslip.specimens.choice import SPECIMENS
@@ -80,7 +81,7 @@ def name_errors(run: Run) -> Iterator[None]:
 
 
 def _model(run: Run, mesh: Any) -> Model:
-    study, specimen, held = run.study, run.specimen, run.study.held
+    study, specimen, held = run.study, run.specimen, run.study.held_object
     formulation = study.formulation or ("solid" if mesh.dim() == 3 or specimen is None else specimen.formulation)
     dim = 3 if formulation == "solid" else int(mesh.dim())
     supports: Mapping[str, Any] = study.supports or (specimen.supports(dim) if specimen else {})
@@ -98,7 +99,10 @@ def _model(run: Run, mesh: Any) -> Model:
         basis=study.dynamics.reduced,
         **{name: getattr(study, name) for name in _AS_IN_THE_STUDY},
     )
-    return held_model(held, model) if held else model
+    if study.reaction is None or held is None:
+        return model
+    require_sites(study.reaction.detectors, model, "reaction.detectors")
+    return held_model(held, model)
 
 
 def locate_error(error: InputError, where: str, study: Study | None = None) -> InputError:

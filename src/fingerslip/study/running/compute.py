@@ -96,7 +96,7 @@ def _simulate(
     from fingerslip.dynamics.simulation import simulate, simulate_together
 
     bases = BasisFolder(jobs[0].folder.parent / BASES)
-    reaction, held = jobs[0].run.study.reaction, jobs[0].run.study.held
+    reaction, held = jobs[0].run.study.reaction, jobs[0].run.study.held_object
     with name_errors(jobs[0].run):
         if reaction is not None and held is not None:
             from fingerslip.react.run import compute_reactions

@@ -220,7 +220,7 @@ def study_tables(study: StudyResult) -> tuple[Table, ...]:
     if any(run.reaction for run in study.runs):
         from fingerslip.react.page import reaction_tables
 
-        return reaction_tables(_reactions(study))
+        return reaction_tables(reactions_of(study))
     if study.ranges:
         return sample_tables(study, [published_set(name) for name in study.compare])
     beside = (compare_table(study.runs, published_set(name)) for name in study.compare)
@@ -242,7 +242,7 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
     if any(run.reaction for run in study.runs):
         from fingerslip.react.page import reaction_report
 
-        report = reaction_report(_content_of_reactions(study), _reactions(study))
+        report = reaction_report(_content_of_reactions(study), reactions_of(study))
     else:
         report = study_report(_content(study, pictures or {}))
     with new_folder(study.folder / "figures") as folder:
@@ -251,8 +251,8 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
     write_page(report, study.folder / REPORT)
 
 
-def _reactions(study: StudyResult) -> Reactions:
-    """Return the runs of a study with reactions."""
+def reactions_of(study: StudyResult) -> Reactions:
+    """Return the runs of a study with the block `reaction`, for figures and tables of :mod:`fingerslip.react`."""
     from fingerslip.react.answer import Reactions, centre_of
     from fingerslip.react.results import read_reactions
 

@@ -43,27 +43,30 @@ def _held_runs(folder: Path) -> dict[str, _HeldRun]:
     """Return the finished runs of a study with the block `reaction`, by name."""
     runs = {result.name: read_run_values(folder / result.name / RUN) for result in read_results(folder).runs}
     held_runs = {
-        name: _HeldRun(run, run.study.reaction, run.study.held)
+        name: _HeldRun(run, run.study.reaction, run.study.held_object)
         for name, run in runs.items()
-        if run.study.reaction is not None and run.study.held is not None
+        if run.study.reaction is not None and run.study.held_object is not None
     }
     if not held_runs:
         raise InputError(str(folder), "holds no object", "needs results of a study with the block reaction")
     return held_runs
 
 
-def held_trials(folder: Path, output: Path, frame_rate: float) -> TrialSet:
+def held_trials(folder: Path, output: Path, frame_rate: float, *, lost: bool = False) -> TrialSet:
     """Write the data set of a study's runs: pins of the sensor [m] at a frame rate [1/s], labels by their detectors.
 
-    The label of each detector of the study is its alarm; gross slip begins when nothing sticks any more.
+    The label of each detector of the study is its alarm; gross slip begins when nothing sticks any more. With `lost`
+    there are only the objects that are lost without a reaction: detectors learn from trials with both onsets.
     """
     notes = "Simulated. Objects are held; time is that of the run: grip and weight come first, then the load grows."
-    return write_trials(_trials(folder, frame_rate), output, "Held objects", notes)
+    return write_trials(_trials(folder, frame_rate, lost), output, "Held objects", notes)
 
 
-def _trials(folder: Path, frame_rate: float) -> Iterator[Trial]:
+def _trials(folder: Path, frame_rate: float, lost: bool) -> Iterator[Trial]:
     for name, run in _held_runs(folder).items():
         result, held = read_reactions(folder / name), run.held
+        if lost and result.lost is None:
+            continue
         tracks = marker_tracks(read_history(folder / name / HISTORY), ("internal",))
         every = max(round(1.0 / (frame_rate * held.step)), 1)
 
