@@ -85,10 +85,10 @@ def watch_camera(
                     check_tracks_fit(trained, tracker.at_rest)
                     live = LiveDetector(trained, tracker.reference.ring)
                 for finding in live.take(seen) if live else ():
-                    told = findings[-1].onsets if findings else Onsets(None, None)
+                    before = findings[-1].onsets if findings else Onsets(None, None)
                     for word, since in {"slip": "incipient", "gross slip": "gross"}.items():
                         began = getattr(finding.onsets, since)
-                        if began is not None and getattr(told, since) is None:
+                        if began is not None and getattr(before, since) is None:
                             tell(f"{finding.time:.3f} s: {word} since {began:.3f} s")
                     findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
     dropped = dropped_frames([finding.time for finding in findings])

@@ -56,12 +56,12 @@ def live_frames(source: Source, channel: Channel = "grey") -> Iterator[tuple[flo
     name = str(source) if isinstance(source, int | str) else "camera"
     rows: Any = source
     if isinstance(source, int | str) or hasattr(source, "read"):
-        rows = _captured(source, name)
+        rows = _camera_frames(source, name)
     for time, frame in rows:
         yield float(time), grey_frame(np.asarray(frame), channel, name)
 
 
-def _captured(source: Any, name: str) -> Iterator[tuple[float, NDArray[Any]]]:
+def _camera_frames(source: Any, name: str) -> Iterator[tuple[float, NDArray[Any]]]:
     cv2 = opencv()
     capture = source if hasattr(source, "read") else cv2.VideoCapture(source)
     try:

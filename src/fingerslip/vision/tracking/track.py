@@ -127,7 +127,7 @@ class MarkerTracker:
         """The markers at rest, numbered; raises InputError before there is one."""
         if self._reference is None:
             fault = f"got {len(self._waiting)} frames"
-            raise InputError(self.name, fault, f"needs {self._needed} to find its markers in", "take more frames")
+            raise InputError(self.name, fault, f"needs {self._search_frames} to find its markers in", "take more frames")
         return self._reference
 
     @property
@@ -137,7 +137,7 @@ class MarkerTracker:
         return make_tracks(position[None], [0.0], units="px", ring=self.reference.ring, angle=self.reference.angle)
 
     @property
-    def _needed(self) -> int:
+    def _search_frames(self) -> int:
         return min(self.rest_frames, _AVERAGED)
 
     def take(self, frame: Frame, time: float) -> list[SeenMarkers]:
@@ -160,7 +160,7 @@ class MarkerTracker:
         if self._reference is not None:
             return [self._follow(frame, time)]
         self._waiting.append((frame, time))
-        return self.begin() if len(self._waiting) == self._needed else []
+        return self.begin() if len(self._waiting) == self._search_frames else []
 
     def begin(self) -> list[SeenMarkers]:
         """Find the markers in the frames that wait, though they be fewer than wished, and return those of each."""
