@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
 from fingerslip.detect.residual import RESIDUAL, ResidualDetector, ResidualSettings, detect_residual, frames_at_rest
 from fingerslip.detect.session import Choices
-from fingerslip.detect.training import check_tracks_fit
+from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.detect.trials import open_trials
 from fingerslip.storage.files import check_replaceable
 from fingerslip.tables.table import Table
@@ -44,9 +44,7 @@ def run_detector(
             tracks = read_any_tracks(source)
         else:
             frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
-            search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
-            resting = trained.features.motion.rest_frames if trained else rest_frames or 10
-            tracker = MarkerTracker(**search, rest_frames=resting, name=frames.name)
+            tracker = _tracker(trained, tracking, rest_frames or 10, frames.name)
             lens = lens_of(tracking.get("calibration"), frames)
             rows, broken = follow_video(frames, tracker)
             tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
@@ -73,26 +71,43 @@ def watch_camera(
 ) -> Table:
     """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
     trained = None if detector == RESIDUAL else read_detector(detector)
-    resting = trained.features.motion.rest_frames if trained else rest_frames or 30
-    search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
-    tracker = MarkerTracker(**search, rest_frames=resting, name=f"camera {camera}")
-    live: LiveDetector | ResidualDetector | None = None if trained else ResidualDetector(ResidualSettings(resting))
+    tracker = _tracker(trained, tracking, rest_frames or 30, f"camera {camera}")
+    live: LiveDetector | ResidualDetector | None = None
     findings: list[Finding] = []
     with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):
         for time, frame in live_frames(camera, tracking.get("channel", "grey")):
             for seen in tracker.take(frame, time):
-                if live is None and trained:
-                    check_tracks_fit(trained, tracker.at_rest)
-                    live = LiveDetector(trained, tracker.reference.ring)
-                for finding in live.take(seen) if live else ():
-                    before = findings[-1].onsets if findings else Onsets(None, None)
-                    for word, since in {"slip": "incipient", "gross slip": "gross"}.items():
-                        began = getattr(finding.onsets, since)
-                        if began is not None and getattr(before, since) is None:
-                            tell(f"{finding.time:.3f} s: {word} since {began:.3f} s")
+                live = live or _detector_for(trained, tracker)
+                for finding in live.take(seen):
+                    for event in _new_events(findings[-1].onsets if findings else Onsets(None, None), finding):
+                        tell(event)
                     findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
     dropped = dropped_frames([finding.time for finding in findings])
     return findings_table(findings, f"camera {camera}", f"Latency with the tracker; {dropped} frames were dropped.")
+
+
+def _tracker(trained: Detector | None, tracking: Mapping[str, Any], rest_frames: int, name: str) -> MarkerTracker:
+    """Return the tracker for a detector; a trained one says itself how many frames are at rest."""
+    search = {option: tracking[option] for option in ("n_markers", "layout", "mask", "bright") if option in tracking}
+    return MarkerTracker(
+        **search, rest_frames=trained.features.motion.rest_frames if trained else rest_frames, name=name
+    )
+
+
+def _detector_for(trained: Detector | None, tracker: MarkerTracker) -> LiveDetector | ResidualDetector:
+    """Return what takes the markers of a tracker that has found them."""
+    if trained is None:
+        return ResidualDetector(ResidualSettings(tracker.rest_frames))
+    check_tracks_fit(trained, tracker.at_rest)
+    return LiveDetector(trained, tracker.reference.ring)
+
+
+def _new_events(before: Onsets, finding: Finding) -> Iterator[str]:
+    """Yield in words what has begun since the finding before."""
+    for word, event in {"slip": "incipient", "gross slip": "gross"}.items():
+        began = getattr(finding.onsets, event)
+        if began is not None and getattr(before, event) is None:
+            yield f"{finding.time:.3f} s: {word} since {began:.3f} s"
 
 
 def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
