@@ -9,10 +9,12 @@ import pytest
 import xarray as xr
 
 from fingerslip.detect.evaluation.inquiries import disturb
+from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
 from fingerslip.detect.residual import ResidualDetector, ResidualSettings, detect_residual, frames_at_rest, slides_of
 from fingerslip.detect.running import watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
+from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
@@ -21,6 +23,7 @@ from fingerslip.vision.tracking.track import SeenMarkers
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import Frames
 from problems import clips
+from unit.detect.conftest import MOTION, SAMPLING
 
 SENSOR = SyntheticSensor(metres_per_pixel=120e-6)
 SETTINGS = ResidualSettings(rest_frames=20)
@@ -187,3 +190,14 @@ def test_a_camera_is_watched_and_events_are_told_as_they_come():
         "frames a second",
     ]
     assert table.note.endswith("1 frames were dropped.")
+
+
+def test_a_trained_detector_that_needs_no_layout_watches_a_camera(trials, tmp_path):
+    choices = {"motion": MOTION, "sampling": SAMPLING, "names": trials.names[:8]}
+    write_detector(train(trials, trials.onsets(), "logistic:field", **choices), tmp_path / "detector")
+    still = clips.still(clips.field(), 30)
+    rows = ((number / 30.0, frame) for number, frame in enumerate(clips.filmed(still, clips.DEFAULT, seed=0)))
+    events = []
+    table = watch_camera(rows, str(tmp_path / "detector"), {"n_markers": 81}, None, events.append)
+    assert events == []
+    assert ("frames", "30") in table.rows
