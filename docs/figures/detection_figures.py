@@ -1,7 +1,7 @@
 """Draw the figures of docs/slip-in-pictures.md and measure its tables.
 
 First: fingerslip validate --pouring (or what it computes in fingerslip.validation.sensor)
-Then: python docs/figures/detection_figures.py [RESULTS] [section] [3d]
+Then: python docs/figures/detection_figures.py [RESULTS] [section] [3d] [page]
 """
 
 from __future__ import annotations
@@ -20,8 +20,11 @@ from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.evaluation.crossval import on_unseen
 from fingerslip.detect.features import features_of, motion_of
 from fingerslip.detect.labels import CLASSES
+from fingerslip.detect.page import SlipClip, stills_figure
+from fingerslip.detect.residual import ResidualSettings, detect_residual
 from fingerslip.detect.samples import Sampling, benchmark_test_trials
 from fingerslip.detect.simulated import Filming
+from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, film_trials, synthetic_trial
 from fingerslip.detect.training import Detector, train
 from fingerslip.detect.trials import TrialSet, open_trials
 from fingerslip.history import phase_times, read_history
@@ -29,9 +32,11 @@ from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE, GREEN, GREY, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, with_style
+from fingerslip.tables.table import Table
 from fingerslip.validation.sensor import POURING, POURING_3D
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.video import open_frames
 
 HERE = Path(__file__).parent
 COLOURS = dict(zip(CLASSES, (GREY, BLUE, VERMILLION), strict=True))
@@ -46,7 +51,18 @@ def main() -> None:
     """Draw all figures and print the tables."""
     results, parts = Path(sys.argv[1] if len(sys.argv) > 1 else "results"), sys.argv[2:] or ["section", "3d"]
     for part in parts:
-        {"section": of_section, "3d": in_3d}[part](results)
+        {"section": of_section, "3d": in_3d, "page": of_page}[part](results)
+
+
+def of_page(results: Path) -> None:
+    """Draw what the page of a clip shows first: an analytic slide, filmed."""
+    sensor = SyntheticSensor(metres_per_pixel=120e-6)
+    slide = synthetic_trial("slide", SyntheticSlide(3.5e-3, seed=3, travel=6e-3), sensor)
+    film_trials([slide], results / "page")
+    frames = open_frames(results / "page" / "slide.mkv")
+    tracks = fs.track_markers(results / "page" / "slide.mkv", rest_frames=10)
+    clip = SlipClip("slide.mkv", tracks, detect_residual(tracks, ResidualSettings(20)), Table("", (), ()), frames)
+    save_figure(stills_figure(clip), HERE / "slip-page.png")
 
 
 def in_3d(results: Path) -> None:

@@ -16,6 +16,8 @@ from .contact.friction import (
     StaticKinetic as StaticKinetic,
     TimeDependent as TimeDependent,
 )
+from .detect.live import LiveDetector as LiveDetector
+from .detect.residual import ResidualDetector as ResidualDetector
 from .dynamics.steering.commands import Command as Command
 from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together
 from .dynamics.steering.steering import Observation as Observation, Simulation as Simulation
@@ -157,7 +159,12 @@ from .marker_layouts import (
     hexagonal_layout as hexagonal_layout,
     ring_layout as ring_layout,
 )
-from .vision.tracking.track import TrackingWarning as TrackingWarning, track_markers as track_markers
+from .vision.sources import live_frames as live_frames
+from .vision.tracking.track import (
+    MarkerTracker as MarkerTracker,
+    TrackingWarning as TrackingWarning,
+    track_markers as track_markers,
+)
 from .vision.tracks import (
     make_tracks as make_tracks,
     read_tracks as read_tracks,

@@ -22,12 +22,13 @@ from threadpoolctl import threadpool_limits
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, union_of_sets
 from fingerslip.detect.evaluation.crossval import Fold, events_of_folds, fit_fold, frames_by_sample
 from fingerslip.detect.features import FeatureSettings, MotionSettings
-from fingerslip.detect.live import run_on_markers
+from fingerslip.detect.live import LiveDetector
 from fingerslip.detect.samples import Sampling, grouped_folds, samples_of
 from fingerslip.detect.synthetic import SyntheticSensor, film_trials, synthetic_slides
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial, TrialSet, open_trials, write_trials
-from fingerslip.vision.tracking.track import open_markers
+from fingerslip.vision.tracking.track import MarkerTracker
+from fingerslip.vision.video import read_frames
 
 SENSOR = SyntheticSensor(frame_rate=67.0, rest_frames=100)
 
@@ -55,9 +56,12 @@ def live(folder: Path, frames: int) -> None:
     detector = train(trials, trials.onsets(), "forest", sampling=Sampling(least=0.0))
     film_trials(slides[:1], folder / "films", size=(640, 480))
     with threadpool_limits(1):
-        stream = open_markers(folder / "films" / "slide-0000.mkv", n_markers=81, rest_frames=100)
-        found, times = run_on_markers(detector, stream), [time.process_time()]
-        times.extend(time.process_time() for _ in itertools.islice(found, frames))
+        tracker, times, taker = MarkerTracker(n_markers=81, rest_frames=100), [], None
+        for number, frame in enumerate(itertools.islice(read_frames(folder / "films" / "slide-0000.mkv"), frames)):
+            for seen in tracker.take(frame, number / sensor.frame_rate):
+                taker = taker or LiveDetector(detector, tracker.reference.ring)
+                taker.take(seen)
+            times.append(time.process_time())
     # The first findings come at once, when rest is over; they hold the compilation of what is compiled.
     spent = np.diff(times)[150:]
     rate, median = len(spent) / spent.sum(), 1e3 * float(np.median(spent))

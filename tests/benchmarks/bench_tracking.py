@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import fingerslip as fs
 from fingerslip.vision.cameras.pixel import DARK_ON_BRIGHT, HARSH_LIGHT, frames_of
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.reference import first_frames, reference_of
+from fingerslip.vision.tracking.reference import reference_of
 from fingerslip.vision.video import frame_state, open_frames, rest_exposure, write_video
 from problems import clips
 from problems.nearest import track_flow, track_nearest, track_trackpy
@@ -182,7 +182,7 @@ def recordings(folder: Path) -> None:
         masks = [mask for mask in [video.with_suffix(".mask.png")] if mask.exists()]
         frames = list(open_frames(video).read())
         for mask in [*masks, None]:
-            image = first_frames(frames, 10)[0]
+            image = np.mean(frames[:10], axis=0)
             allowed = None if mask is None else cv2.imread(str(mask), cv2.IMREAD_GRAYSCALE) > 0
             markers = reference_of(image, allowed, None, "auto", None, video.name).markers
             rest = _at_rest(frames, _region(image.shape, markers.position) if allowed is None else allowed)
@@ -255,7 +255,7 @@ def speed() -> None:
         video = Path(folder) / "clip.avi"
         write_video(video, clips.filmed(positions, look), RATE)
         frames = list(open_frames(video).read())
-        reference = reference_of(first_frames(frames, 10)[0], None, 81, "rings", None, "clip")
+        reference = reference_of(np.mean(frames[:10], axis=0), None, 81, "rings", None, "clip")
         follow(reference.markers, rest_state(reference.markers), frames[0], None)
         head("part | CPU ms a frame | frames a second")
         parts = {"follow 81 markers": _timed(lambda: _follow(reference.markers, frames), len(frames))}

@@ -5,14 +5,13 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.detect.features import MotionSettings
-from fingerslip.detect.live import latency_of, run_on_markers
+from fingerslip.detect.live import latency_of, run_on_tracks
 from fingerslip.detect.samples import Sampling
 from fingerslip.detect.simulated import Filming, film_results
 from fingerslip.detect.training import detect, train
 from fingerslip.detect.trials import Trial, write_trials
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.vision.tracking.track import open_markers
 
 pytestmark = pytest.mark.slow
 
@@ -87,8 +86,8 @@ def clip(results):
 def test_the_onset_in_a_film_is_that_of_the_label(trials, detector, clip):
     label = trials.onsets(LABELS)[TESTED]
     _, _, known = detect(detector, trials.tracks(TESTED))
-    stream = open_markers(clip, n_markers=9, rest_frames=MOTION.rest_frames, layout="free")
-    findings = list(run_on_markers(detector, stream))
+    tracks = fs.track_markers(clip, n_markers=9, rest_frames=MOTION.rest_frames, layout="free")
+    findings = list(run_on_tracks(detector, tracks))
     found = findings[-1].onsets
     assert len(findings) == trials.tracks(TESTED).sizes["time"]
     assert found.incipient == pytest.approx(known.incipient, abs=OF_TRACKS / RATE)

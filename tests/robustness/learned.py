@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fingerslip.detect.live import run_on_tracks
 from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.session import run_detector
+from fingerslip.detect.recordings import read_any_tracks
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import detect, train
 from fingerslip.detect.trials import open_trials, write_trials
@@ -48,7 +49,7 @@ def track_cases(folder: Path) -> Callable[[random.Random], None]:
             if chance.random() < 0.3:
                 path.write_bytes(changed_bytes(path.read_bytes(), chance))
             read_tracks(path)
-        run_detector(folder / "detector", path)
+        list(run_on_tracks(read_detector(folder / "detector"), read_any_tracks(path)))
 
     return case
 

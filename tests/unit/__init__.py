@@ -1,1 +1,1 @@
-"""One test file for every module of the package, at the same path."""
+"""Tests of the package, folder by folder."""

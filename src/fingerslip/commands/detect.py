@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress
+from fingerslip.commands.shared import (
+    AsJson,
+    Bright,
+    Calibration,
+    Channel,
+    FrameRate,
+    Layout,
+    Markdown,
+    MarkerCount,
+    Mask,
+    Quiet,
+    print_tables,
+    screen_progress,
+    tracking_options,
+)
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Classifier = Annotated[
@@ -25,13 +40,10 @@ Window = Annotated[int, typer.Option("--window", min=2, help="Frames in a veloci
 Samples = Annotated[
     str, typer.Option("--samples", metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")
 ]
-# The tracker itself refuses other names, so that they are listed in one place.
-Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")]
 Least = Annotated[
     float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
 ]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
-Markers = Annotated[int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")]
 Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
@@ -70,16 +82,25 @@ def collect(
     labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
-    markers: Markers = None,
+    markers: MarkerCount = None,
     external_markers: Annotated[
         int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
     layout: Layout = "auto",
+    mask: Mask = None,
+    calibration: Calibration = None,
+    bright: Bright = None,
+    frame_rate: FrameRate = None,
+    channel: Channel = "grey",
 ) -> None:
-    """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks."""
+    """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks.
+
+    A column 'slip' with yes or no says whether there is slip in a recording; those without are negatives.
+    """
     from fingerslip.detect.session import collect_trials
 
-    more = {"rest_frames": rest_frames, "markers": (markers, external_markers), "layout": layout}
+    tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
+    more: dict[str, Any] = {"rest_frames": rest_frames, "tracking": tracking, "external_markers": external_markers}
     typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
 
 
@@ -122,6 +143,10 @@ def evaluate(
     classifier: Classifiers = None,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
+    group: Annotated[
+        str | None, typer.Option("--group", metavar="CONDITION", help="Keep trials of one value in one fold.")
+    ] = None,
+    whole: Annotated[bool, typer.Option("--whole", help="Ask of whole trials alone: slip, or none?")] = False,
     leave_out: Annotated[
         list[str] | None, typer.Option("--leave-out", metavar="CONDITION", help="Leave out by this too; repeatable.")
     ] = None,
@@ -137,15 +162,19 @@ def evaluate(
 ) -> None:
     """Compare classifiers, all without --classifier, on trials that they have not seen, and on a split by sample.
 
+    Tables are printed, and drawn on DIR/evaluation.html.
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
+    from fingerslip.detect.evaluation.tables import output_tables
+    from fingerslip.detect.session import Choices, evaluate_classifiers, evaluate_whole
 
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
-    tables = evaluate_classifiers(
-        dataset, classifier or (), choices, folds=folds, leave_out=leave_out or (), output=output
-    )
+    if whole:
+        tables = evaluate_whole(dataset, choices, folds=folds, group=group, output=output)
+    else:
+        options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
+        tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
     if markdown:
         typer.echo(output_tables(tables), nl=False)
     else:
@@ -220,7 +249,9 @@ def vary(
 
 
 def transfer(
-    detector: Annotated[Path, typer.Argument(metavar="DETECTOR", help="Its folder.", show_default=False)],
+    detector: Annotated[
+        str, typer.Argument(metavar="DETECTOR", help="Its folder, or 'residual' for the one that ships.")
+    ],
     dataset: DataSet,
     *,
     labels: Labels = "external_markers",
@@ -229,7 +260,8 @@ def transfer(
     as_json: AsJson = False,
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
-    from fingerslip.detect.session import judge_detector, output_tables
+    from fingerslip.detect.evaluation.tables import output_tables
+    from fingerslip.detect.running import judge_detector
     from fingerslip.storage.files import check_folder
 
     if output is not None:
@@ -244,19 +276,50 @@ def transfer(
 
 def run(
     source: Annotated[
-        Path, typer.Argument(metavar="TRACKS|VIDEO", help="Tracks (.nc, .csv) or a video.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="VIDEO|TRACKS|CAMERA",
+            help="A video, tracks (.nc, .csv), or the index or address of a camera.",
+            show_default=False,
+        ),
     ],
-    detector: Annotated[Path, typer.Option("--detector", metavar="DIR", help="Folder of the detector.")] = Path(
-        "detector"
-    ),
-    markers: Markers = None,
+    *,
+    detector: Annotated[
+        str, typer.Option("--detector", metavar="DIR", help="Folder of a trained detector; else the one that ships.")
+    ] = "residual",
+    output: Annotated[
+        Path | None, typer.Option("--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
+    ] = None,
+    rest_frames: Annotated[
+        int | None, typer.Option("--rest-frames", metavar="N", min=5, help="Frames at rest at the start; else found.")
+    ] = None,
+    markers: MarkerCount = None,
     layout: Layout = "auto",
+    mask: Mask = None,
+    calibration: Calibration = None,
+    bright: Bright = None,
+    frame_rate: FrameRate = None,
+    channel: Channel = "grey",
     as_json: AsJson = False,
 ) -> None:
-    """Run a detector frame by frame on tracks or on a video, and print its events and its latency."""
-    from fingerslip.detect.session import run_detector
+    """Say when a video or tracks show slip, and how sure that is, and write a page that shows it.
 
-    print_tables([run_detector(detector, source, markers, layout)], as_json)
+    It needs no training: without --detector, slip is where markers leave the pattern in which they move while all
+    sticks. The clip has to begin at rest. Of a camera events are told as they come, until Ctrl-C. How long frames take
+    is printed, too.
+    """
+    from fingerslip.detect.running import run_detector, watch_camera
+
+    tracking = tracking_options(markers, layout, mask, calibration, bright, frame_rate, channel)
+    if source.isdecimal() or "://" in source:
+        camera = int(source) if source.isdecimal() else source
+        print_tables([watch_camera(camera, detector, tracking, rest_frames, partial(typer.echo, err=as_json))], as_json)
+        return
+    path = Path(source)
+    folder = output or path.with_name(f"{path.stem}_slip")
+    tables, lines = run_detector(path, detector, tracking, rest_frames, folder)
+    print_tables(tables, as_json)
+    typer.echo("\n".join(lines), err=as_json)
 
 
 def score(
@@ -270,7 +333,8 @@ def score(
     as_json: AsJson = False,
 ) -> None:
     """Score onset times on the test trials of a data set: a file with trial, incipient_s and gross_s."""
-    from fingerslip.detect.session import Choices, output_tables, score_onsets
+    from fingerslip.detect.evaluation.tables import output_tables
+    from fingerslip.detect.session import Choices, score_onsets
 
     tables = [score_onsets(dataset, submission, Choices(labels, rest_frames, seed=seed))]
     if markdown:

@@ -7,7 +7,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -28,6 +28,22 @@ Workers = Annotated[
 Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress; the answer is printed all the same.")]
+# How the markers of a video are found. The tracker itself refuses other names, so that they are listed in one place.
+MarkerCount = Annotated[
+    int | None, typer.Option("--markers", metavar="N", min=1, help="How many markers there are; else it is found.")
+]
+Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="auto, rings, hex, grid or free.")]
+Mask = Annotated[Path | None, typer.Option("--mask", metavar="IMAGE", help="Image that is white where markers may be.")]
+Calibration = Annotated[
+    Path | None, typer.Option("--calibration", metavar="FILE", help="Camera calibration in OpenCV's form.")
+]
+Bright = Annotated[
+    bool | None, typer.Option("--bright/--dark", help="Whether markers are bright or dark; else it is found.")
+]
+FrameRate = Annotated[
+    float | None, typer.Option("--frame-rate", metavar="HZ", help="Frames a second, where the video does not say.")
+]
+Channel = Annotated[str, typer.Option("--channel", help="Of colour frames: grey, blue, green or red.")]
 
 _FILE_WIDTH = 160
 
@@ -58,6 +74,20 @@ def _figure_kinds() -> Iterable[str]:
 
 cameras, fields = _complete(lambda: CAMERAS), _complete(lambda: FIELDS)
 specimens, shipped_studies, figure_kinds = map(_complete, (_specimens, _shipped_studies, _figure_kinds))
+
+
+def tracking_options(  # noqa: PLR0917  in the order of the options
+    markers: int | None,
+    layout: str,
+    mask: Path | None,
+    calibration: Path | None,
+    bright: bool | None,
+    frame_rate: float | None,
+    channel: str,
+) -> dict[str, Any]:
+    """Return how markers are found as the tracker takes it."""
+    search = {"n_markers": markers, "layout": layout, "mask": mask, "bright": bright}
+    return {**search, "calibration": calibration, "frame_rate": frame_rate, "channel": channel}
 
 
 def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:

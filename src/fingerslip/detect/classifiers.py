@@ -140,7 +140,8 @@ def _planes(seed: int) -> Any:
     return optional("sklearn.svm").LinearSVC(C=0.1, dual=False, tol=1e-3, max_iter=2000, random_state=seed)
 
 
-def _forest(seed: int) -> Any:
+def small_forest(seed: int) -> Any:
+    """Return the forest of Cordova Bulens et al. 2023."""
     return optional("sklearn.ensemble").RandomForestClassifier(
         n_estimators=50, max_depth=20, min_samples_leaf=5, random_state=seed
     )
@@ -152,7 +153,8 @@ def _boosting(seed: int) -> Any:
     )
 
 
-def _logistic(seed: int) -> Any:
+def scaled_logistic(seed: int) -> Any:
+    """Return a logistic regression on scaled features."""
     linear = optional("sklearn.linear_model")
     return _scale(linear.LogisticRegression(C=0.1, max_iter=500, tol=1e-3, random_state=seed))
 
@@ -163,8 +165,8 @@ def _radial_machine(seed: int) -> Any:
     return _scale(kernel, _planes(seed))
 
 
-def _two_thresholds(seed: int) -> Any:
-    """A tree with three leaves is two thresholds where it sees one feature."""
+def two_thresholds(seed: int) -> Any:
+    """Return a tree with three leaves, which is two thresholds where it sees one feature."""
     return optional("sklearn.tree").DecisionTreeClassifier(max_leaf_nodes=3, min_samples_leaf=5, random_state=seed)
 
 
@@ -174,7 +176,7 @@ def _grid(features: int) -> Mapping[str, Sequence[float]]:
 
 _RADIAL_NOTE = f"support vector machine with a radial kernel (Nystroem, {_COMPONENTS} points), C and gamma from a grid"
 _ALL = (
-    Candidate("forest", PUBLISHED, "random forest as published: depth 20, leaf 5, 50 trees", _forest),
+    Candidate("forest", PUBLISHED, "random forest as published: depth 20, leaf 5, 50 trees", small_forest),
     Candidate(
         "svm_linear",
         ("polar",),
@@ -184,10 +186,10 @@ _ALL = (
     ),
     Candidate("svm_rbf", ("polar",), _RADIAL_NOTE, _radial_machine, _grid),
     Candidate("boosting", PUBLISHED, "gradient boosting of trees with 15 leaves", _boosting),
-    Candidate("logistic", PUBLISHED, "logistic regression", _logistic),
-    Candidate("displacement_threshold", ("mean",), "two thresholds on the mean displacement", _two_thresholds),
-    Candidate("time_threshold", ("time",), "two thresholds on the time alone", _two_thresholds),
-    Candidate("residual_threshold", ("residual",), "two thresholds on the residual of rigid motion", _two_thresholds),
+    Candidate("logistic", PUBLISHED, "logistic regression", scaled_logistic),
+    Candidate("displacement_threshold", ("mean",), "two thresholds on the mean displacement", two_thresholds),
+    Candidate("time_threshold", ("time",), "two thresholds on the time alone", two_thresholds),
+    Candidate("residual_threshold", ("residual",), "two thresholds on the residual of rigid motion", two_thresholds),
 )
 
 #: Every classifier by its name; the last three are baselines that have to be beaten.

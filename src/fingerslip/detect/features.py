@@ -36,8 +36,8 @@ class MotionSettings:
     rest_frames : int
         Frames at the start whose mean is the rest position: 100 in Cordova Bulens et al. 2023.
     window : int
-        Frames through which the velocity is fitted, the newest included. At 0.3 mm/s markers move less in a frame than
-        their noise, so the difference of two frames says little; the paper does not print its own. Assumed.
+        Frames through which the velocity is fitted, the newest included. The paper takes the difference of two frames
+        (its equation 2), which is 2; at 0.3 mm/s markers move less in a frame than their noise, so that says little.
     least_seen : float
         Share of the markers that has to be seen in a frame; a frame with fewer is not classified. Assumed.
 
@@ -357,6 +357,28 @@ def _rigid(motion: Motion) -> Columns:
     return {"rms": np.sqrt((residual**2).mean(axis=1)), "residual": residual}
 
 
+def _field(motion: Motion) -> Columns:
+    """Return what needs no layout: means and spreads over the markers, in units of the distance between them."""
+    apart = float(np.median(np.sqrt(np.sort(((motion.rest[:, None] - motion.rest) ** 2).sum(axis=2))[:, 1])))
+    triangles = marker_triangles(motion.rest)
+    gradients = triangle_gradients(motion.rest, motion.rest + motion.displacement, triangles)
+    moved, speed = _lengths(motion.displacement), _lengths(motion.velocity)
+    residual = np.sqrt((_rigid(motion)["residual"] ** 2).mean(axis=1))
+    columns = {
+        "divergence": gradients[..., 0, 0] + gradients[..., 1, 1],
+        "curl": gradients[..., 1, 0] - gradients[..., 0, 1],
+        "displacement": moved / apart,
+        "speed": speed / apart,
+    }
+    means = {f"{name}_mean": values.mean(axis=1) for name, values in columns.items()}
+    spreads = {f"{name}_spread": values.std(axis=1) for name, values in columns.items()}
+    rigid = {"rigid": residual / apart, "rigid_share": residual / (np.sqrt((moved**2).mean(axis=1)) + 0.01 * apart)}
+    return {**means, **spreads, **rigid}
+
+
+#: Sets of features that know neither number nor places of the markers: trials of different layouts have the same.
+LAYOUT_FREE = frozenset({"field", "mean", "residual", "entropy", "time"})
+
 #: Every set of features by its name. ``time`` is no signal of the sensor: it is there to be beaten.
 FEATURE_SETS: Mapping[str, FeatureSet] = MappingProxyType(
     {
@@ -384,6 +406,7 @@ FEATURE_SETS: Mapping[str, FeatureSet] = MappingProxyType(
             "entropy of the lengths of the displacements [bit]",
             lambda motion: {"displacement": entropy(motion.displacement)},
         ),
+        "field": FeatureSet("divergence, curl, displacement, speed and residual, their means and spreads", _field),
         "time": FeatureSet("time since the start of the tracks [s]", lambda motion: {"seconds": motion.time}),
     }
 )

@@ -20,10 +20,7 @@ from fingerslip.detect.evaluation.inquiries import (
     robustness_of,
     sensitivity_of,
 )
-from fingerslip.detect.features import FeatureSettings, ring_of_features
-from fingerslip.detect.samples import benchmark_test_trials, left_out, samples_of
-from fingerslip.detect.session import (
-    Choices,
+from fingerslip.detect.evaluation.tables import (
     assumption_table,
     condition_table,
     curve_table,
@@ -31,6 +28,9 @@ from fingerslip.detect.session import (
     robustness_table,
     write_tables,
 )
+from fingerslip.detect.features import FeatureSettings, ring_of_features
+from fingerslip.detect.samples import benchmark_test_trials, left_out, samples_of
+from fingerslip.detect.session import Choices
 from fingerslip.detect.training import candidate_of_name
 from fingerslip.detect.trials import TrialSet, condition_text, open_trials
 from fingerslip.errors import InputError, shorten

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time as clock
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,28 +25,12 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Cell, Column, Missing, Table
-from fingerslip.vision.tracking.track import MarkerStream
+from fingerslip.vision.tracking.track import SeenMarkers
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Where the internal markers are at one time.
-
-    Parameters
-    ----------
-    time : float
-        Time [s].
-    position : (n_markers, 2) array
-        Positions in the unit and the order that the detector learned, NaN where a marker is not seen.
-    """
-
-    time: float
-    position: Floats
 
 
 @dataclass(frozen=True)
@@ -61,25 +44,21 @@ class Finding:
     seconds: float  # how long the frame took [s]
 
 
-class LiveDetector:
-    """A detector that takes frames one at a time and finds what it finds in whole tracks.
+F = TypeVar("F", bound=Finding)
 
-    The frames at rest are kept until all are there; then they are worked off at once, so slip at rest is reported late.
-    `ring` is the ring of each marker, (n_markers,).
+
+class FrameByFrame(Generic[F]):
+    """What takes the markers of frames one at a time, and waits until those at rest are all there.
+
+    The frames at rest are then worked off at once, so slip at rest is reported late.
     """
 
-    def __init__(self, detector: Detector, ring: NDArray[np.intp] | None = None) -> None:
-        self.detector = detector
-        self._ring = ring
-        self._waiting: list[Frame] = []
-        self._recent: deque[tuple[float, Floats, NDArray[np.bool_]]] = deque(maxlen=detector.features.motion.window)
-        self._last: Frame | None = None
-        self._rest: Floats | None = None
-        self._weights = np.zeros((0, 0))
-        self._state = detector.smoother.start()
-        self._onsets = Onsets(None, None)
+    def __init__(self, rest_frames: int) -> None:
+        self.rest_frames = rest_frames
+        self._waiting: list[SeenMarkers] | None = []  # none once rest is over
+        self._last: SeenMarkers | None = None
 
-    def take(self, frame: Frame) -> list[Finding]:
+    def take(self, frame: SeenMarkers) -> list[F]:
         """Take the next frame and return what is found: nothing until rest is over, then one finding a frame.
 
         Raises
@@ -94,19 +73,57 @@ class LiveDetector:
             fault = f"has positions of shape {frame.position.shape}"
             raise InputError("frame", fault, f"needs {before.position.shape}")
         self._last = frame
-        if self._rest is not None:
+        if self._waiting is None:
             return [self._decide(frame)]
         self._waiting.append(frame)
-        if len(self._waiting) < self.detector.features.motion.rest_frames:
+        if len(self._waiting) < self.rest_frames:
             return []
-        positions = np.stack([entry.position for entry in self._waiting])
+        waiting, self._waiting = self._waiting, None
+        self._begin(np.stack([entry.position for entry in waiting]).astype(np.float64))
+        return [self._decide(entry) for entry in waiting]
+
+    def _begin(self, positions: Floats) -> None:
+        """Take the positions of all frames at rest, (n_frames, n_markers, 2)."""
+        raise NotImplementedError
+
+    def _decide(self, frame: SeenMarkers) -> F:
+        raise NotImplementedError
+
+
+class LiveDetector(FrameByFrame[Finding]):
+    """A trained detector that takes frames one at a time and finds what it finds in whole tracks.
+
+    Parameters
+    ----------
+    detector : Detector
+        The detector, as :func:`fingerslip.detect.model_file.read_detector` reads it.
+    ring : (n_markers,) array of int, optional
+        Ring of each marker, where the detector needs it.
+
+    Examples
+    --------
+    ::
+
+        tracker, live = fs.MarkerTracker(n_markers=81, rest_frames=100), fs.LiveDetector(read_detector("detector"))
+        for time, frame in fs.live_frames(0):
+            for seen in tracker.take(frame, time):
+                for finding in live.take(seen):
+                    print(finding.onsets)
+    """
+
+    def __init__(self, detector: Detector, ring: NDArray[np.intp] | None = None) -> None:
+        super().__init__(detector.features.motion.rest_frames)
+        self.detector = detector
+        self._ring = ring
+        self._recent: deque[tuple[float, Floats, NDArray[np.bool_]]] = deque(maxlen=detector.features.motion.window)
+        self._state = detector.smoother.start()
+        self._onsets = Onsets(None, None)
+
+    def _begin(self, positions: Floats) -> None:
         self._rest = mean_at_rest(positions, np.arange(positions.shape[1]))
         self._weights = neighbour_weights(self._rest)
-        decisions = [self._decide(entry) for entry in self._waiting]
-        self._waiting = []
-        return decisions
 
-    def _decide(self, frame: Frame) -> Finding:
+    def _decide(self, frame: SeenMarkers) -> Finding:
         start = clock.perf_counter()
         interval = np.array([frame.time - (self._recent[-1][0] if self._recent else frame.time)])
         moved, detector = self._motion(frame), self.detector
@@ -121,9 +138,8 @@ class LiveDetector:
         self._onsets = Onsets(incipient, frame.time if is_first_gross else onsets.gross)
         return Finding(frame.time, slip, gross, self._onsets, clock.perf_counter() - start)
 
-    def _motion(self, frame: Frame) -> Motion:
+    def _motion(self, frame: SeenMarkers) -> Motion:
         """Return the motion of the newest frame alone."""
-        assert self._rest is not None
         visible: NDArray[np.bool_] = np.asarray(np.isfinite(frame.position).all(axis=1))
         displacement = fill_unseen((frame.position - self._rest)[None], visible[None], self._weights)
         self._recent.append((frame.time, displacement[0], visible))
@@ -134,31 +150,15 @@ class LiveDetector:
         return Motion(times[-1:], self._rest, displacement, velocity, ring, visible[None], usable)
 
 
-def frames_of(tracks: xr.Dataset) -> Iterator[Frame]:
-    """Yield the internal markers of tracks frame by frame.
-
-    This is the seam for other sources: whatever yields :class:`Frame`, a tracker that follows a video or a camera for
-    instance, can be given to :func:`run_live`.
-
-    Raises
-    ------
-    InputError
-        Where the tracks have no internal markers.
-    """
+def frames_of(tracks: xr.Dataset) -> Iterator[SeenMarkers]:
+    """Yield the internal markers of tracks frame by frame, as a tracker behind a camera does."""
     inside = markers_of(tracks, "internal")
     for time, position in zip(inside["time"].values, inside["position"].values, strict=True):
-        yield Frame(float(time), position)
+        yield SeenMarkers(float(time), position)
 
 
-def run_live(detector: Detector, frames: Iterable[Frame], ring: NDArray[np.intp] | None = None) -> Iterator[Finding]:
-    """Yield what a detector finds, frame by frame; `ring` is the ring of each marker, (n_markers,).
-
-    Raises
-    ------
-    InputError
-        Where a frame does not follow from the one before.
-    """
-    live = LiveDetector(detector, ring)
+def run_live(live: FrameByFrame[F], frames: Iterable[SeenMarkers]) -> Iterator[F]:
+    """Yield what is found, frame by frame."""
     for frame in frames:
         yield from live.take(frame)
 
@@ -168,21 +168,7 @@ def run_on_tracks(detector: Detector, tracks: xr.Dataset) -> Iterator[Finding]:
     check_tracks_fit(detector, tracks)
     inside = markers_of(tracks, "internal")
     ring = inside["ring"].values.astype(np.intp) if "ring" in inside.variables else None
-    yield from run_live(detector, frames_of(tracks), ring)
-
-
-def run_on_markers(detector: Detector, stream: MarkerStream) -> Iterator[Finding]:
-    """Yield what a detector finds in a video, frame by frame; the time of a frame is that of tracker and detector."""
-    check_tracks_fit(detector, stream.at_rest)
-    live, start = LiveDetector(detector, stream.reference.ring), clock.perf_counter()
-    for seen in stream:
-        decisions = live.take(Frame(seen.time, seen.position.astype(np.float64)))
-        duration, start = clock.perf_counter() - start, clock.perf_counter()
-        # The frames at rest are worked off at once, so only later ones have a time of their own.
-        yield from (
-            dataclasses.replace(decision, seconds=duration if len(decisions) == 1 else decision.seconds)
-            for decision in decisions
-        )
+    yield from run_live(LiveDetector(detector, ring), frames_of(tracks))
 
 
 @dataclass(frozen=True)
@@ -192,10 +178,11 @@ class Latency:
     frames: int
     median: float  # [s]
     late: float  # time that 95 % of the frames kept below [s]
+    largest: float  # [s]
     rate: float  # frames a second that can be kept up
 
 
-def latency_of(findings: list[Finding]) -> Latency:
+def latency_of(findings: Sequence[Finding]) -> Latency:
     """Return how long frames took.
 
     Raises
@@ -207,10 +194,10 @@ def latency_of(findings: list[Finding]) -> Latency:
         raise InputError("frames", "got fewer than the frames at rest", "needs more of them")
     seconds = np.array([finding.seconds for finding in findings])
     middle, late = (float(quantile) for quantile in np.quantile(seconds, (0.5, 0.95)))
-    return Latency(len(seconds), middle, late, float(1.0 / seconds.mean()))
+    return Latency(len(seconds), middle, late, float(seconds.max()), float(1.0 / seconds.mean()))
 
 
-def findings_table(findings: list[Finding], title: str, note: str) -> Table:
+def findings_table(findings: Sequence[Finding], title: str, note: str) -> Table:
     """Return what a detector found, and how long it took; the note says what is in that time."""
     latency, onsets = latency_of(findings), findings[-1].onsets
     rows: tuple[tuple[Cell, ...], ...] = (
@@ -219,6 +206,7 @@ def findings_table(findings: list[Finding], title: str, note: str) -> Table:
         ("frames", str(latency.frames)),
         ("median latency [ms]", f"{1e3 * latency.median:.3g}"),
         ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),
+        ("largest latency [ms]", f"{1e3 * latency.largest:.3g}"),
         ("frames a second", f"{latency.rate:.4g}"),
     )
     return Table(title, (Column(""), Column("value")), rows, note)

@@ -22,10 +22,11 @@ from fingerslip.vision.tracks import make_tracks, read_tracks, read_tracks_csv
 if TYPE_CHECKING:
     import xarray as xr
 
-    from fingerslip.vision.tracking.layouts import LayoutName
 
 #: Column of a table of conditions that names the recording of the outer camera.
 EXTERNAL = "external"
+#: Column that says of a whole recording whether there is slip in it, and its values.
+SLIP, SLIP_WORD, NO_SLIP_WORD = "slip", "yes", "no"
 # Recordings of two cameras that end farther apart than this [s] are not of one trial; they have to begin together.
 _APART = 0.1
 _NO_RING = -1
@@ -86,6 +87,8 @@ def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
     if unit is not None:
         allowed = ", ".join(condition for condition, (its, _) in CONDITIONS.items() if its not in ("", "1"))
         raise InputError(f"{where}: {name}", f"has the unit {unit}", f"takes none; units are known of {allowed}")
+    if name == SLIP and cell not in (SLIP_WORD, NO_SLIP_WORD):
+        raise InputError(f"{where}: {name}", f"got {shorten(repr(cell))}", f"needs {SLIP_WORD} or {NO_SLIP_WORD}")
     try:
         return float(cell)
     except ValueError:
@@ -118,10 +121,12 @@ def recorded_trials(
         if tracks.attrs.get("warnings"):
             origin["warnings"] = str(tracks.attrs["warnings"])
         labels = {"user": onsets[path.stem]} if onsets and path.stem in onsets else {}
+        if values.get(SLIP) == NO_SLIP_WORD:
+            labels["user"] = Onsets(None, None)
         if (tracks["kind"].values.astype(str) == "external").sum() > 1:
             labels["external_markers"] = labels_from_external_markers(tracks, settings)
-        if not labels:
-            allowed = "needs external markers in the tracks, or a label of your own"
+        if not labels and SLIP not in values:
+            allowed = "needs external markers in the tracks, a label of your own, or yes or no in a column 'slip'"
             raise InputError(f"trial {path.stem}", "has nothing to label it by", allowed)
         yield Trial(path.stem, tracks, labels, values, origin)
 
@@ -154,9 +159,7 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
     )
 
 
-def read_recording(
-    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "auto"
-) -> xr.Dataset:
+def read_recording(path: Path, tracking: Mapping[str, Any]) -> xr.Dataset:
     """Return the tracks of a recording: read where it is a file of tracks, else followed through the video.
 
     What is wrong with a video stands in the attribute ``warnings`` of its tracks.
@@ -168,7 +171,8 @@ def read_recording(
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", TrackingWarning)
-        tracks = track_markers(path, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
+        tracks = track_markers(path, **tracking)
+    n_markers = tracking.get("n_markers")
     if n_markers is not None and tracks.sizes["marker"] != n_markers:
         fault = f"shows {tracks.sizes['marker']} markers"
         raise InputError(

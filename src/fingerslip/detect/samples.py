@@ -120,6 +120,11 @@ def trial_samples(name: str, motion: Motion, onsets: Onsets, settings: FeatureSe
 
 def joined_samples(samples: Sequence[Samples]) -> Samples:
     """Return the samples of single trials in one table."""
+    for part in samples:
+        if part.names != samples[0].names:
+            fault = f"has {len(part.names)} features beside {len(samples[0].names)} of trial {samples[0].trials[0]}"
+            repair = "take features that need no layout, such as forest:field"
+            raise InputError(f"trial {part.trials[0]}", fault, "needs the same markers and rings", repair)
     joined = {
         name: np.concatenate([getattr(part, name) for part in samples])
         for name in ("values", "classes", "time", "rest_end")
@@ -142,12 +147,14 @@ def chosen_frames(
     draw = np.random.default_rng([sampling.seed, zlib.crc32(trial.encode())])
     incipient = np.flatnonzero((classes == INCIPIENT) & usable)
     first, rest = np.split(incipient, [sampling.first_incipient])
-    wanted = (
+    wanted = [
         (NO_SLIP, np.flatnonzero((classes == NO_SLIP) & usable), sampling.no_slip),
         (INCIPIENT, first, sampling.first_incipient),
         (INCIPIENT, rest, sampling.more_incipient),
         (GROSS, np.flatnonzero((classes == GROSS) & usable), sampling.gross),
-    )
+    ]
+    if not classes.any():
+        del wanted[1:]  # a trial without slip
     pieces = []
     for number, frames, count in wanted:
         if len(frames) < sampling.least * count:
@@ -168,12 +175,19 @@ def held_out(names: Sequence[str], count: int, seed: int) -> tuple[str, ...]:
     return tuple(sorted(names, key=lambda name: hashlib.sha256(f"{seed}:{name}".encode()).hexdigest())[:count])
 
 
-def grouped_folds(names: Sequence[str], folds: int, seed: int) -> list[tuple[str, ...]]:
-    """Return the test trials of each fold; every trial is in one of them."""
-    if not 2 <= folds <= len(names):
-        raise InputError("folds", f"got {folds}", f"needs 2 to {len(names)}, the number of trials")
-    order = held_out(names, len(names), seed)
-    return [order[number::folds] for number in range(folds)]
+def grouped_folds(
+    names: Sequence[str], folds: int, seed: int, groups: Mapping[str, str] | None = None
+) -> list[tuple[str, ...]]:
+    """Return the test trials of each fold; every trial is in one of them, those of one group in the same."""
+    group_of = groups or {name: name for name in names}
+    different = sorted(set(group_of.values()))
+    if not 2 <= folds <= len(different):
+        words = "trials" if groups is None else "groups"
+        raise InputError("folds", f"got {folds}", f"needs 2 to {len(different)}, the number of {words}")
+    order = held_out(different, len(different), seed)
+    by_fold = [set(order[number::folds]) for number in range(folds)]
+    chosen = names if groups else order
+    return [tuple(name for name in chosen if group_of[name] in inside) for inside in by_fold]
 
 
 def benchmark_test_trials(names: Sequence[str], seed: int = 0, share: float = 0.2) -> tuple[str, ...]:

@@ -6,179 +6,39 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
-from fingerslip.detect.evaluation.crossval import Evaluation, Unseen, begin_evaluation, on_unseen
-from fingerslip.detect.evaluation.inquiries import Robustness, Sensitivity
+from fingerslip.detect.evaluation.crossval import Evaluation, begin_evaluation
 from fingerslip.detect.evaluation.scores import (
-    Estimate,
-    EventScores,
-    FrameScores,
-    Reliability,
     event_scores_of,
     frame_scores_of,
     rest_ends,
     score_submission,
 )
+from fingerslip.detect.evaluation.tables import (
+    INTERVALS,
+    accuracy_table,
+    calibration_table,
+    confusion_table,
+    event_table,
+    frame_table,
+    left_out_table,
+    output_tables,
+    table_of,
+)
 from fingerslip.detect.features import MotionSettings
-from fingerslip.detect.labels import CLASSES, LabelSettings, Onsets, read_onsets
-from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, read_recording, recorded_trials
+from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
+from fingerslip.detect.model_file import write_detector
+from fingerslip.detect.recordings import SLIP, read_recording, recorded_trials
 from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.training import Detector, calibration_count, candidate_of_name, train
 from fingerslip.detect.trials import TrialSet, open_trials, write_trials
 from fingerslip.errors import InputError, shorten
-from fingerslip.storage.files import write_text, writing
-from fingerslip.tables.table import Cell, Column, Missing, Table, to_csv, to_markdown
-
-if TYPE_CHECKING:
-    from fingerslip.vision.tracking.layouts import LayoutName
-
-_INTERVALS = "Brackets: the middle 95 % over trials drawn anew."
-_THREE_DIGITS = ("leakage", "calibration error", "Brier score", "unusable")
-
-
-def _cell(value: object) -> Cell:
-    """Return a value as a cell, an estimate with its interval: '0.912 [0.894, 0.929]'."""
-    if isinstance(value, Estimate):
-        if value.value is None:
-            return Missing.NOT_DEFINED
-        ends = "" if value.low is None else f" [{value.low:z.3f}, {value.high:z.3f}]"
-        return f"{value.value:z.3f}{ends}"
-    return Missing.NOT_DEFINED if value is None else value  # type: ignore[return-value]
-
-
-def _table(
-    title: str, names: Sequence[str | Column], rows: Sequence[Sequence[object]], note: str = _INTERVALS
-) -> Table:
-    columns = tuple(
-        name if isinstance(name, Column) else Column(name, digits=3) if name in _THREE_DIGITS else Column(name)
-        for name in names
-    )
-    return Table(title, columns, tuple(tuple(map(_cell, row)) for row in rows), note)
-
-
-def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, Estimate], note: str) -> Table:
-    """Return accuracies by trial beside those by sample, and the difference, which is what leaks."""
-    rows: list[tuple[object, ...]] = []
-    for name, scores in by_trial.items():
-        accuracy, other = scores.accuracy, by_sample[name]
-        leak = None if accuracy.value is None or other.value is None else other.value - accuracy.value
-        rows.append((name, accuracy, other, leak))
-    names = ("classifier", "by trial", "by sample", "leakage")
-    return _table("Accuracy on frames", names, rows, f"{note} {_INTERVALS}")
-
-
-def assumption_table(sensitivities: Sequence[Sensitivity]) -> Table:
-    """Return what accuracies come to with each value that may be assumed, and when labels then begin."""
-    rows = [
-        (entry.assumption.quantity, entry.assumption.value, entry.incipient, entry.gross, *entry.accuracies.values())
-        for entry in sensitivities
-    ]
-    times = (Column("median incipient slip", "s", 2), Column("median gross slip", "s", 2))
-    note = f"Accuracy on frames of trials that were not seen; one value changed in each row. {_INTERVALS}"
-    names: list[str | Column] = ["quantity", "value", *times, *sensitivities[0].matrices]
-    return _table("Accuracy and what is assumed", names, rows, note)
-
-
-def condition_table(condition: str, estimates: Mapping[str, Mapping[str, Estimate]]) -> Table:
-    """Return accuracies on the trials of each value of a condition, which were learned from in other trials."""
-    rows = [(value, *estimate.values()) for value, estimate in estimates.items()]
-    return _table(f"Accuracy by {condition}", (condition, *next(iter(estimates.values()))), rows)
-
-
-def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:
-    """Return precision, recall and F1 of each class on trials that were not seen."""
-    rows = [
-        (name, entry, scores.precision[number], scores.recall[number], scores.f1[number])
-        for name, scores in by_trial.items()
-        for number, entry in enumerate(CLASSES)
-    ]
-    names = ("classifier", "class", "precision", "recall", "F1")
-    return _table("Classes, on trials that were not seen", names, rows)
-
-
-def confusion_table(by_trial: Mapping[str, FrameScores]) -> Table:
-    """Return confusion matrices: a row for each true class."""
-    rows = [
-        (name, entry, *map(int, scores.matrix[number]))
-        for name, scores in by_trial.items()
-        for number, entry in enumerate(CLASSES)
-    ]
-    names = ("classifier", "true class", *(f"found {entry}" for entry in CLASSES))
-    return _table("Confusion, frames", names, rows, "")
-
-
-def calibration_table(reliabilities: Mapping[str, Reliability]) -> Table:
-    """Return how well calibrated the probabilities of slip are."""
-    rows = [(name, reliability.error, reliability.brier) for name, reliability in reliabilities.items()]
-    note = "Expected calibration error of the probability of slip in ten bins; Brier score over the three classes."
-    return _table("Calibration", ("classifier", "calibration error", "Brier score"), rows, note)
-
-
-_EVENTS: tuple[tuple[str, str], ...] = (
-    ("missed", "missed"),
-    ("found before gross slip", "before_gross"),
-    ("found before the label", "early"),
-    ("false alarm", "at_rest"),
-    ("onset error [s]", "error"),
-    ("absolute error [s]", "absolute_error"),
-    ("error, standard deviation [s]", "error_spread"),
-    ("median delay [frames]", "delay_frames"),
-    ("lead before gross slip [s]", "lead"),
-    ("lead, standard deviation [s]", "lead_spread"),
-    ("lead of 95 % of trials [s]", "bound"),
-    ("gross slip found", "gross_found"),
-    ("gross onset error [s]", "gross_error"),
-)
-_EVENT_NOTE = (
-    "Errors are time found less label: negative is early. False alarm: at rest, or where there is no slip. "
-    f"Lead of 95 %: conformal bound, needs 19 trials. {_INTERVALS}"
-)
-
-
-def event_table(scores: Mapping[str, EventScores], note: str = "", title: str = "Onset of slip") -> Table:
-    """Return scores of events, a column for each classifier."""
-
-    def text(value: object) -> object:
-        return f"{value:z.3f}" if isinstance(value, float) else str(value) if isinstance(value, int) else value
-
-    rows = [(label, *(text(getattr(entry, name)) for entry in scores.values())) for label, name in _EVENTS]
-    return _table(title, ("event", *scores), rows, f"{note} {_EVENT_NOTE}".strip())
-
-
-def left_out_table(key: str, rows: Sequence[tuple[str, str, int, Estimate]]) -> Table:
-    """Return accuracies where a condition was left out: classifier, its value, number of trials and accuracy."""
-    names = ("classifier", f"{key} left out", "trials", "accuracy")
-    return _table(f"Accuracy where {key} was not seen", names, rows)
-
-
-def curve_table(scores: Mapping[int, FrameScores]) -> Table:
-    """Return a learning curve."""
-    rows = [(trials, entry.accuracy, entry.f1_mean) for trials, entry in scores.items()]
-    return _table("Learning curve", ("trials", "accuracy", "mean F1"), rows)
-
-
-def importance_table(drops: Mapping[int, Estimate]) -> Table:
-    """Return how much accuracy falls without each ring."""
-    note = f"Ring 0 is the centre. {_INTERVALS}"
-    return _table("Importance of rings", ("ring", "drop in accuracy"), list(drops.items()), note)
-
-
-def robustness_table(results: Sequence[Robustness]) -> Table:
-    """Return accuracies under disturbances."""
-    title = "Robustness, all frames of the test trials"
-    return _table(title, ("disturbance", "amount", "accuracy", "unusable"), results)
-
-
-def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
-    """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
-    frames = {"all frames": frame_scores_of(result.matrices, seed=seed)}
-    note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
-    return [event_table(result.scores, note), frame_table(frames), confusion_table(frames)]
+from fingerslip.tables.table import Column, Table
 
 
 @dataclass(frozen=True)
@@ -236,15 +96,21 @@ def collect_trials(
     labels: Path | None,
     title: str,
     rest_frames: int,
-    markers: tuple[int | None, int | None] = (None, None),
-    layout: LayoutName = "auto",
+    tracking: Mapping[str, Any] | None = None,
+    external_markers: int | None = None,
 ) -> str:
-    """Write a data set of recordings and return what was done, and what is wrong with videos."""
+    """Write a data set of recordings and return what was done, and what is wrong with videos.
+
+    `tracking` has options of :func:`fingerslip.vision.tracking.track.track_markers` for the inner camera; channel and
+    frame rate are those of the outer one, too.
+    """
+    inside = {**(tracking or {}), "rest_frames": rest_frames}
+    # Of the outer markers, which are numbered by rows, only the middle one counts by itself.
+    outside: dict[str, Any] = {"n_markers": external_markers, "layout": "free"}
+    outside |= {name: inside[name] for name in ("rest_frames", "channel", "frame_rate") if name in inside}
     onsets = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
-    inner = partial(read_recording, n_markers=markers[0], rest_frames=rest_frames, layout=layout)
-    # Of the outer markers, which are numbered by rows, only the middle one counts by itself.
-    outer = partial(read_recording, n_markers=markers[1], rest_frames=rest_frames, layout="free")
+    inner, outer = (partial(read_recording, tracking=options) for options in (inside, outside))
     trials = recorded_trials(folder, conditions, onsets=onsets, settings=settings, read=inner, read_external=outer)
     result = write_trials(trials, output, title)
     complaints = [
@@ -272,14 +138,19 @@ def evaluate_classifiers(
     choices: Choices,
     *,
     folds: int = 5,
+    group: str | None = None,
     leave_out: Sequence[str] = (),
     output: Path | None = None,
 ) -> list[Table]:
-    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out."""
+    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out.
+
+    Trials with one value of the condition `group` are in the same fold.
+    """
     trials = open_trials(dataset)
     onsets = choices.onsets(trials)
-    candidates = [candidate_of_name(name) for name in classifiers or CLASSIFIERS]
-    tests = grouped_folds(trials.names, folds, choices.seed)
+    # A clock stands beside all: who does not beat it has learned no slip.
+    candidates = [candidate_of_name(name) for name in dict.fromkeys([*(classifiers or CLASSIFIERS), "time_threshold"])]
+    tests = grouped_folds(trials.names, folds, choices.seed, _groups(trials, group))
     groups = {key: left_out(trials.conditions, key) for key in leave_out}
     run = begin_evaluation(
         trials,
@@ -309,8 +180,50 @@ def evaluate_classifiers(
         *(_left_out_table(run, key, group, candidates) for key, group in groups.items()),
     ]
     if output is not None:
+        from fingerslip.detect.evaluation.page import Judged, write_evaluation
+
         output_tables(tables, output)
+        chances = {name: np.concatenate([piece.chances[:, 0] for piece in pieces]) for name, pieces in frames.items()}
+        rows = {name: np.concatenate([piece.rows for piece in pieces]) for name, pieces in frames.items()}
+        judged = {
+            name: Judged(entry.matrix, 1.0 - chances[name], samples.classes[rows[name]] > 0, events[name])
+            for name, entry in scores.items()
+        }
+        labels = {name: onsets[name] for name in trials.names}
+        write_evaluation(tables, judged, labels, output / "evaluation.html", f"Evaluation on {trials.title}")
     run.parts.remove()
+    return tables
+
+
+def _groups(trials: TrialSet, condition: str | None) -> dict[str, str] | None:
+    """Return the value of a condition in each trial; none without a condition."""
+    if condition is None:
+        return None
+    for name in trials.names:
+        if condition not in trials.conditions[name]:
+            raise InputError(f"trial {name}", f"has no condition {condition!r}", "needs it to be grouped by")
+    return {name: str(trials.conditions[name][condition]) for name in trials.names}
+
+
+def evaluate_whole(
+    dataset: Path, choices: Choices, *, folds: int = 5, group: str | None = None, output: Path | None = None
+) -> list[Table]:
+    """Return the table of how well it is told whether there is slip in whole trials."""
+    from fingerslip.detect.evaluation.whole import score_whole, slips_of
+
+    trials = open_trials(dataset)
+    has_all = all(SLIP in trials.conditions[name] for name in trials.names)
+    slips = slips_of(trials, {} if has_all else choices.onsets(trials))
+    tests = grouped_folds(trials.names, folds, choices.seed, _groups(trials, group))
+    with threadpool_limits(choices.workers):
+        scores = score_whole(trials, slips, tests, choices.motion, choices.seed)
+    rows = [(name, entry.accuracy, entry.found, entry.false, entry.area) for name, entry in scores.items()]
+    names = ("classifier", "accuracy", "slip found", "false alarm", Column("area below the curve", digits=3))
+    count, majority = len(slips), max(np.mean(list(slips.values())), 1.0 - np.mean(list(slips.values())))
+    note = f"{count} trials, {sum(slips.values())} with slip; to say the commoner always is right in {majority:.3f}."
+    tables = [table_of("Slip in whole trials, not seen", names, rows, f"{note} {INTERVALS}")]
+    if output is not None:
+        output_tables(tables, output)
     return tables
 
 
@@ -340,24 +253,6 @@ def _left_out_table(
     return left_out_table(key, rows)
 
 
-def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "auto") -> Table:
-    """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency."""
-    detector_read = read_detector(detector)
-    # The tracker is slow to load, and nothing else here needs it.
-    from fingerslip.detect.live import findings_table, run_on_markers, run_on_tracks
-    from fingerslip.vision.tracking.track import open_markers
-
-    title = f"{source.name} with {detector_read.classifier}"
-    with threadpool_limits(1):
-        if source.suffix in TRACK_FILES:
-            findings = list(run_on_tracks(detector_read, read_any_tracks(source)))
-            return findings_table(findings, title, "Latency without the tracker. A first run compiles, too.")
-        rest_frames = detector_read.features.motion.rest_frames
-        stream = open_markers(source, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
-        findings = list(run_on_markers(detector_read, stream))
-        return findings_table(findings, title, "Latency with the tracker.")
-
-
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     """Write the data set of the runs of a study of a sensor and return what was done."""
     notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
@@ -367,13 +262,6 @@ def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     return f"{output}: {len(folder.names)} trials"
 
 
-def judge_detector(detector: Path, dataset: Path, labels: str) -> list[Table]:
-    """Return the tables of what a detector finds in a data set that it did not learn from."""
-    trials, detector_read = open_trials(dataset), read_detector(detector)
-    with threadpool_limits(1):
-        return unseen_tables(on_unseen(detector_read, trials, Choices(labels).onsets(trials)))
-
-
 def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
     """Return the scores of a submission."""
     trials = open_trials(dataset)
@@ -381,20 +269,3 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
         trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
     )
     return event_table({f"{submission.name}, {scores.trials} trials": scores}, title="Benchmark")
-
-
-def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
-    """Return tables in Markdown, and write each as a CSV file where a folder is given."""
-    if folder is not None:
-        names = ("-".join(table.title.lower().replace(",", "").split()) for table in tables)
-        numbered = enumerate(zip(names, tables, strict=True), start=1)
-        write_tables({f"{number}-{name}": table for number, (name, table) in numbered}, folder)
-    return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)
-
-
-def write_tables(tables: Mapping[str, Table], folder: Path) -> None:
-    """Write tables as CSV files by their names; other files of the folder stay."""
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    for name, table in tables.items():
-        write_text(folder / f"{name}.csv", to_csv(table))

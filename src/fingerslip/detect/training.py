@@ -18,7 +18,15 @@ from fingerslip.detect.alarms import (
     onsets_from,
 )
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, fit, probabilities
-from fingerslip.detect.features import FeatureSettings, Motion, MotionSettings, features_of, markers_of, motion_of
+from fingerslip.detect.features import (
+    LAYOUT_FREE,
+    FeatureSettings,
+    Motion,
+    MotionSettings,
+    features_of,
+    markers_of,
+    motion_of,
+)
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trials import TrialSet, check_labels, layout_digest, layout_text
@@ -46,7 +54,7 @@ class Detector:
     estimator: Any  # the fitted pipeline
     features: FeatureSettings
     names: tuple[str, ...]  # names of its features
-    layout: str  # hash of the internal markers that it was made for
+    layout: str  # hash of the internal markers that it was made for; empty where it needs no layout
     layout_in_words: str
     smoother: Smoother
     thresholds: Thresholds = field(default_factory=Thresholds)
@@ -125,7 +133,7 @@ def train(
         estimator=estimator,
         features=settings,
         names=samples.names,
-        layout=layout_digest(inside),
+        layout="" if LAYOUT_FREE.issuperset(settings.sets) else layout_digest(inside),
         layout_in_words=layout_text(inside),
         smoother=forward_filter(samples, onsets, settings.motion.window),
         data=trials.digest,
@@ -214,7 +222,7 @@ def frame_chances(detector: Detector, tracks: xr.Dataset) -> tuple[Motion, Float
 def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:
     """Check that tracks have the markers that a detector was made for."""
     inside = markers_of(tracks, "internal")
-    if layout_digest(inside) != detector.layout:
+    if detector.layout and layout_digest(inside) != detector.layout:
         raise InputError(
             "tracks",
             f"have {layout_text(inside)}",

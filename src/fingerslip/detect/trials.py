@@ -157,7 +157,7 @@ class TrialSet:
     folder: Path
     names: tuple[str, ...]  # names of its trials, sorted
     conditions: Mapping[str, Mapping[str, Any]]  # conditions of every trial
-    layout: str  # hash of the markers' layout
+    layout: str  # hash of the markers' layout; empty where trials differ in it
     digest: str  # hash of all of its files
     title: str
 
@@ -203,7 +203,7 @@ def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes:
     Raises
     ------
     InputError
-        Where there are no trials, two have one name, or their layouts differ; where the folder holds something else.
+        Where there are no trials, two have one name, or their units differ; where the folder holds something else.
     ResultError
         Where the folder cannot be written.
     """
@@ -237,12 +237,14 @@ def _write_set(
 ) -> TrialSet:
     """Write a data set of trials, each with what puts its files into a new folder."""
     check_replaceable(folder, MANIFEST)
-    first: Trial | None = None
     entries: dict[str, dict[str, Any]] = {}
+    layouts: dict[str, str] = {}
     with new_folder(folder) as unfinished:
         for trial, put in trials:
-            first = first or trial
-            _check_layout(trial, first)
+            layouts[layout_digest(trial.tracks)] = layout_text(trial.tracks)
+            if len({words.rsplit(maxsplit=1)[1] for words in layouts.values()}) > 1:
+                fault, allowed = f"has {layouts.popitem()[1]}", f"needs the unit of {next(iter(layouts.values()))}"
+                raise InputError(f"trial {trial.name}", fault, allowed, "convert it")
             if trial.name in entries:
                 raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
             put(unfinished / trial.name)
@@ -252,28 +254,20 @@ def _write_set(
                 "frames": trial.tracks.sizes["time"],
                 "files": {name: file_digest(unfinished / trial.name / name) for name in FILES},
             }
-        if first is None:
+        if not layouts:
             raise InputError("trials", "got none", "needs at least one")
         manifest = {
             "format": _FORMAT,
             "title": title,
             "version": __version__,
-            "layout": layout_digest(first.tracks),
-            "layout_in_words": layout_text(first.tracks),
+            # Of trials with different layouts there is none; what needs no layout can learn from them.
+            "layout": next(iter(layouts)) if len(layouts) == 1 else "",
+            "layout_in_words": ", ".join(dict.fromkeys(layouts.values())),
             "trials": dict(sorted(entries.items())),
         }
         write_json(unfinished / MANIFEST, manifest)
         write_text(unfinished / "README.md", _card(manifest, notes))
     return open_trials(folder)
-
-
-def _check_layout(trial: Trial, first: Trial) -> None:
-    """Check that a trial has the layout of the first one."""
-    text, wanted = layout_text(trial.tracks), layout_text(first.tracks)
-    if layout_digest(trial.tracks) != layout_digest(first.tracks):
-        fault = f"has {text if text != wanted else 'other markers or rings'}"
-        allowed = f"needs the layout of trial {first.name}: {wanted}"
-        raise InputError(f"trial {trial.name}", fault, allowed, "make a data set for each layout")
 
 
 def open_trials(folder: str | Path) -> TrialSet:
@@ -311,12 +305,13 @@ def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
 def check_labels(
     onsets: Mapping[str, Onsets], names: Sequence[str], needed: Sequence[str] = ("incipient", "gross")
 ) -> None:
-    """Check that trials have the labels that learning needs."""
+    """Check that trials have the labels that learning needs: both onsets, or none."""
     for name in names:
         if name not in onsets:
             raise InputError("labels", f"have no trial {name}", "needs every trial of the data set")
         for event in needed:
-            if getattr(onsets[name], event) is None:
+            # A trial without any slip is a negative.
+            if getattr(onsets[name], event) is None and onsets[name].first is not None:
                 repair = "leave the trial out, or slide it farther"
                 raise InputError(f"trial {name}", f"has no {event} slip", "needs both onsets here", repair)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.vision.fields import larger_principal
 from fingerslip.vision.tracks import check_tracks
-from fingerslip.vision.video import FINE, STATES, opencv, write_video
+from fingerslip.vision.video import FINE, STATES, opencv
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +34,7 @@ RING_COLOURS: Sequence[Colour] = (
 _BLACK: Colour = (0, 0, 0)
 _WHITE: Colour = (255, 255, 255)
 _ABOVE, _BELOW, _ARROW = RING_COLOURS[0], RING_COLOURS[4], RING_COLOURS[1]  # above zero, below zero and arrows
+_ALONG = RING_COLOURS[3]  # what goes with the others
 _FINE = 4  # bits below the pixel to which OpenCV draws
 _RADIUS = 2.0  # px, of markers whose tracks do not say it
 _DOUBTFUL = 0.6
@@ -48,32 +48,16 @@ _COLOURS = ("divergence", "curl", "strain")
 SHOWN_FIELDS = (*_ARROWS, *_COLOURS, "contact_centroid")
 
 
-def write_overlay(
-    frames: Iterable[Frame], tracks: xr.Dataset, path: str | Path, *, arrows: Floats | None = None, stretch: float = 1.0
-) -> int:
-    """Write frames with their markers and arrows as a video, whole or not at all."""
-    return _write(path, overlay_frames(frames, tracks, arrows=arrows, stretch=stretch), tracks, "tracks")
-
-
-def write_field_overlay(frames: Iterable[Frame], fields: xr.Dataset, name: str, path: str | Path) -> int:
-    """Write frames with a field of their markers, as of :func:`field_frames`, as a video, whole or not at all.
-
-    The fields must say their ``frame_rate``, as those of a tracked video do. Returns the number of frames.
-    """
-    return _write(path, field_frames(frames, fields, name), fields, "fields")
-
-
-def _write(path: str | Path, pictures: Iterator[Frame], moving: xr.Dataset, name: str) -> int:
-    rate = moving.attrs.get("frame_rate")
-    if rate is None:
-        raise InputError(f"{name}: frame_rate", "is not there", "needs the frames a second", f"set it in {name}.attrs")
-    return write_video(path, pictures, float(rate))
-
-
 def overlay_frames(
-    frames: Iterable[Frame], tracks: xr.Dataset, *, arrows: Floats | None = None, stretch: float = 1.0
+    frames: Iterable[Frame],
+    tracks: xr.Dataset,
+    *,
+    arrows: Floats | None = None,
+    marked: NDArray[np.bool_] | None = None,
 ) -> Iterator[Frame]:
     """Yield frames with a circle at each marker that is seen, an arrow at it, time and count, in colours of rings.
+
+    Where `marked`, (n_times, n_markers), is given, markers are red where it is true and blue elsewhere.
 
     Circles of markers whose quality is below 0.6 are thin. What tracks say of a frame (`frame_state`) is written, and
     the size of circles is that of the markers (`radius`) where tracks have them, as those of a video do.
@@ -85,7 +69,7 @@ def overlay_frames(
     seen, count = ~np.isnan(position).any(axis=2), tracks.sizes["marker"]
     if arrows is None and position.size:
         arrows = position - position[seen.argmax(axis=0), np.arange(count)]
-    vectors = position if arrows is None else stretch * np.asarray(arrows, dtype=np.float64)
+    vectors = position if arrows is None else np.asarray(arrows, dtype=np.float64)
     if vectors.shape != position.shape:
         raise InputError("arrows", f"got shape {vectors.shape}", f"needs {position.shape}, as the positions have")
     radii = tracks["radius"].values if "radius" in tracks else np.full(count, _RADIUS)
@@ -95,6 +79,8 @@ def overlay_frames(
     def draw(number: int, pen: _Pen) -> str:
         for marker in np.flatnonzero(seen[number]):
             colour = RING_COLOURS[int(rings[marker]) % len(RING_COLOURS)]
+            if marked is not None:
+                colour = _ABOVE if marked[number, marker] else _ALONG
             bold = 2 if quality[number, marker] >= _DOUBTFUL else 1
             pen.circle(position[number, marker], 1.6 * radii[marker] + 1.0, colour, bold)
             pen.arrow(position[number, marker], vectors[number, marker], colour)

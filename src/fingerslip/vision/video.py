@@ -313,16 +313,18 @@ def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Cha
     if isinstance(video, str | Path):
         name, colour = str(video), "grey" if channel == "grey" else "bgr"
         rate = frame_rate_of(video_info(video), frame_rate)
-        return Frames(name, rate, lambda: (_grey(frame, channel, name) for frame in read_frames(video, colour=colour)))
+        return Frames(
+            name, rate, lambda: (grey_frame(frame, channel, name) for frame in read_frames(video, colour=colour))
+        )
     if len(video) == 0:
         raise InputError("video", "has no frames", "needs at least one")
     if frame_rate is None or not 0 < frame_rate < math.inf:
         fault = "states no frame rate" if frame_rate is None else f"got the frame rate {frame_rate}"
         raise InputError("video", fault, "needs frames a second > 0", "give frame_rate")
-    return Frames("video", frame_rate, lambda: (_grey(np.asarray(frame), channel, "video") for frame in video))
+    return Frames("video", frame_rate, lambda: (grey_frame(np.asarray(frame), channel, "video") for frame in video))
 
 
-def _grey(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
+def grey_frame(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
     """Return a frame as grey levels from 0 to 255."""
     if frame.dtype == np.uint16:
         frame = (frame >> 8).astype(np.uint8)

@@ -22,7 +22,10 @@ def folder(tmp_path_factory):
 def test_from_trials_to_events_and_scores(invoke, folder):
     trained = invoke("detect", "train", folder, "--classifier", "logistic", *SETTINGS)
     assert "detector: logistic" in trained.output
-    assert "frames a second" in invoke("detect", "run", folder / "slide-0000" / "tracks.nc").output
+    for detector in ((), ("--detector", "detector")):
+        ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc", *detector, "--output", "slip")
+        assert "frames a second" in ran.output
+        assert "page: slip/slip.html" in ran.output
     Path("table.csv").write_text("file,indentation [mm]\ntracks.nc,3\n")
     found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest-frames", "20", "--output", "mine")
     assert "mine: 1 trials" in found.output
@@ -38,6 +41,7 @@ def test_evaluation_prints_and_writes_tables(invoke, folder):
     asked = ("--classifier", "time_threshold", "--folds", "2", "--output", "tables")
     assert "Accuracy on frames" in invoke("detect", "evaluate", folder, *asked, *SETTINGS).output
     assert len(list(Path("tables").glob("*.csv"))) == 5
+    assert Path("tables/evaluation.html").is_file()
     assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
     assert "| classifier |" in invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown").output
 
@@ -55,7 +59,8 @@ def test_an_inquiry_is_printed_and_written(invoke, folder):
     ("arguments", "message"),
     [
         (("train", "none"), "needs the folder of a data set"),
-        (("run", "none.nc"), "needs the folder of a detector"),
+        (("run", "none.nc", "--detector", "none"), "needs the folder of a detector"),
+        (("run", "none.nc"), "is not there"),
         (("train", "{folder}", "--classifier", "magic"), "needs one of forest"),
         (("evaluate", "{folder}", "--labels", "mine"), "has no labels 'mine'"),
         (("inquire", "{folder}", "--lost", "much"), "needs numbers with commas"),

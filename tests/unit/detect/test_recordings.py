@@ -12,7 +12,7 @@ from fingerslip.detect.recordings import (
     recorded_trials,
     with_external,
 )
-from fingerslip.detect.session import collect_trials, run_detector
+from fingerslip.detect.session import collect_trials
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import open_trials, write_trials
 from fingerslip.errors import InputError
@@ -119,12 +119,17 @@ def recordings(tmp_path_factory):
     return folder
 
 
+def search(n_markers: int, **more) -> dict:
+    """Return how the inner markers are tracked."""
+    return {"tracking": {"n_markers": n_markers, "layout": "free", **more}}
+
+
 @pytest.fixture
 def collect(recordings, tmp_path):
     """Return a function that makes a data set of some of the recordings."""
 
     def made(**more):
-        options = {"labels": None, "title": "Recorded", "rest_frames": REST, "markers": (6, 5), "layout": "free"}
+        options = {"labels": None, "title": "Recorded", "rest_frames": REST} | search(6) | {"external_markers": 5}
         return collect_trials(recordings, recordings / "conditions.csv", tmp_path / "trials", **{**options, **more})
 
     return made
@@ -155,7 +160,7 @@ def test_the_layout_is_found_by_itself(tmp_path):
     assert np.bincount(open_trials(target).tracks("hexagon")["ring"].values).tolist() == [1, 6, 12]
 
 
-@pytest.mark.parametrize("function", [read_recording, collect_trials, run_detector, commands.collect, commands.run])
+@pytest.mark.parametrize("function", [commands.collect, commands.run])
 def test_the_layout_is_found_unless_it_is_said(function):
     track = inspect.signature(track_markers).parameters["layout"].default
     assert inspect.signature(function).parameters["layout"].default == track == "auto"
@@ -177,8 +182,7 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
         "labels": tmp_path / "mine.csv",
         "title": "",
         "rest_frames": REST,
-        "markers": (6, None),
-        "layout": "free",
+        **search(6),
     }
     said = collect_trials(recordings, tmp_path / "table.csv", tmp_path / "trials", **options)
     assert "early: " in said
@@ -189,10 +193,31 @@ def test_what_is_wrong_with_a_video_is_said_and_kept(recordings, tmp_path):
 def test_tracks_are_read_as_they_are_and_another_number_of_markers_is_an_error(tmp_path, collect):
     tracks = make_tracks(np.zeros((3, 2, 2)), np.arange(3) / RATE, units="px")
     write_tracks(tracks, tmp_path / "tracks.nc")
-    assert read_recording(tmp_path / "tracks.nc", n_markers=81).equals(tracks)
+    assert read_recording(tmp_path / "tracks.nc", {"n_markers": 81}).equals(tracks)
     with pytest.raises(InputError, match=r"one\.mkv: .*needs 40"):
-        collect(markers=(40, 5))
+        collect(**search(40))
     assert not (tmp_path / "trials").exists()
+
+
+def test_options_of_the_tracker_reach_both_cameras(collect, tmp_path):
+    """Twice the frame rate is half the time, in both; a mask that leaves nothing is for the inner one alone."""
+    collect(**search(6, frame_rate=2 * RATE, channel="red"))
+    assert open_trials(tmp_path / "trials").tracks("one").attrs["frame_rate"] == 2 * RATE
+    with pytest.raises(InputError, match=r"one\.mkv: found no markers"):
+        collect(**search(6, mask=np.zeros((120, 160), dtype=bool)))
+
+
+def test_a_column_says_which_recordings_have_no_slip(recordings, tmp_path):
+    table = tmp_path / "table.csv"
+    table.write_text("file,slip\none.mkv,no\ntwo.mkv,yes\n")
+    collect_trials(recordings, table, tmp_path / "trials", labels=None, title="", rest_frames=REST, **search(6))
+    trials = open_trials(tmp_path / "trials")
+    assert trials.labels("one") == {"user": Onsets(None, None)}
+    assert trials.labels("two") == {}
+    assert [trials.conditions[name]["slip"] for name in ("one", "two")] == ["no", "yes"]
+    table.write_text("file,slip\none.mkv,perhaps\n")
+    with pytest.raises(InputError, match="slip: got 'perhaps', needs yes or no"):
+        read_conditions(table)
 
 
 def test_recordings_of_two_cameras_have_to_fit(recordings, tmp_path):

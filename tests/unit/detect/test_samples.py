@@ -50,6 +50,20 @@ def test_the_published_sampling_takes_200_frames_a_trial():
     assert (np.diff(frames) > 0).all()
 
 
+def test_of_a_trial_without_slip_only_frames_without_slip_are_taken():
+    frames = chosen_frames(np.zeros(600, dtype=np.int8), USABLE, PUBLISHED_SAMPLING, "a")
+    assert len(frames) == 50
+
+
+def test_groups_are_in_one_fold():
+    groups = {f"{letter}{number}": letter for letter in "abcd" for number in range(3)}
+    folds = grouped_folds(list(groups), 2, 0, groups)
+    assert sorted(name for fold in folds for name in fold) == sorted(groups)
+    assert all(len(fold) == 6 and len({groups[name] for name in fold}) == 2 for fold in folds)
+    with pytest.raises(InputError, match="folds: got 5, needs 2 to 4, the number of groups"):
+        grouped_folds(list(groups), 5, 0, groups)
+
+
 def test_the_seed_and_the_name_of_the_trial_decide_among_usable_frames():
     one = chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a")
     assert np.array_equal(one, chosen_frames(CLASSES, USABLE, PUBLISHED_SAMPLING, "a"))

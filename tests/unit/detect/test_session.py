@@ -9,27 +9,24 @@ import pytest
 
 from fingerslip.detect.evaluation.inquiries import Robustness
 from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
-from fingerslip.detect.labels import Onsets, write_onsets
-from fingerslip.detect.live import Finding, findings_table
-from fingerslip.detect.model_file import read_detector
-from fingerslip.detect.samples import benchmark_test_trials
-from fingerslip.detect.session import (
-    Choices,
+from fingerslip.detect.evaluation.tables import (
     accuracy_table,
     calibration_table,
     confusion_table,
     curve_table,
-    evaluate_classifiers,
     event_table,
     frame_table,
     importance_table,
     left_out_table,
     output_tables,
     robustness_table,
-    run_detector,
-    score_onsets,
-    train_detector,
 )
+from fingerslip.detect.labels import Onsets, write_onsets
+from fingerslip.detect.live import Finding, findings_table
+from fingerslip.detect.model_file import read_detector
+from fingerslip.detect.running import run_detector
+from fingerslip.detect.samples import benchmark_test_trials
+from fingerslip.detect.session import Choices, evaluate_classifiers, score_onsets, train_detector
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Missing, to_csv, to_markdown
@@ -48,12 +45,18 @@ def stored(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
 
 def test_a_detector_runs_on_netcdf_and_on_csv(stored: Path, trials: TrialSet, tmp_path: Path) -> None:
     name = benchmark_test_trials(trials.names)[0]
-    first = run_detector(stored, trials.folder / name / "tracks.nc")
     write_tracks_csv(trials.tracks(name), tmp_path / "tracks.csv")
-    second = run_detector(stored, tmp_path / "tracks.csv")
-    assert first.rows[:3] == second.rows[:3]
-    assert first.rows[0][1] is not Missing.NO_EVENT
-    assert first.rows[2] == ("frames", "260")
+    for detector in (str(stored), "residual"):
+        runs = [
+            run_detector(path, detector, {}, None, tmp_path / "page")
+            for path in (trials.folder / name / "tracks.nc", tmp_path / "tracks.csv")
+        ]
+        (slides, first), (others, second) = (tables for tables, _ in runs)
+        assert first.rows[:3] == second.rows[:3]
+        assert first.rows[0][1] is not Missing.NO_EVENT
+        assert first.rows[2] == ("frames", "260")
+        assert slides.rows == others.rows
+        assert (tmp_path / "page" / "slip.html").is_file()
 
 
 @pytest.mark.slow
@@ -142,4 +145,4 @@ def test_the_other_tables_have_what_they_are_given() -> None:
     assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
     assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
     found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
-    assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "500"]
+    assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "2", "500"]

@@ -191,6 +191,9 @@ SENSOR = SyntheticSensor(
 )
 
 
+SEARCH = {"n_markers": 7, "rest_frames": 5, "layout": "free"}
+
+
 def test_a_trial_is_filmed_by_both_cameras(tmp_path):
     trial = synthetic_trial("slide-0000", SyntheticSlide(direction=np.pi / 2, travel=1e-3), SENSOR)
     table = read_conditions(film_trials([trial], tmp_path / "films", size=(160, 120)))
@@ -202,9 +205,9 @@ def test_a_trial_is_filmed_by_both_cameras(tmp_path):
         }
     }
     inside = trial.tracks.isel(marker=trial.tracks["kind"].values == "internal")
-    found = read_recording(tmp_path / "films" / "slide-0000.mkv", 7, 5, "free")
+    found = read_recording(tmp_path / "films" / "slide-0000.mkv", SEARCH)
     moved, known = (one["position"].values[-1] - one["position"].values[0] for one in (found, inside))
     # Numbers differ, and 0.05 px of noise are in what was filmed.
     assert np.sort(moved[:, 1]) == pytest.approx(np.sort(known[:, 1]), abs=0.1)
-    outside = read_recording(tmp_path / "films" / "slide-0000-outside.mkv", 7, 5, "free")
+    outside = read_recording(tmp_path / "films" / "slide-0000-outside.mkv", SEARCH)
     assert outside.sizes["time"] == trial.tracks.sizes["time"]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fingerslip.detect.evaluation.crossval import on_unseen
+from fingerslip.detect.evaluation.tables import unseen_tables
 from fingerslip.detect.features import motion_of
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.session import unseen_tables
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import (
     calibration_count,
@@ -71,7 +71,7 @@ def test_scores_of_frames_start_anew(samples, trials):
 def test_unknown_classifiers_and_other_markers_are_refused(trials):
     with pytest.raises(InputError, match=r"classifier: got 'magic', needs one of forest, svm_linear"):
         candidate_of_name("magic")
-    made = train(trials, trials.onsets(), "time_threshold", motion=MOTION, sampling=SAMPLING)
+    made = train(trials, trials.onsets(), "logistic", motion=MOTION, sampling=SAMPLING)
     fewer = trials.tracks(trials.names[0]).isel(marker=slice(0, 60))
     with pytest.raises(InputError, match="tracks: have 41 internal markers in px, needs the markers that the detector"):
         detect(made, fewer)

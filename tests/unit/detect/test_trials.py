@@ -1,13 +1,17 @@
 """Trials on disk, data sets of them, and one table of all frames."""
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from fingerslip.detect.features import MotionSettings
 from fingerslip.detect.labels import CLASSES, Onsets, classes_at
+from fingerslip.detect.samples import Sampling
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
+from fingerslip.detect.training import detect, train
 from fingerslip.detect.trials import (
     MANIFEST,
     Trial,
@@ -24,6 +28,7 @@ from fingerslip.detect.trials import (
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.storage.files import read_json, write_json
+from fingerslip.vision.tracks import tracks_in_metres
 
 SHORT = SyntheticSlide(travel=2e-3)
 
@@ -48,16 +53,34 @@ def test_the_hash_of_a_data_set_is_that_of_its_files(trials, tmp_path):
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        ("ab", "trial b: has 9 internal and 19 external markers in px, needs the layout"),
+        ("ab", "trial b: has 81 internal and 19 external markers in m, needs the unit of 81 internal"),
         ("aa", "trial a: stands twice"),
         ("", "trials: got none"),
     ],
 )
 def test_a_set_of_other_trials_is_refused_and_nothing_is_left(names, message, tmp_path):
-    sensors = {"a": SyntheticSensor(), "b": SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8)))}
+    def trial(name):
+        case = synthetic_trial(name, SHORT)
+        return replace(case, tracks=tracks_in_metres(case.tracks)) if name == "b" else case
+
     with pytest.raises(InputError, match=message):
-        write_trials((synthetic_trial(name, SHORT, sensors[name]) for name in names), tmp_path / "set", "Set")
+        write_trials(map(trial, names), tmp_path / "set", "Set")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_trials_of_different_layouts_have_none_and_teach_what_needs_none(tmp_path):
+    sensors = [SyntheticSensor(), SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8, 16)))]
+    slides = [SyntheticSlide(travel=8e-3, seed=seed) for seed in range(4)]
+    cases = [synthetic_trial(f"t{seed}", slide, sensors[seed % 2]) for seed, slide in enumerate(slides)]
+    trials = write_trials(cases, tmp_path / "set", "Set")
+    assert trials.layout == ""
+    motion, sampling = MotionSettings(rest_frames=20, window=5), Sampling(20, 6, 6, 20, least=0.0)
+    with pytest.raises(InputError, match="trial t1: has 50 features beside 162 of trial t0, needs the same markers"):
+        train(trials, trials.onsets(), "forest", motion=motion, sampling=sampling)
+    detector = train(trials, trials.onsets(), "forest:field", motion=motion, sampling=sampling)
+    for name, case in zip(trials.names, cases, strict=True):
+        onset = detect(detector, trials.tracks(name))[2].incipient
+        assert onset == pytest.approx(case.labels["external_markers"].incipient, abs=1.0)
 
 
 DAMAGES = {
@@ -93,6 +116,7 @@ def test_a_folder_without_a_manifest_and_a_label_that_never_comes_are_named(tmp_
     with pytest.raises(InputError, match="trial a: has no gross slip, needs both onsets here"):
         check_labels({"a": Onsets(1.0, None)}, ["a"])
     check_labels({"a": Onsets(1.0, None)}, ["a"], ("incipient",))
+    check_labels({"a": Onsets(None, None)}, ["a"])
     with pytest.raises(InputError, match="labels: have no trial b"):
         check_labels({"a": Onsets(1.0, 2.0)}, ["a", "b"])
 

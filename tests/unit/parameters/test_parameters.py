@@ -20,8 +20,8 @@ from fingerslip.model.programme import Hold, Phase
 from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import (
     FileName,
-    PositiveLength,
     Length,
+    PositiveLength,
     as_mapping,
     from_mapping,
     kinds_of,

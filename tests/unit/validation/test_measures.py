@@ -303,8 +303,8 @@ def test_every_classifier_has_a_row_for_each_condition_that_is_left_out():
 
 @pytest.mark.slow
 def test_every_condition_of_the_paper_is_left_out_once(tmp_path, monkeypatch):
-    sensor = SyntheticSensor(frame_rate=67.0, rest_frames=100)
-    slides = synthetic_slides((3e-3, 4e-3), directions=2, repeats=5, sensor=sensor, travel=14e-3)
+    filmed = SyntheticSensor(frame_rate=67.0, rest_frames=100)
+    slides = synthetic_slides((3e-3, 4e-3), directions=2, repeats=5, sensor=filmed, travel=14e-3)
     monkeypatch.setattr("fingerslip.detect.samples.Sampling", lambda: Sampling(least=0.0))
     trials = write_trials(slides, tmp_path / "slides", "Analytic")
     found = sensor.detection_of(sensor.begun_detection(trials, 1))

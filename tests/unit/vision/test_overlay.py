@@ -7,14 +7,10 @@ from fingerslip.errors import InputError
 from fingerslip.vision.fields import marker_fields
 from fingerslip.vision.overlay import (
     RING_COLOURS,
-    SHOWN_FIELDS,
     field_frames,
     overlay_frames,
-    write_field_overlay,
-    write_overlay,
 )
 from fingerslip.vision.tracks import make_tracks
-from fingerslip.vision.video import read_frames, video_info
 from unit.vision.scenes import GREY
 
 COLOUR = np.dstack([GREY, GREY // 2, GREY // 3])
@@ -47,10 +43,16 @@ def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring():
     assert (first[:30] == 255).all(axis=2).any(), "time and count"
 
 
-def test_arrows_may_be_others_and_stretched_and_frames_in_colour():
+def test_marked_markers_are_red_and_the_others_blue():
+    (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), marked=np.array([[True, False]]))
+    assert abs(columns(frame, 0).mean() - 40) < 3
+    assert abs(columns(frame, 3).mean() - 100) < 3
+
+
+def test_arrows_may_be_others_and_frames_in_colour():
     arrows = np.zeros((2, 2, 2))
-    arrows[0, 0] = [0.0, 10.0]
-    (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), arrows=arrows[:1], stretch=3.0)
+    arrows[0, 0] = [0.0, 30.0]
+    (frame,) = overlay_frames([GREY], tracks().isel(time=slice(1)), arrows=arrows[:1])
     assert np.flatnonzero(coloured(frame, 0).any(axis=1)).max() == pytest.approx(90, abs=1)
     assert list(overlay_frames([], tracks().isel(time=slice(0)))) == []
     before = COLOUR.copy()
@@ -107,33 +109,18 @@ def test_colours_are_missing_where_a_marker_is_and_arrows_begin_at_the_markers()
     assert (drawn("contact_centroid", fields(-0.1))[40:] == 90).all()
 
 
-def test_overlays_are_written_at_the_rate_of_what_they_show(tmp_path):
-    known = tracks(attributes={"frame_rate": 10.0})
-    assert write_overlay([GREY, GREY], known, tmp_path / "overlay.mkv") == 2
-    assert video_info(tmp_path / "overlay.mkv").frame_rate == 10.0
-    back = list(read_frames(tmp_path / "overlay.mkv", colour="bgr"))
-    np.testing.assert_array_equal(back, list(overlay_frames([GREY, GREY], known)))
-    found = fields().assign_attrs(frame_rate=30.0)
-    for name in SHOWN_FIELDS:
-        assert write_field_overlay([np.dstack([GREY] * 3)] * 8, found, name, tmp_path / f"{name}.mkv") == 8
-        back = list(read_frames(tmp_path / f"{name}.mkv", colour="bgr"))
-        np.testing.assert_array_equal(back, list(field_frames([GREY] * 8, found, name)))
-
-
 METRES = make_tracks(np.zeros((1, 1, 2)), [0.0], units="m")
 
 
 @pytest.mark.parametrize(
     ("draw", "said"),
     [
-        (lambda: write_overlay([GREY], tracks(), "a.avi"), "tracks: frame_rate: is not there"),
         (lambda: overlay_frames([GREY], tracks(), arrows=np.zeros((1, 2, 2))), r"arrows: got shape \(1, 2, 2\)"),
         (lambda: list(overlay_frames([GREY], tracks())), "frames: got 1, needs 2"),
         (lambda: overlay_frames([GREY], METRES), "tracks: position: is in m, needs px"),
         (lambda: field_frames([GREY], fields(), "shear"), "field: got 'shear', needs one of displacement, velocity"),
         (lambda: field_frames([GREY], fields(units="m"), "curl"), "fields: position: is in m, needs px"),
         (lambda: list(field_frames([GREY], fields(), "curl")), "got 1, needs 8, as many as the fields have times"),
-        (lambda: write_field_overlay([GREY], fields(), "curl", "a.mkv"), "fields: frame_rate: is not there"),
     ],
 )
 def test_what_does_not_fit_is_refused(draw, said):

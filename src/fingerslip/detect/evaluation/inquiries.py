@@ -301,7 +301,8 @@ def _matrices(
         ]
         for candidate in candidates
     }
-    medians = np.median([(onset.incipient, onset.gross) for onset in onsets.values()], axis=0)
+    times = np.array([(onset.incipient, onset.gross) for onset in onsets.values()], dtype=np.float64)
+    medians = np.nanmedian(times, axis=0)
     return {_MEDIANS: medians, **{name: matrices_of(samples, pieces) for name, pieces in frames.items()}}
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +15,6 @@ from fingerslip.vision.tracking.markers import Markers, known_markers
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Frame = NDArray[np.uint8]
 
 # Quality of a marker, and of one that is of the same kind in shares of the median.
 _LEAST_QUALITY, _LIKENESS = 0.6, 0.8
@@ -40,17 +37,6 @@ class Reference:
     ring: NDArray[np.intp] | None  # (n,), ring of each
     angle: Floats | None  # (n,), angle of each around the centre [rad]
     warnings: tuple[str, ...]  # what is not as it should be
-
-
-def first_frames(frames: Iterable[Frame], count: int) -> tuple[Floats, Frame]:
-    """Return the mean of the first frames, and the first, both (height, width)."""
-    chosen = itertools.islice(frames, count)
-    first = next(chosen, np.zeros((0, 0), dtype=np.uint8))
-    total, number = first.astype(np.float64), 1
-    for frame in chosen:
-        total += frame
-        number += 1
-    return total / number, first
 
 
 def reference_of(  # noqa: PLR0917  the options of a search

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time as clock
 import warnings
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,14 @@ from fingerslip.errors import FingerslipError, InputError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, read_calibration
 from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.layouts import LayoutName, check_layout, expected_displacement, nearest_neighbours
-from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
+from fingerslip.vision.tracking.reference import Reference, reference_of
 from fingerslip.vision.tracks import make_tracks, seen
 from fingerslip.vision.video import (
     DUPLICATED,
     STATES,
     Channel,
     Exposure,
+    Frame,
     Frames,
     VideoInput,
     frame_state,
@@ -51,24 +53,82 @@ _SATURATED = 0.5  # share of the pixels at rest
 
 @dataclass(frozen=True)
 class SeenMarkers:
-    """What was found in a frame."""
+    """The markers of a frame."""
 
     time: float  # time of the frame [s]
-    position: NDArray[np.float32]  # (n_markers, 2), positions [px], NaN where a marker is not seen
-    quality: NDArray[np.float32]  # (n_markers,), from 0 (not seen) to 1
-    state: int  # 0 fine, 1 dark, 2 overexposed, 3 duplicated
+    position: NDArray[np.floating]  # (n_markers, 2), positions, NaN where a marker is not seen
+    quality: NDArray[np.floating] = field(default_factory=lambda: np.empty(0))  # (n_markers,), from 0 (not seen) to 1
+    state: int = 0  # 0 fine, 1 dark, 2 overexposed, 3 duplicated
     visible: int = 0  # markers that were seen, and blobs like them that no marker has
+    seconds: float = 0.0  # how long it took to find them [s]
 
 
-@dataclass(frozen=True)
-class MarkerStream:
-    """The markers of a video, which are followed while one goes through them."""
+class MarkerTracker:
+    """A tracker that takes the frames of a sensor one at a time, as they come from a camera.
 
-    frames: Frames  # the frames
-    reference: Reference  # the markers at rest, numbered
-    mask: Flags | None  # (height, width), pixels that count
-    exposure: Exposure  # how light the frames are at rest
-    shape: tuple[int, int]  # (int, int), height and width of the frames [px]
+    The first frames, ten or as many as the sensor rests, wait until all are there: markers are found in their mean.
+    Then `reference` says what and how many they are.
+
+    Parameters
+    ----------
+    n_markers : int, optional
+        How many markers there are; without it, what the first frames show.
+    rest_frames : int, optional
+        How many frames the sensor rests at the beginning.
+    layout : {'auto', 'rings', 'hex', 'grid', 'free'}, optional
+        Arrangement of the markers.
+    mask : (height, width) array of bool, or path, optional
+        Pixels that count; a path is that of an image which is white there.
+    bright : bool, optional
+        Whether markers are brighter than what is around them.
+    name : str, optional
+        What errors call the frames.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rows, columns = np.mgrid[:120, :120]
+    >>> frame = np.full((120, 120), 180, dtype=np.uint8)
+    >>> for x, y in [(30, 30), (60, 30), (90, 30), (45, 60), (75, 60), (60, 90)]:
+    ...     frame[np.hypot(columns - x, rows - y) < 5] = 40
+    >>> tracker = MarkerTracker(n_markers=6, rest_frames=2)
+    >>> seen = [tracker.take(np.roll(frame, number, axis=1), number / 30.0) for number in range(4)]
+    >>> [len(markers) for markers in seen]
+    [0, 2, 1, 1]
+    >>> round(float(seen[3][0].position[0, 0]), 1)
+    33.0
+    """
+
+    def __init__(
+        self,
+        *,
+        n_markers: int | None = None,
+        rest_frames: int = 30,
+        layout: LayoutName = "auto",
+        mask: Flags | str | Path | None = None,
+        bright: bool | None = None,
+        name: str = "frames",
+    ) -> None:
+        check_layout(layout)
+        for option, number in (("n_markers", n_markers), ("rest_frames", rest_frames)):
+            if number is not None and number < 1:
+                raise InputError(option, f"got {number}", "needs a number >= 1")
+        self.name, self.rest_frames = name, rest_frames
+        self.exposure = Exposure(0.0, 0.0)  # how light the frames are at rest
+        self.shape: tuple[int, ...] = ()  # height and width of the frames [px]
+        self._search = n_markers, layout, bright
+        self._mask = mask
+        self._waiting: list[tuple[Frame, float]] = []
+        self._before: Frame | None = None
+        self._reference: Reference | None = None
+
+    @property
+    def reference(self) -> Reference:
+        """The markers at rest, numbered; raises InputError before there is one."""
+        if self._reference is None:
+            fault = f"got {len(self._waiting)} frames"
+            raise InputError(self.name, fault, f"needs {self._needed} to find its markers in", "take more frames")
+        return self._reference
 
     @property
     def at_rest(self) -> xr.Dataset:
@@ -76,45 +136,58 @@ class MarkerStream:
         position: Floats = self.reference.markers.position
         return make_tracks(position[None], [0.0], units="px", ring=self.reference.ring, angle=self.reference.angle)
 
-    def __iter__(self) -> Iterator[SeenMarkers]:
-        state, before = rest_state(self.reference.markers), None
-        for number, frame in enumerate(self.frames.read()):
-            light = frame_state(frame, before, self.exposure)
-            state, position, quality = follow(self.reference.markers, state, frame, self.mask)
-            if light == DUPLICATED:
-                quality = np.minimum(quality, _OLD_QUALITY)
-            before = frame
-            # Single precision is 1e-4 px for the widest images.
-            seen = position.astype(np.float32), quality.astype(np.float32)
-            yield SeenMarkers(number / self.frames.frame_rate, *seen, light, state.visible)
+    @property
+    def _needed(self) -> int:
+        return min(self.rest_frames, _AVERAGED)
+
+    def take(self, frame: Frame, time: float) -> list[SeenMarkers]:
+        """Take the grey frame (height, width) of a time [s] and return where its markers are, once those are known.
+
+        Returns
+        -------
+        list of SeenMarkers
+            None while the first frames wait; all of these at once; then those of each frame.
+
+        Raises
+        ------
+        InputError
+            Where the first frames show no or too few markers; where a frame has another size than the first.
+        """
+        self.shape = self.shape or frame.shape
+        if frame.shape != self.shape:
+            fault = f"a frame is {frame.shape[1]} x {frame.shape[0]} px"
+            raise InputError(self.name, fault, f"needs {self.shape[1]} x {self.shape[0]} px, as the first has")
+        if self._reference is not None:
+            return [self._follow(frame, time)]
+        self._waiting.append((frame, time))
+        return self.begin() if len(self._waiting) == self._needed else []
+
+    def begin(self) -> list[SeenMarkers]:
+        """Find the markers in the frames that wait, though they be fewer than wished, and return those of each."""
+        if not self._waiting or self._reference is not None:
+            return []
+        frames = [frame for frame, _ in self._waiting]
+        averaged = np.mean(frames, axis=0)
+        self._allowed = _mask_of(self._mask, self.shape)
+        self._reference = reference_of(averaged, self._allowed, *self._search, self.name)
+        self._state = rest_state(self._reference.markers)
+        self.exposure = rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8))
+        waiting, self._waiting = self._waiting, []
+        return [self._follow(frame, time) for frame, time in waiting]
+
+    def _follow(self, frame: Frame, time: float) -> SeenMarkers:
+        start = clock.perf_counter()
+        light = frame_state(frame, self._before, self.exposure)
+        self._state, position, quality = follow(self.reference.markers, self._state, frame, self._allowed)
+        if light == DUPLICATED:
+            quality = np.minimum(quality, _OLD_QUALITY)
+        self._before = frame
+        # Single precision is 1e-4 px for the widest images.
+        seen = position.astype(np.float32), quality.astype(np.float32)
+        return SeenMarkers(time, *seen, light, self._state.visible, clock.perf_counter() - start)
 
 
-def open_markers(
-    video: VideoInput,
-    *,
-    n_markers: int | None = None,
-    rest_frames: int = 30,
-    layout: LayoutName = "auto",
-    mask: Flags | str | Path | None = None,
-    bright: bool | None = None,
-    frame_rate: float | None = None,
-    channel: Channel = "grey",
-) -> MarkerStream:
-    """Find the markers of a video in its first frames, so that they can be followed frame by frame."""
-    check_layout(layout)
-    for option, number in (("n_markers", n_markers), ("rest_frames", rest_frames)):
-        if number is not None and number < 1:
-            raise InputError(option, f"got {number}", "needs a number >= 1")
-    frames = open_frames(video, frame_rate, channel)
-    averaged, first = first_frames(frames.read(), min(rest_frames, _AVERAGED))
-    allowed = _mask(mask, first.shape)
-    reference = reference_of(averaged, allowed, n_markers, layout, bright, frames.name)
-    exposure = rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8))
-    height, width = first.shape
-    return MarkerStream(frames, reference, allowed, exposure, (height, width))
-
-
-def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
+def _mask_of(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
     if mask is None:
         return None
     if isinstance(mask, str | Path):
@@ -210,20 +283,12 @@ def track_markers(
     >>> tracks["position"].sel(marker=0, axis="x").values.round(1).tolist()
     [30.0, 31.0, 32.0, 33.0]
     """
-    stream = open_markers(
-        video,
-        n_markers=n_markers,
-        rest_frames=rest_frames,
-        layout=layout,
-        mask=mask,
-        bright=bright,
-        frame_rate=frame_rate,
-        channel=channel,
-    )
-    lens = calibration
-    if isinstance(lens, str | Path):
-        lens = read_calibration(lens, size=(stream.shape[1], stream.shape[0]))
-    tracks = _tracks(stream, lens, rest_frames)
+    frames = open_frames(video, frame_rate, channel)
+    search: Any = {"n_markers": n_markers, "rest_frames": rest_frames, "layout": layout, "mask": mask, "bright": bright}
+    tracker = MarkerTracker(**search, name=frames.name)
+    lens = lens_of(calibration, frames)
+    rows, broken = follow_video(frames, tracker)
+    tracks = tracks_of(tracker, rows, frames.frame_rate, lens, broken)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
     return tracks
@@ -240,33 +305,57 @@ _OF_VIDEOS: Mapping[str, tuple[tuple[str, ...], str, str]] = {
 }
 
 
-def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: int) -> xr.Dataset:
-    """Return what is found in all frames, of which only two are in memory at a time."""
-    frames, reference, broken, rows = stream.frames, stream.reference, "", []
+def lens_of(calibration: Pinhole | Fisheye | str | Path | None, frames: Frames) -> Pinhole | Fisheye | None:
+    """Return the lens of a camera; that of a file has to be for frames of their size."""
+    if not isinstance(calibration, str | Path):
+        return calibration
+    height, width = next(iter(frames.read())).shape
+    lens: Pinhole | Fisheye = read_calibration(calibration, size=(width, height))
+    return lens
+
+
+def follow_video(frames: Frames, tracker: MarkerTracker) -> tuple[list[SeenMarkers], str]:
+    """Return what a tracker sees in all frames, of which few are in memory at a time, and why there are no more."""
+    rows: list[SeenMarkers] = []
     try:
-        for row in stream:
-            rows.append(row)  # noqa: PERF402  what was read before an error is kept
+        for number, frame in enumerate(frames.read()):
+            rows += tracker.take(frame, number / frames.frame_rate)
+        rows += tracker.begin()
     except FingerslipError as error:
-        broken = str(error)
+        if not rows:
+            raise
+        return rows, str(error)
+    return rows, ""
+
+
+def tracks_of(
+    tracker: MarkerTracker,
+    rows: Sequence[SeenMarkers],
+    frame_rate: float,
+    lens: Pinhole | Fisheye | None = None,
+    broken: str = "",
+) -> xr.Dataset:
+    """Return what a tracker saw in all frames as tracks, with what is wrong with them and why they may be `broken`."""
+    reference, rest_frames = tracker.reference, tracker.rest_frames
     image_position = np.array([row.position for row in rows], dtype=np.float64)
     position = image_position if lens is None else undistort_pixels(lens, image_position)
     tracks = make_tracks(
         position,
-        np.arange(len(rows)) / frames.frame_rate,
+        [row.time for row in rows],
         units="px",
         quality=np.array([row.quality for row in rows], dtype=np.float64),
         ring=reference.ring,
         angle=reference.angle,
         attributes={
-            "image_width": stream.shape[1],
-            "image_height": stream.shape[0],
-            "frame_rate": frames.frame_rate,
-            "source": frames.name,
+            "image_width": tracker.shape[1],
+            "image_height": tracker.shape[0],
+            "frame_rate": frame_rate,
+            "source": tracker.name,
             "rest_frames": min(rest_frames, len(rows)),
             "layout": reference.layout,
             "bright": int(reference.markers.polarity > 0),
             "partial": int(bool(broken or reference.warnings)),
-            "warnings": "\n".join([*reference.warnings, *_complaints(stream, rows, position, rest_frames, broken)]),
+            "warnings": "\n".join([*reference.warnings, *_complaints(tracker, rows, position, broken)]),
         },
     )
     values = {
@@ -286,12 +375,11 @@ def _tracks(stream: MarkerStream, lens: Pinhole | Fisheye | None, rest_frames: i
     return tracks
 
 
-def _complaints(
-    stream: MarkerStream, rows: list[SeenMarkers], position: Floats, rest_frames: int, broken: str
-) -> Iterator[str]:
+def _complaints(tracker: MarkerTracker, rows: Sequence[SeenMarkers], position: Floats, broken: str) -> Iterator[str]:
     """Yield what is wrong with the frames."""
     states = np.array([row.state for row in rows], dtype=np.int8)
-    name, light, count, rest = stream.frames.name, stream.exposure, len(states), min(rest_frames, len(states))
+    name, light, count, rest_frames = tracker.name, tracker.exposure, len(states), tracker.rest_frames
+    rest = min(rest_frames, count)
     if broken:
         yield f"{broken}; the tracks are those of the first {count} frames"
     elif count < rest_frames:

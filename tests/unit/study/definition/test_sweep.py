@@ -301,11 +301,13 @@ def test_samples_fill_their_ranges_and_come_together_at_random():
     parts.append(sorted(int(5 * (sample["b"] + 1.0)) for sample in samples))
     assert parts == [list(range(10))] * 2
     assert {sample["a"].split()[1] for sample in samples} == {"mm"}
+    # A Sobol sequence fills every part of both ranges, and every quarter of pairs.
     samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=16, method="sobol"))
     values = np.array([[sample["a"], sample["b"]] for sample in samples])
     assert sorted((16 * values[:, 0]).astype(int)) == list(range(16))
     quarters, counts = np.unique((4 * values).astype(int), axis=0, return_counts=True)
     assert (len(quarters), set(counts)) == (16, {1})
+    # Independent values are uniform.
     values = np.array([one["a"] for one in drawn(SampleSettings({"a": (2, 4)}, count=2000, method="random"))])
     assert values.mean() == pytest.approx(3.0, abs=0.05)
     assert values.std() == pytest.approx(2.0 / np.sqrt(12.0), rel=0.05)

@@ -16,14 +16,14 @@ from fingerslip.vision.tracking.layouts import (
     nearest_neighbours,
 )
 from fingerslip.vision.tracking.markers import Markers
-from fingerslip.vision.tracking.reference import first_frames, reference_of
+from fingerslip.vision.tracking.reference import reference_of
 from problems import clips
 
 FIELD = clips.field()
 
 
 def at_rest(points: np.ndarray, layout: str) -> Markers:
-    image, _ = first_frames(clips.filmed(clips.still(points, 4)), 4)
+    image = np.mean(list(clips.filmed(clips.still(points, 4))), axis=0)
     return reference_of(image, None, len(points), layout, None, "clip").markers
 
 

@@ -10,7 +10,7 @@ from fingerslip.marker_layouts import MarkerLayout, hexagonal_layout, ring_layou
 from fingerslip.vision.tracking.blobs import Blobs
 from fingerslip.vision.tracking.layouts import LayoutName, check_layout, topology
 from fingerslip.vision.tracking.markers import Markers, known_markers, measure
-from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
+from fingerslip.vision.tracking.reference import Reference, reference_of
 from problems import clips
 
 BRIGHT = clips.with_look(clips.BAD, marker=150.0, background=50.0)
@@ -21,7 +21,7 @@ SEEDS = (0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2)))
 
 def mean_frame(look: clips.Look = clips.DEFAULT, points: np.ndarray | None = None, seed: int = 0) -> np.ndarray:
     positions = clips.still(clips.field(look) if points is None else points, 8)
-    return first_frames(clips.filmed(positions, look, seed=seed), 8)[0]
+    return np.mean(list(clips.filmed(positions, look, seed=seed)), axis=0)
 
 
 def found_in(image: np.ndarray, count: int | None = None, layout: LayoutName = "auto") -> Reference:

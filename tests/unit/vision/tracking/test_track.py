@@ -18,11 +18,11 @@ from fingerslip.errors import InputError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, write_calibration
 from fingerslip.vision.tracking.track import (
     Lost,
+    MarkerTracker,
     TrackingWarning,
     jumps,
     lost_intervals,
     noise_at_rest,
-    open_markers,
     seen_count,
     seen_share,
     track_markers,
@@ -238,14 +238,25 @@ def test_swap_is_a_jump(clip: Clip) -> None:
     assert found[19, 11] == pytest.approx(np.linalg.norm(swapped[0, 0] - swapped[0, 1]), rel=0.2)
 
 
-def test_frames_that_come_one_by_one_give_what_the_tracks_have_and_can_be_gone_through_again(clip: Clip) -> None:
-    stream = open_markers(clip.frames, n_markers=81, rest_frames=REST, frame_rate=RATE)
-    for rows in (list(stream), list(stream)):
-        np.testing.assert_array_equal([row.position for row in rows], clip.tracks["position"].values)
-        np.testing.assert_array_equal([row.quality for row in rows], clip.tracks["quality"].values)
-        np.testing.assert_allclose([row.time for row in rows], clip.tracks["time"].values)
-    assert stream.at_rest.sizes["marker"] == 81
-    np.testing.assert_array_equal(stream.at_rest["ring"].values, clip.tracks["ring"].values)
+def test_frames_that_come_one_by_one_give_what_the_tracks_have(clip: Clip) -> None:
+    tracker = MarkerTracker(n_markers=81, rest_frames=REST)
+    taken = [tracker.take(frame, number / RATE) for number, frame in enumerate(clip.frames)]
+    assert [len(rows) for rows in taken] == [0] * 9 + [10] + [1] * 30
+    rows = [row for rows in taken for row in rows]
+    for name in ("position", "quality", "time"):
+        np.testing.assert_array_equal([getattr(row, name) for row in rows], clip.tracks[name].values)
+    assert min(row.seconds for row in rows) > 0
+    with pytest.raises(InputError, match="a frame is 10 x 20 px, needs 640 x 480 px"):
+        tracker.take(np.zeros((20, 10), dtype=np.uint8), 9.0)
+
+
+def test_a_tracker_has_no_markers_before_its_first_frames_are_there(clip: Clip) -> None:
+    tracker = MarkerTracker(rest_frames=REST)
+    tracker.take(clip.frames[0], 0.0)
+    with pytest.raises(InputError, match=r"frames: got 1 frames, needs 10 to find its markers in"):
+        _ = tracker.reference
+    assert len(tracker.begin()) == 1
+    assert len(tracker.reference.markers.position) == 81
 
 
 BENT = Pinhole(640, 480, 500.0, 510.0, 320.0, 240.0, (-0.2, 0.05, 0.001, -0.002))

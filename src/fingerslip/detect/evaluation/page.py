@@ -1,0 +1,155 @@
+"""The page of an evaluation: tables, and the figures that papers draw of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from fingerslip.detect.labels import CLASSES, Onsets
+from fingerslip.detect.optional import optional
+from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, say, with_style
+from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
+from fingerslip.tables.table import Table
+from fingerslip.version import __version__
+
+Floats = NDArray[np.float64]
+
+_COLOURS = (BLUE, ORANGE, GREEN, VERMILLION, PURPLE, SKY, BLACK, GREY)
+_WORDS = ("no slip", "incipient", "gross")
+_TRIALS = 24  # that the timelines show
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a classifier says of trials that it has not seen."""
+
+    matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and predicted class (columns)
+    slip: Floats  # (n_samples,), probability of slip of each sampled frame
+    slips: NDArray[np.bool_]  # (n_samples,), whether it does
+    events: Mapping[str, Onsets]  # onsets found, by trial
+
+
+def write_evaluation(
+    tables: Sequence[Table], judged: Mapping[str, Judged], labels: Mapping[str, Onsets], path: Path, title: str
+) -> None:
+    """Write the page of an evaluation."""
+    pictures = (
+        Picture("confusion", "Frames by true class, in per cent of each row.", confusion_figure(judged)),
+        Picture("roc", "Slip found over false alarms, frame by frame, as the threshold falls.", roc_figure(judged)),
+        Picture("calibration", "How often frames slip that are said to.", calibration_figure(judged)),
+        Picture("leads", "Share of the trials that had at least this lead.", leads_figure(judged, labels)),
+        Picture("trials", "Onsets of slip found in each trial, beside the labels.", trials_figure(judged, labels)),
+    )
+    sections = (ReportSection("Figures", pictures=pictures), ReportSection("Tables", tables=tuple(tables)))
+    report = Report(title, sections, {"fingerslip": __version__}, "How well is slip found in trials not seen?")
+    write_page(report, path)
+
+
+def _keys(judged: Mapping[str, Judged]) -> dict[str, str]:
+    return {name: _COLOURS[number % len(_COLOURS)] for number, name in enumerate(judged)}
+
+
+@with_style
+def confusion_figure(judged: Mapping[str, Judged]) -> Figure:
+    """Draw the confusion matrix of each classifier, rows in per cent, with the numbers of frames."""
+    columns = columns_for(len(judged))
+    figure, panels = figure_grid(len(judged), columns, (3.0, 2.8), "Confusion", ("found", "true class"))
+    for axes, (name, entry) in zip(panels, judged.items(), strict=True):
+        share = entry.matrix / np.maximum(entry.matrix.sum(axis=1, keepdims=True), 1)
+        axes.imshow(share, cmap="Blues", vmin=0.0, vmax=1.0)
+        for row, column in np.ndindex(share.shape):
+            text = f"{100 * share[row, column]:.1f}\n({entry.matrix[row, column]})"
+            colour = "white" if share[row, column] > 0.6 else BLACK
+            axes.text(column, row, text, ha="center", va="center", color=colour, fontsize=8)
+        axes.set_xticks(range(len(CLASSES)), _WORDS)
+        axes.set_yticks(range(len(CLASSES)), _WORDS, rotation=90, va="center")
+        axes.set_title(name)
+        axes.grid(visible=False)
+    return figure
+
+
+@with_style
+def roc_figure(judged: Mapping[str, Judged]) -> Figure:
+    """Draw the rate of frames with slip that are found over that of false alarms, with the area below."""
+    metrics, keys = optional("sklearn.metrics"), {}
+    figure, (axes,) = figure_grid(1, 1, (4.6, 3.6), "Slip or none, of single frames", ("false alarms", "slip found"))
+    for name, colour in _keys(judged).items():
+        entry = judged[name]
+        if len(np.unique(entry.slips)) > 1:
+            false, right, _ = metrics.roc_curve(entry.slips, entry.slip)
+            (line,) = axes.plot(false, right, color=colour)
+            keys[f"{name} ({metrics.auc(false, right):.3f})"] = line
+    axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
+    axes.set_aspect("equal")
+    add_legend(figure, keys)
+    return figure
+
+
+@with_style
+def calibration_figure(judged: Mapping[str, Judged]) -> Figure:
+    """Draw how often frames slip over the probability of slip that they are said to have, in ten bins."""
+    labels = ("probability of slip, said", "share that slips")
+    figure, (axes,) = figure_grid(1, 1, (4.6, 3.6), "Calibration", labels)
+    keys: dict[str, Artist] = {}
+    for name, colour in _keys(judged).items():
+        entry = judged[name]
+        number = np.clip((10 * entry.slip).astype(np.intp), 0, 9)
+        count = np.bincount(number, minlength=10)
+        used = count > 0
+        said, true = (np.bincount(number, values, 10)[used] / count[used] for values in (entry.slip, entry.slips))
+        (keys[name],) = axes.plot(said, true, "o-", color=colour, markersize=4)
+    axes.plot([0, 1], [0, 1], color=GREY, linewidth=0.8, linestyle=":")
+    axes.set_aspect("equal")
+    add_legend(figure, keys)
+    return figure
+
+
+@with_style
+def leads_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> Figure:
+    """Draw the share of the trials with gross slip in which slip was found at least so long before it."""
+    figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), "Lead before gross slip", ("lead [s]", "share of trials"))
+    keys: dict[str, Artist] = {}
+    slips = [name for name, onsets in labels.items() if onsets.gross is not None]
+    for name, colour in _keys(judged).items():
+        pairs = [(labels[trial].gross, judged[name].events[trial].first) for trial in slips]
+        leads = np.sort([gross - first for gross, first in pairs if gross is not None and first is not None])
+        if len(leads):
+            (keys[name],) = axes.step(leads, 1.0 - np.arange(len(leads)) / len(pairs), where="pre", color=colour)
+    if not keys:
+        say(axes, "no trial with gross slip in which slip was found")
+    axes.set_ylim(0.0, 1.03)
+    axes.axvline(0.0, color=GREY, linewidth=0.8)
+    add_legend(figure, keys)
+    return figure
+
+
+@with_style
+def trials_figure(judged: Mapping[str, Judged], labels: Mapping[str, Onsets]) -> Figure:
+    """Draw for each trial from when to when it slips in part, and when each classifier found slip."""
+    trials = list(labels)[:_TRIALS]
+    title = "Trials" if len(trials) == len(labels) else f"The first {_TRIALS} of {len(labels)} trials"
+    figure, (axes,) = figure_grid(1, 1, (7.0, 0.8 + 0.22 * len(trials)), title, ("time [s]", ""))
+    keys: dict[str, Artist] = {"incipient slip, label": Line2D([], [], color=SKY, linewidth=6)}
+    for row, trial in enumerate(trials):
+        onsets = labels[trial]
+        if onsets.incipient is not None and onsets.gross is not None:
+            axes.barh(row, onsets.gross - onsets.incipient, left=onsets.incipient, height=0.7, color=SKY)
+    for number, (name, colour) in enumerate(_keys(judged).items()):
+        times = [judged[name].events[trial].first for trial in trials]
+        rows = [row for row, time in enumerate(times) if time is not None]
+        marker = "osD^vP*X"[number % 8]
+        look: dict[str, Any] = {"color": colour, "marker": marker, "s": 18, "zorder": 3}
+        keys[name] = axes.scatter([time for time in times if time is not None], rows, **look)
+    axes.set_yticks(range(len(trials)), trials, fontsize=7)
+    axes.set_ylim(len(trials) - 0.5, -0.5)
+    add_legend(figure, keys)
+    return figure

@@ -1,0 +1,110 @@
+"""Detectors at work: on tracks, on videos with a page, on cameras, and on data sets of others."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fingerslip.detect.evaluation.crossval import on_unseen
+from fingerslip.detect.evaluation.scores import (
+    event_scores_of,
+)
+from fingerslip.detect.evaluation.tables import event_table, unseen_tables
+from fingerslip.detect.labels import Onsets
+from fingerslip.detect.live import Finding, LiveDetector, findings_table, run_on_tracks
+from fingerslip.detect.model_file import read_detector
+from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
+from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
+from fingerslip.detect.residual import RESIDUAL, ResidualDetector, ResidualSettings, detect_residual, frames_at_rest
+from fingerslip.detect.session import Choices
+from fingerslip.detect.training import check_tracks_fit
+from fingerslip.detect.trials import open_trials
+from fingerslip.storage.files import check_replaceable
+from fingerslip.tables.table import Table
+from fingerslip.vision.sources import dropped_frames, live_frames
+from fingerslip.vision.tracking.track import MarkerTracker, follow_video, lens_of, tracks_of
+from fingerslip.vision.video import open_frames
+
+
+def run_detector(
+    source: Path, detector: str, tracking: Mapping[str, Any], rest_frames: int | None, output: Path
+) -> tuple[list[Table], list[str]]:
+    """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
+    trained = None if detector == RESIDUAL else read_detector(detector)
+    check_replaceable(output, "slip.csv")
+    frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
+    with threadpool_limits(1):
+        if source.suffix in TRACK_FILES:
+            tracks = read_any_tracks(source)
+        else:
+            frames = open_frames(source, tracking.get("frame_rate"), tracking.get("channel", "grey"))
+            search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
+            resting = trained.features.motion.rest_frames if trained else rest_frames or 10
+            tracker = MarkerTracker(**search, rest_frames=resting, name=frames.name)
+            lens = lens_of(tracking.get("calibration"), frames)
+            rows, broken = follow_video(frames, tracker)
+            tracks, note = tracks_of(tracker, rows, frames.frame_rate, lens, broken), "Latency with the tracker."
+            seconds = np.array([row.seconds for row in rows])
+        if trained:
+            findings: Sequence[Finding] = list(run_on_tracks(trained, tracks))
+        else:
+            findings = detect_residual(tracks, ResidualSettings(rest_frames=rest_frames or frames_at_rest(tracks)))
+    more = np.resize(seconds, len(findings)).tolist()
+    timed = [replace(entry, seconds=entry.seconds + tracked) for entry, tracked in zip(findings, more, strict=True)]
+    name = "the detector that ships" if trained is None else trained.classifier
+    latency = findings_table(timed, f"{source.name} with {name}", note)
+    clip = SlipClip(source.name, tracks, findings, latency, frames)
+    page = write_slip_page(clip, output)
+    return [slide_table(clip), latency], [*answer_of(clip), f"page: {page}"]
+
+
+def watch_camera(
+    camera: int | str,
+    detector: str,
+    tracking: Mapping[str, Any],
+    rest_frames: int | None,
+    tell: Callable[[str], object],
+) -> Table:
+    """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
+    trained = None if detector == RESIDUAL else read_detector(detector)
+    resting = trained.features.motion.rest_frames if trained else rest_frames or 30
+    search = {name: tracking[name] for name in ("n_markers", "layout", "mask", "bright") if name in tracking}
+    tracker = MarkerTracker(**search, rest_frames=resting, name=f"camera {camera}")
+    live: LiveDetector | ResidualDetector | None = None if trained else ResidualDetector(ResidualSettings(resting))
+    findings: list[Finding] = []
+    with threadpool_limits(1), contextlib.suppress(KeyboardInterrupt):
+        for time, frame in live_frames(camera, tracking.get("channel", "grey")):
+            for seen in tracker.take(frame, time):
+                if live is None and trained:
+                    check_tracks_fit(trained, tracker.at_rest)
+                    live = LiveDetector(trained, tracker.reference.ring)
+                for finding in live.take(seen) if live else ():
+                    told = findings[-1].onsets if findings else Onsets(None, None)
+                    for word, since in {"slip": "incipient", "gross slip": "gross"}.items():
+                        began = getattr(finding.onsets, since)
+                        if began is not None and getattr(told, since) is None:
+                            tell(f"{finding.time:.3f} s: {word} since {began:.3f} s")
+                    findings.append(replace(finding, seconds=finding.seconds + seen.seconds))
+    dropped = dropped_frames([finding.time for finding in findings])
+    return findings_table(findings, f"camera {camera}", f"Latency with the tracker; {dropped} frames were dropped.")
+
+
+def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
+    """Return the tables of what a detector finds in a data set that it did not learn from."""
+    trials = open_trials(dataset)
+    onsets = Choices(labels).onsets(trials)
+    with threadpool_limits(1):
+        if detector != RESIDUAL:
+            return unseen_tables(on_unseen(read_detector(detector), trials, onsets))
+        tracks = {name: trials.tracks(name) for name in trials.names}
+        rests = {name: frames_at_rest(entry) for name, entry in tracks.items()}
+        results = {name: detect_residual(entry, ResidualSettings(rests[name])) for name, entry in tracks.items()}
+    ends = {name: float(entry["time"][rests[name] - 1]) for name, entry in tracks.items()}
+    scores = event_scores_of({name: findings[-1].onsets for name, findings in results.items()}, onsets, ends)
+    return [event_table({"the detector that ships": scores})]

@@ -1,0 +1,189 @@
+"""The detector that ships: slides with a truth, presses, rests in between, and its page."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fingerslip.detect.evaluation.inquiries import disturb
+from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
+from fingerslip.detect.residual import ResidualDetector, ResidualSettings, detect_residual, frames_at_rest, slides_of
+from fingerslip.detect.running import watch_camera
+from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
+from fingerslip.detect.trials import Trial
+from fingerslip.errors import InputError
+from fingerslip.report.page.page import render_page
+from fingerslip.tables.table import Column, Table
+from fingerslip.vision.tracking.track import SeenMarkers
+from fingerslip.vision.tracks import make_tracks
+from fingerslip.vision.video import Frames
+from problems import clips
+
+SENSOR = SyntheticSensor(metres_per_pixel=120e-6)
+SETTINGS = ResidualSettings(rest_frames=20)
+
+
+def trial(direction: float = 0.0, friction: float = 0.8, seed: int = 0, indentation: float = 3e-3) -> Trial:
+    slide = SyntheticSlide(indentation, direction, friction, seed=seed, travel=6e-3)
+    return synthetic_trial("slide", slide, SENSOR)
+
+
+def moved(displacement: np.ndarray, rate: float = 30.0) -> xr.Dataset:
+    """Return tracks of a grid of 49 markers, 20 px apart, that go through displacements (n_times, 49, 2) [px]."""
+    grid = np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(-1, 2)
+    noise = np.random.default_rng(0).normal(0.0, 0.03, displacement.shape)
+    return make_tracks(100 + 20 * grid + displacement + noise, np.arange(len(displacement)) / rate, units="px")
+
+
+def path(*levels: tuple[int, float]) -> np.ndarray:
+    """Return values that go from level to level in so many frames each, (n_times,)."""
+    frames, values = zip((0, 0.0), *levels, strict=True)
+    return np.interp(np.arange(sum(frames)), np.cumsum(frames), values)
+
+
+ALONG = np.tile([1.0, 0.0], (49, 1))
+SPREAD = (np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(-1, 2) - 3.0) / 3.0
+
+
+@pytest.mark.parametrize(("direction", "friction", "seed"), [(0.0, 0.8, 0), (1.6, 0.7, 1), (4.0, 1.0, 2)])
+def test_slip_begins_when_it_does(direction, friction, seed):
+    case = trial(direction, friction, seed)
+    for tracks in (case.tracks, disturb(case.tracks, "lost", 0.1), disturb(case.tracks, "noise", 0.1)):
+        onsets = detect_residual(tracks, SETTINGS)[-1].onsets
+        assert onsets.incipient == pytest.approx(case.labels["contact"].incipient, abs=0.11)
+        assert onsets.gross == pytest.approx(case.labels["contact"].gross, abs=0.11)
+
+
+def test_nothing_is_found_where_all_sticks():
+    case = trial(friction=40.0)
+    assert case.labels["contact"].first is None
+    findings = detect_residual(case.tracks, SETTINGS)
+    assert findings[-1].onsets.first is None
+    assert max(entry.share for entry in findings) < 0.1
+    assert findings[-1].displacement > 10.0
+
+
+def test_a_press_is_not_judged_and_a_slide_behind_it_is():
+    press = path((20, 0.0), (10, 6.0), (40, 6.0), (90, 6.0), (20, 6.0))[:, None, None] * SPREAD
+    slide = path((20, 0.0), (10, 0.0), (40, 0.0), (60, 12.0), (30, 18.0), (20, 18.0))[:, None, None] * ALONG
+    # The outer columns stay behind in the second half of the slide.
+    behind = path((130, 0.0), (30, -5.0), (20, -5.0))
+    slide[:, np.abs(SPREAD[:, 0]) > 0.9, 0] += behind[:, None]
+    findings = detect_residual(moved(press + slide), SETTINGS)
+    first, second = slides_of(findings)
+    assert (first.is_press, first.onsets.first, second.is_press) == (True, None, False)
+    assert first.end < second.start
+    assert second.onsets.incipient == pytest.approx(130 / 30, abs=0.3)
+    assert second.onsets.gross is None
+    assert findings[-1].onsets == second.onsets
+
+
+def test_markers_that_spring_back_are_gross_slip_and_those_that_are_pushed_back_are_none():
+    for frames, is_gross in ((3, True), (60, False)):
+        back = path((20, 0.0), (60, 12.0), (frames, 6.0), (10, 6.0))[:, None, None] * ALONG
+        assert (detect_residual(moved(back), SETTINGS)[-1].onsets.gross is not None) == is_gross
+
+
+def test_frame_by_frame_is_the_same_and_waits_for_rest():
+    tracks = moved(path((20, 0.0), (30, 12.0))[:, None, None] * ALONG)
+    detector = ResidualDetector(SETTINGS)
+    counts = [
+        len(detector.take(SeenMarkers(float(time), position)))
+        for time, position in zip(tracks["time"].values, tracks["position"].values, strict=True)
+    ]
+    assert counts == [0] * 19 + [20] + [1] * 30
+
+
+@pytest.mark.parametrize(("rest", "expected"), [(8, 8), (40, 40), (150, 100), (1, 5)])
+def test_rest_is_found(rest, expected):
+    tracks = moved(path((rest, 0.0), (60, 60.0))[:, None, None] * ALONG)
+    assert frames_at_rest(tracks) == pytest.approx(expected, abs=2)
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda: frames_at_rest(moved(np.zeros((4, 49, 2)))), "tracks: have 4 frames, needs more than 5 at rest"),
+        (
+            lambda: detect_residual(moved(np.zeros((9, 49, 2))), SETTINGS),
+            "have 9 frames, needs the 20 at rest and more",
+        ),
+        (
+            lambda: detect_residual(moved(np.zeros((30, 49, 2))).isel(marker=slice(0, 3)), SETTINGS),
+            "frames: 3 markers are seen in half of the frames at rest, needs 5",
+        ),
+    ],
+)
+def test_what_cannot_be_judged_is_refused(act, message):
+    with pytest.raises(InputError, match=message):
+        act()
+
+
+LATENCY = Table("Latency", (Column(""), Column("value")), (("frames", "1"),))
+
+
+def clip_of(tracks: xr.Dataset, frames: Frames | None = None) -> SlipClip:
+    inside = tracks.isel(marker=np.flatnonzero(tracks["kind"].values == "internal"))
+    return SlipClip("slide.avi", inside, detect_residual(inside, SETTINGS), LATENCY, frames)
+
+
+def test_the_page_says_when_and_how_sure_and_shows_it(tmp_path):
+    case = trial()
+    frames = Frames("slide", 30.0, lambda: iter(np.full((200, 480, 640), 90, dtype=np.uint8)))
+    clip = clip_of(case.tracks, frames)
+    (row,) = slide_table(clip).rows
+    assert row[2] == "slide"
+    assert (row[3], row[4]) == pytest.approx((1.0, case.labels["contact"].gross), abs=0.15)
+    assert 90 <= row[5] <= 99
+    (answer,) = answer_of(clip)
+    assert answer.startswith("Slip begins at 1.1")
+    assert answer.endswith("% sure.")
+    assert list(clip.moments) == ["at rest", "slip begins", "between", "gross slip begins"]
+    page = write_slip_page(clip, tmp_path / "page").read_text()
+    assert sorted(entry.name for entry in (tmp_path / "page").iterdir()) == ["slip.csv", "slip.html", "tracks.nc"]
+    for section in ("When", "Timeline", "Which markers", "The moments around", "How it was found", "Speed"):
+        assert f">{section}</h2>" in page
+    assert page.count("image/webp") == 2
+    assert answer in page
+
+
+def test_pages_without_a_video_without_a_slide_and_of_trained_detectors():
+    still = clip_of(moved(np.zeros((40, 49, 2))))
+    assert answer_of(still) == ("No slide was found.",)
+    press = clip_of(moved(path((20, 0.0), (10, 6.0), (40, 6.0))[:, None, None] * SPREAD))
+    assert answer_of(press)[1] == "1 motion is a press or begins one: of slip in it nothing is said."
+    slid = clip_of(trial().tracks)
+    trained = replace(slid, findings=[replace_kind(entry) for entry in slid.findings])
+    for clip, sections in ((still, 4), (press, 4), (slid, 5), (trained, 3)):
+        report = slip_report(clip)
+        assert len(report.sections) == sections
+        assert "<html" in render_page(report)
+    assert answer_of(trained) == answer_of(slid)
+
+
+def replace_kind(finding):
+    """Return a finding as a trained detector has it."""
+    from fingerslip.detect.live import Finding
+
+    return Finding(finding.time, finding.slip, finding.gross, finding.onsets, finding.seconds)
+
+
+def test_a_camera_is_watched_and_events_are_told_as_they_come():
+    field = clips.field()
+    moved_by = path((30, 0.0), (40, 14.0), (2, 5.0), (8, 5.0))[:, None, None] * np.array([1.0, 0.0])
+    frames = list(clips.filmed(field + moved_by, clips.DEFAULT, seed=0))
+    told: list[str] = []
+    rows = ((number / 30.0, frame) for number, frame in enumerate(frames) if number != 50)
+    table = watch_camera(rows, "residual", {"n_markers": 81}, 20, told.append)
+    assert [line.partition(": ")[2].partition(" since")[0] for line in told] == ["slip", "gross slip"]
+    assert float(told[1].partition(" s:")[0]) == pytest.approx(71 / 30, abs=0.1)
+    assert [row[0] for row in table.rows[-4:]] == [
+        "median latency [ms]",
+        "latency of 95 % of frames below [ms]",
+        "largest latency [ms]",
+        "frames a second",
+    ]
+    assert table.note.endswith("1 frames were dropped.")
