@@ -127,7 +127,9 @@ class MarkerTracker:
         """The markers at rest, numbered; raises InputError before there is one."""
         if self._reference is None:
             fault = f"got {len(self._waiting)} frames"
-            raise InputError(self.name, fault, f"needs {self._search_frames} to find its markers in", "take more frames")
+            raise InputError(
+                self.name, fault, f"needs {self._search_frames} to find its markers in", "take more frames"
+            )
         return self._reference
 
     @property
