@@ -36,8 +36,6 @@ Floats = NDArray[np.float64]
 RIGHT = ((0.0, 0.0), (0.05, 0.25), (0.1, 406 / 416), (0.2, 400 / 406), (0.5, 359 / 360), (1.0, 359 / 360))
 #: The same of gross slip.
 GROSS_RIGHT = 361 / 362
-#: Name of this detector where one is chosen.
-RESIDUAL = "residual"
 
 _FEWEST = 5  # frames and markers without which there is no rest and no pattern
 _MOST = 100  # frames that are taken for rest

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -17,19 +17,23 @@ from fingerslip.detect.evaluation.scores import (
 )
 from fingerslip.detect.evaluation.tables import event_table, unseen_tables
 from fingerslip.detect.labels import Onsets
-from fingerslip.detect.live import Finding, LiveDetector, findings_table, run_on_tracks
 from fingerslip.detect.model_file import read_detector
-from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
-from fingerslip.detect.residual import RESIDUAL, ResidualDetector, ResidualSettings, detect_residual, frames_at_rest
 from fingerslip.detect.session import Choices
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.detect.trials import open_trials
+from fingerslip.errors import InputError
 from fingerslip.storage.files import check_replaceable
 from fingerslip.tables.table import Table
 from fingerslip.vision.sources import dropped_frames, live_frames
-from fingerslip.vision.tracking.track import MarkerTracker, follow_video, lens_of, tracks_of
 from fingerslip.vision.video import open_frames
+
+if TYPE_CHECKING:
+    from fingerslip.detect.live import Finding, LiveDetector
+    from fingerslip.detect.residual import ResidualDetector
+
+#: Name of the detector that ships, where one is chosen.
+RESIDUAL = "residual"
 
 
 def run_detector(
@@ -38,6 +42,14 @@ def run_detector(
     """Run a detector on tracks or a video, write its page, and return its events, its latency and what to say."""
     trained = None if detector == RESIDUAL else read_detector(detector)
     check_replaceable(output, "slip.csv")
+    if not source.exists():
+        raise InputError(str(source), "is not there", "needs a video, a folder of images, or tracks (.nc, .csv)")
+    # What computes and draws is slow to import.
+    from fingerslip.detect.live import findings_table, run_on_tracks
+    from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
+    from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
+    from fingerslip.vision.tracking.track import MarkerTracker, follow_video, lens_of, tracks_of
+
     frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
@@ -70,6 +82,10 @@ def watch_camera(
     tell: Callable[[str], object],
 ) -> Table:
     """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
+    from fingerslip.detect.live import LiveDetector, findings_table
+    from fingerslip.detect.residual import ResidualDetector, ResidualSettings
+    from fingerslip.vision.tracking.track import MarkerTracker
+
     trained = None if detector == RESIDUAL else read_detector(detector)
     tracker = _tracker(trained, tracking, rest_frames or 30, f"camera {camera}")
     live: LiveDetector | ResidualDetector | None = None
@@ -117,6 +133,8 @@ def judge_detector(detector: str, dataset: Path, labels: str) -> list[Table]:
     with threadpool_limits(1):
         if detector != RESIDUAL:
             return unseen_tables(on_unseen(read_detector(detector), trials, onsets))
+        from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
+
         tracks = {name: trials.tracks(name) for name in trials.names}
         rests = {name: frames_at_rest(entry) for name, entry in tracks.items()}
         results = {name: detect_residual(entry, ResidualSettings(rests[name])) for name, entry in tracks.items()}

@@ -77,7 +77,8 @@ def test_detector_without_its_receptors_is_refused() -> None:
     with pytest.raises(InputError) as caught:
         Grasp(HELD, pad(), {"touch": SpikeCount(kind="SA-I")})
     assert str(caught.value) == (
-        "detectors.touch: needs sites of the kind SA-I, the holder has none; write holder_of(..., groups=['SA-I'])"
+        "detectors.touch: needs sites of the kind SA-I, the holder has none; "
+        "write holder_of(..., groups=['SA-I']), or record.sites in a study"
     )
 
 
