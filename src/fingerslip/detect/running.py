@@ -31,6 +31,7 @@ from fingerslip.vision.video import open_frames
 if TYPE_CHECKING:
     from fingerslip.detect.live import Finding, LiveDetector
     from fingerslip.detect.residual import ResidualDetector
+    from fingerslip.vision.tracking.track import MarkerTracker
 
 #: Name of the detector that ships, where one is chosen.
 RESIDUAL = "residual"
@@ -48,7 +49,7 @@ def run_detector(
     from fingerslip.detect.live import findings_table, run_on_tracks
     from fingerslip.detect.page import SlipClip, answer_of, slide_table, write_slip_page
     from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest
-    from fingerslip.vision.tracking.track import MarkerTracker, follow_video, lens_of, tracks_of
+    from fingerslip.vision.tracking.track import follow_video, lens_of, tracks_of
 
     frames, note, seconds = None, "Latency without the tracker. A first run compiles, too.", np.zeros(1)
     with threadpool_limits(1):
@@ -82,9 +83,7 @@ def watch_camera(
     tell: Callable[[str], object],
 ) -> Table:
     """Run a detector on a camera until it ends or is interrupted; tell each event as it comes, and return latencies."""
-    from fingerslip.detect.live import LiveDetector, findings_table
-    from fingerslip.detect.residual import ResidualDetector, ResidualSettings
-    from fingerslip.vision.tracking.track import MarkerTracker
+    from fingerslip.detect.live import findings_table
 
     trained = None if detector == RESIDUAL else read_detector(detector)
     tracker = _tracker(trained, tracking, rest_frames or 30, f"camera {camera}")
@@ -104,6 +103,8 @@ def watch_camera(
 
 def _tracker(trained: Detector | None, tracking: Mapping[str, Any], rest_frames: int, name: str) -> MarkerTracker:
     """Return the tracker for a detector; a trained one says itself how many frames are at rest."""
+    from fingerslip.vision.tracking.track import MarkerTracker
+
     search = {option: tracking[option] for option in ("n_markers", "layout", "mask", "bright") if option in tracking}
     return MarkerTracker(
         **search, rest_frames=trained.features.motion.rest_frames if trained else rest_frames, name=name
@@ -112,6 +113,9 @@ def _tracker(trained: Detector | None, tracking: Mapping[str, Any], rest_frames:
 
 def _detector_for(trained: Detector | None, tracker: MarkerTracker) -> LiveDetector | ResidualDetector:
     """Return what takes the markers of a tracker that has found them."""
+    from fingerslip.detect.live import LiveDetector
+    from fingerslip.detect.residual import ResidualDetector, ResidualSettings
+
     if trained is None:
         return ResidualDetector(ResidualSettings(tracker.rest_frames))
     check_tracks_fit(trained, tracker.at_rest)
