@@ -134,6 +134,7 @@ def test_answer_names_who_saves_the_object_and_who_loses_it(reactions: Reactions
         "The grip of each reaction has its own rate, so each has its own longest latency, which stands second: "
         f"saved by human-slip (74 of {limits['human-slip']}); lost by gripper (400 of {limits['gripper']})."
     )
+    assert limits["human-slip"] != limits["gripper"]
     refined = replace(reactions.runs[0], uncertainty={LATENCY: 0.01})
     assert "ms of search, step and mesh)." in answer(replace(reactions, runs=(refined, *reactions.runs[1:])))[0]
 
