@@ -20,6 +20,7 @@ from unit.dynamics.models import contact, oscillator, pressed_pad, resting, slid
 BODY, FREE = fs.RigidBody(1.0), fs.RigidBody(0.02, free=("x", "y"))
 PRESS, SLIDE = fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3)
 ASIDE = fs.Ramp((0.0, 0.1), (0.0, 1.0))
+LOWERED = {"supports": {"top": ("x", "y")}, "support_motions": {"top": fs.SupportMotion((0.0, -1e-4), ASIDE)}}
 STATIC = fs.QuasiStatic(5e-3)
 TERMS = (fs.PronyTerm(0.3, 4e-3), fs.PronyTerm(0.3, 0.07))
 NEO_HOOKEAN = {"kinematics": "finite", "materials": {"bulk": fs.NeoHookean(1e5, 0.45, 1e3)}}
@@ -273,8 +274,13 @@ def timed(time):
         (lambda: stepped("close", "step"), "simulation: is closed, takes no more steps"),
         (
             lambda: commanded({}, "side", velocity=(0.0, 0.0)),
-            "^command.of: got 'side', the bodies and contacts are: bottom",
+            "^command.of: got 'side', the bodies, contacts and moving supports are: bottom",
         ),
+        (
+            lambda: commanded(LOWERED, "top", velocity=(1e-3, -1e-3)),
+            "^command.velocity: moves 'top' along x, where it cannot, needs components that its motion has; give",
+        ),
+        (lambda: commanded(LOWERED, "top", force=(0.0, 1.0)), "^command.force: 'top' is a support"),
         (lambda: commanded({}, "bottom", velocity=(0.0,)), "^command.velocity: got 1 components, needs 2"),
         (lambda: commanded({}, "bottom", force=(0.0, 1.0)), "^command.force: 'bottom' is free along no direction"),
         (

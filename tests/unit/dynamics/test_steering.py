@@ -62,6 +62,28 @@ def test_a_restored_simulation_goes_on_to_the_last_bit(tmp_path: Path, name: str
         xr.testing.assert_equal(again.history(), undisturbed)
 
 
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_a_support_that_is_commanded_moves_as_one_that_was_planned(kinematics: str) -> None:
+    """A pad that is held from above comes down on a plate, then is squeezed faster and dragged along."""
+    down, squeezed = fs.Ramp((0.0, 0.1), (0.0, 1.0)), fs.Ramp((0.0, 0.05, 0.1), (0.0, 0.5, 2.0))
+
+    def pad(ramp: fs.Ramp) -> fs.Model:
+        motions = {"top": fs.SupportMotion((1e-5, -0.2e-3), ramp)}
+        supports = {"top": ("x", "y")}
+        time = fs.TimeStepping(5e-3, end=0.1)
+        return slid_block(kinematics, supports=supports, support_motions=motions, programme=(), time=time)
+
+    planned = fs.simulate(pad(squeezed))
+    with fs.Simulation(pad(down)) as sim:
+        for step in range(20):
+            sim.step(fs.Command("top", velocity=(3e-4, -6e-3)) if step == 10 else ())
+        history = sim.history()
+    assert float(np.abs(planned.support_force.values).max()) > 0.1
+    for name in ("support_force", "counterface_force", "contact_state", "displacement", "external_work"):
+        values = planned[name].values
+        np.testing.assert_allclose(history[name].values, values, atol=1e-9 * np.abs(values).max(), err_msg=name)
+
+
 def test_observations_are_the_records_of_a_step() -> None:
     with fs.Simulation(slid_block()) as sim:
         seen = [sim.observation, *(sim.step() for _ in range(10))]

@@ -12,7 +12,7 @@ from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 from fingerslip.model.model import Model
-from fingerslip.model.programme import CONSTANT
+from fingerslip.model.programme import CONSTANT, Ramp
 from fingerslip.parameters import Force, SignedSpeed, parameters
 
 __all__ = ["Command", "with_command"]
@@ -22,12 +22,12 @@ Array = NDArray[np.float64]
 
 @parameters
 class Command:
-    """What a counterface or a rigid body does from now on.
+    """What a counterface, a rigid body or a moving support does from now on.
 
     Parameters
     ----------
     of : str
-        The boundary of the contact whose counterface is meant, or the name of a rigid body.
+        The boundary of the contact whose counterface is meant, or the name of a rigid body or of a moving support.
     velocity : tuple of float, optional
         Its prescribed velocity from now on [m/s], one value per component; without it the motion stays what it is.
     force : tuple of float, optional
@@ -45,6 +45,8 @@ def with_command(system: System, model: Model, command: Command, time: float) ->
 
     Units: time [s].
     """
+    if command.of in model.support_motions and command.of not in _owners(model):
+        return _with_support(system, model, command, time)
     faces = _faces(model, command)
     if command.velocity is not None:
         system = _with_motion(system, model, faces, _components(system, command.velocity, "velocity"), time)
@@ -57,13 +59,47 @@ def _faces(model: Model, command: Command) -> tuple[int, ...]:
     """Return the counterfaces that a command means."""
     if command.of in model.bodies:
         return tuple(faces_of(model, command.of))
-    boundaries = [contact.boundary for contact in model.contacts]
-    if command.of not in boundaries:
-        names = ", ".join([*model.bodies, *boundaries]) or "none"
-        raise InputError("command.of", f"got '{command.of}'", f"the bodies and contacts are: {names}")
-    number = boundaries.index(command.of)
+    if command.of not in _owners(model):
+        names = ", ".join([*_owners(model), *model.support_motions]) or "none"
+        fault = f"got '{command.of}'"
+        raise InputError("command.of", fault, f"the bodies, contacts and moving supports are: {names}")
+    number = [contact.boundary for contact in model.contacts].index(command.of)
     owner = model.contacts[number].rigid_body
     return (number,) if owner is None else tuple(faces_of(model, owner))
+
+
+def _owners(model: Model) -> list[str]:
+    """Return the names of rigid bodies and contacts."""
+    return [*model.bodies, *(contact.boundary for contact in model.contacts)]
+
+
+def _with_support(system: System, model: Model, command: Command, time: float) -> System:
+    """Return a system in which a moving support goes on with a velocity."""
+    if command.force is not None:
+        raise InputError(
+            "command.force", f"'{command.of}' is a support", "needs a body that is free", "write a velocity"
+        )
+    velocity, moving = _components(system, command.velocity or (), "velocity"), list(system.moving_supports)
+    left, duration = velocity.copy(), model.end - time + model.time.step
+    for number, component in enumerate(moving):
+        if component.support == command.of:
+            change = velocity[component.axis] * duration / component.displacement
+            moving[number] = replace(component, ramp=_ramp_on(component.ramp, time, duration, change))
+            left[component.axis] = 0.0
+    if left.any():
+        fault = f"moves '{command.of}' along {', '.join('xyz'[axis] for axis in np.flatnonzero(left))}, where it cannot"
+        raise InputError(
+            "command.velocity", fault, "needs components that its motion has", "give them in support_motions"
+        )
+    return replace(system, moving_supports=tuple(moving))
+
+
+def _ramp_on(ramp: Ramp, time: float, duration: float, change: float) -> Ramp:
+    """Return a ramp that goes on by a change of its factor [-] within a duration [s] from a time [s] on."""
+    here = ramp.at(time)
+    past = [(knot, factor) for knot, factor in zip(ramp.times, ramp.factors, strict=True) if knot < time]
+    times, factors = zip(*past, (time, here), (time + duration, here + change), strict=True)
+    return Ramp(times, factors)
 
 
 def _components(system: System, values: tuple[float, ...], name: str) -> Array:

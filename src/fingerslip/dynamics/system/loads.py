@@ -79,6 +79,8 @@ class Supports:
 class MovingComponent:
     """One component of a moving support."""
 
+    support: str  # its boundary or region
+    axis: int  # its component
     dofs: Indices  # (k,), the mesh's degrees of freedom that move with it
     displacement: float  # displacement at factor one [m]
     ramp: Ramp  # factor over time
@@ -98,7 +100,7 @@ def moving_components(
         for axis, displacement in enumerate(motion.displacement):
             dofs = rows[names.index(name) * dim + axis].indices.astype(np.int64)
             if displacement and dofs.size:
-                components.append(MovingComponent(np.sort(dofs), displacement, motion.ramp))
+                components.append(MovingComponent(name, axis, np.sort(dofs), displacement, motion.ramp))
     return components
 
 
