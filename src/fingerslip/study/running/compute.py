@@ -188,13 +188,14 @@ def _compute_apart(
         news.close()
 
 
-_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+# What macOS computes with does not bear to be forked.
+_METHOD = "forkserver" if sys.platform == "linux" else "spawn"
 
 
 def prepare_workers() -> None:
-    """Begin to load what workers need, in a process that they are forked from, where the system has such."""
+    """Begin to load what workers need, in a process that they are forked from, where the system bears that."""
     if _METHOD == "forkserver":
-        # Other systems do not have the module.
+        # Windows does not have the module.
         from multiprocessing import forkserver
 
         forkserver.set_forkserver_preload([__name__, "fingerslip.report.page.pictures", "scipy.signal"])
