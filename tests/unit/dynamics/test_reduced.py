@@ -168,7 +168,7 @@ def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
 
 def test_a_history_says_which_basis_it_has():
     attrs = fs.simulate(with_basis()).attrs
-    assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 80)
+    assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 40)
     assert attrs["basis_constraint_modes"] == 2 * attrs["n_contact_candidates"]
     assert 0.0 < attrs["basis_error"] < 1e-3
     assert attrs["basis_highest_frequency"] > 100.0

@@ -46,8 +46,9 @@ Array = NDArray[np.float64]
 # Normal modes of the first basis and of the largest one, and how many times as many the next one has at most. There are
 # as many responses at sites.
 _FEWEST, _MOST, _MOST_TIMES = 40, 320, 8
-# Numerical damping below which the first basis is twice as large: what begins to ring rings on.
-_LITTLE = 0.2
+# Numerical damping below which the first basis is twice as large: what begins to ring rings on. Where accelerations may
+# be off by more than the second number, neither this nor responses at sites are worth their time.
+_LITTLE, _COARSE = 0.2, 0.05
 # Slow motions that excite them: more normal modes for each bring more than more motions do (measured).
 _MOTIONS = 20
 # Square matrices of the interface's size that exist at once: constraint modes, eigenvectors, compliances.
@@ -84,12 +85,14 @@ class _Maker:
     body: ConstraintModes
     rows: NDArray[np.int64]
     store: BasisStore | None
+    is_coarse: bool  # whether accelerations may be far off
 
     @classmethod
-    def of(cls, motions: Motions, store: BasisStore | None) -> _Maker:
+    def of(cls, motions: Motions, store: BasisStore | None, wanted: ReducedBasis) -> _Maker:
         system = motions.systems[0]
         body = ConstraintModes(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
-        return cls(motions, body, observed_unknowns(motions.models, motions.systems), store)
+        rows = observed_unknowns(motions.models, motions.systems)
+        return cls(motions, body, rows, store, wanted.acceleration_tolerance > _COARSE)
 
     def alone(self) -> AbstractContextManager[None]:
         """Keep other processes from making the same basis in a block."""
@@ -111,7 +114,8 @@ class _Maker:
     def fewest(self) -> int:
         """How many normal modes the first basis has."""
         scheme = make_scheme(self.motions.models[0].time)
-        return 2 * _FEWEST if scheme.inertia_factor and scheme.start_weight > -_LITTLE else _FEWEST
+        rings = scheme.inertia_factor and scheme.start_weight > -_LITTLE and not self.is_coarse
+        return 2 * _FEWEST if rings else _FEWEST
 
     def make(self, count: int) -> CraigBampton:
         """Make a basis with some normal modes and as many responses at sites."""
@@ -132,6 +136,8 @@ class _Maker:
     @cached_property
     def _site_responses(self) -> Array:
         """Responses at sites (n, k) [m], in the order of their inertia."""
+        if self.is_coarse:
+            return np.zeros((self.body.stiffness.shape[0], 0))
         fields = site_responses(self.body, self.motions.systems)
         _, vectors = linalg.eigh(fields.T @ (self.body.mass @ fields))
         ordered: Array = fields @ vectors[:, ::-1]
@@ -195,7 +201,7 @@ def _compute(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -
 
     Where there is no basis yet, the first of several motions tries it out for all.
     """
-    maker = _Maker.of(motions, store)
+    maker = _Maker.of(motions, store, wanted)
     with maker.alone():
         tried, basis = _begun(motions.part(slice(1)), maker, wanted)
     if tried is not None and len(motions.models) == 1:
@@ -266,7 +272,7 @@ def _reduced(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[list
 
 def _stepped(motions: Motions, store: BasisStore | None) -> tuple[System, ResidualCheck]:
     """Return what :func:`in_basis` does."""
-    maker = _Maker.of(motions, store)
+    maker = _Maker.of(motions, store, motions.models[0].basis or ReducedBasis())
     with motions.watch.part("basis"), maker.alone():
         stored = maker.kept()
         basis = stored or maker.make(_STEPWISE)
