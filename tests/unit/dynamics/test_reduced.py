@@ -141,26 +141,34 @@ def compared(model, caplog):
 
 
 def check_estimates(models, caplog):
-    """No error beyond its tolerance or three times its estimate, and few estimates above three times their errors."""
+    """No error beyond its tolerance or three times its estimate; return which estimates are above three times theirs."""
     pairs = [pair for model in models if (pair := compared(model, caplog)) is not None]
     error, estimate = np.stack(pairs, axis=1)
     basis = fs.ReducedBasis()
     assert (error <= (basis.tolerance, basis.acceleration_tolerance)).all()
     assert (error <= 3.0 * estimate + 1e-9).all()
-    # Too large an estimate only costs time, and none where it is far below the tolerance.
-    tolerances = np.array([basis.tolerance, basis.acceleration_tolerance])
-    assert (estimate > 3.0 * error + 0.02 * tolerances).mean() < 0.2
-    return len(pairs)
+    return estimate > 3.0 * error + 1e-9
 
 
-def test_estimates_are_within_a_factor_of_three(caplog):
-    """Of models of which most move in a basis."""
-    assert check_estimates(map(random_model, (0, 4, 7, 8, 10)), caplog) > 2
+@pytest.fixture
+def first_bases_of_ten(monkeypatch):
+    """Have bases leave an error: with more modes those of small meshes are nearly whole."""
+    monkeypatch.setattr(bases, "_FEWEST", 10)
+
+
+@pytest.mark.usefixtures("first_bases_of_ten")
+def test_errors_are_within_three_times_their_estimates(caplog):
+    """Of models that move in a basis."""
+    assert len(check_estimates(map(random_model, (0, 8, 9, 13)), caplog)) == 4
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("first_bases_of_ten")
 def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
-    assert check_estimates(map(random_model, range(60)), caplog) > 20
+    too_large = check_estimates(map(random_model, range(60)), caplog)
+    assert len(too_large) > 20
+    # Too large an estimate only costs time. Which ones are depends on how the vectors of a basis are rounded.
+    assert too_large.mean() < 0.2
 
 
 # As many normal modes as the tolerances need.
@@ -193,10 +201,10 @@ def test_normal_modes_are_added_until_they_suffice_for_displacements_and_acceler
 
 
 def test_the_more_normal_modes_the_nearer(monkeypatch):
-    full, moved = fs.simulate(deep_push_and_slide(alpha=-0.3)), []
+    full, moved = fs.simulate(deep_push_and_slide()), []
     for count in (5, 40, 160):
         monkeypatch.setattr(bases, "_FEWEST", count)
-        reduced = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=LOOSE))
+        reduced = fs.simulate(deep_push_and_slide(basis=LOOSE))
         assert reduced.attrs["basis_normal_modes"] == count
         moved.append(difference(reduced, full, "displacement"))
     assert moved[0] > 2.0 * moved[1] > 2.0 * moved[2]
