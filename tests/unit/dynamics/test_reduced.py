@@ -141,7 +141,7 @@ def compared(model, caplog):
 
 
 def check_estimates(models, caplog):
-    """No error beyond its tolerance or three times its estimate; return which estimates are over three times as large."""
+    """No error beyond its tolerance or three times its estimate; and which estimates are over three times as large."""
     pairs = [pair for model in models if (pair := compared(model, caplog)) is not None]
     error, estimate = np.stack(pairs, axis=1)
     basis = fs.ReducedBasis()
