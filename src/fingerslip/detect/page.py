@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fingerslip.detect.live import Finding
 from fingerslip.detect.residual import ResidualFinding, ResidualSettings, Slide, slides_of
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, SKY, VERMILLION
-from fingerslip.report.figures.style import add_legend, figure_grid, say, show_picture, with_style
+from fingerslip.report.figures.style import add_legend, figure_grid, picture_bytes, say, show_picture, with_style
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.storage.files import check_replaceable, new_folder, write_text
 from fingerslip.tables.table import Column, Missing, Table, to_csv
@@ -28,7 +28,7 @@ from fingerslip.version import __version__
 from fingerslip.vision.fields import rest_positions
 from fingerslip.vision.overlay import overlay_frames
 from fingerslip.vision.tracks import write_tracks
-from fingerslip.vision.video import Frames, opencv
+from fingerslip.vision.video import Frames
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 _BEFORE, _AFTER = 0.5, 1.0  # seconds of a clip around a moment
-_PICTURES, _MILLISECONDS = 45, 80  # pictures of a clip at most, and how long each is shown
+_PICTURES = 45  # of a clip at most
 _CLIPS = 4
 _FILE = "slip.csv"
 _PRESS = "#e3e3e3"
@@ -327,16 +327,9 @@ def _clips_html(clip: SlipClip) -> str:
     for when in moments[:_CLIPS] or [float(time[clip.moments.get("most displaced", 0)])]:
         numbers = np.flatnonzero((time > when - _BEFORE) & (time < when + _AFTER))
         numbers = numbers[:: max(1, -(-len(numbers) // _PICTURES))]
-        data = base64.b64encode(animation(_pictures(clip, numbers.tolist()))).decode("ascii")
+        pictures = [np.ascontiguousarray(picture[:, :, ::-1]) for picture in _pictures(clip, numbers.tolist())]
+        data = base64.b64encode(picture_bytes(pictures, ".webp")).decode("ascii")
         words = f"Around {when:.2f} s"
         source = f'<img alt="{words}" src="data:image/webp;base64,{data}">'
         figures.append(f"<figure>{source}<figcaption>{words}.</figcaption></figure>")
     return f'<div style="display:flex;flex-wrap:wrap;gap:1em">{"".join(figures)}</div>'
-
-
-def animation(pictures: Sequence[NDArray[np.uint8]]) -> bytes:
-    """Return pictures (height, width, 3), blue first, as one that moves, in the form WebP."""
-    cv2 = opencv()
-    moving = cv2.Animation()
-    moving.frames, moving.durations = list(pictures), [_MILLISECONDS] * len(pictures)
-    return bytes(cv2.imencodeanimation(".webp", moving, [cv2.IMWRITE_WEBP_QUALITY, 70])[1])

@@ -30,6 +30,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from matplotlib.ticker import FixedFormatter, FuncFormatter
 from numpy.typing import NDArray
+from PIL import Image
 
 from fingerslip.history import phase_times
 from fingerslip.report.colours import (
@@ -267,6 +268,14 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
     else:
         with mpl.rc_context(_TEXT):
             figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
+    return stream.getvalue()
+
+
+def picture_bytes(pictures: Iterable[NDArray[np.uint8]], ending: str) -> bytes:
+    """Return a picture (height, width, 3) as a file of an ending such as ``.png``; several move, 80 ms each."""
+    stream, (first, *others) = io.BytesIO(), map(Image.fromarray, pictures)
+    moving: dict[str, Any] = {"save_all": True, "append_images": others, "duration": 80, "loop": 0}
+    first.save(stream, Image.registered_extensions()[ending.lower()], **(moving if others else {}))
     return stream.getvalue()
 
 

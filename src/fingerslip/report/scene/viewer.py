@@ -9,14 +9,13 @@ import re
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import nearest_snapshot, site_kinds
@@ -28,6 +27,7 @@ from fingerslip.report.figures.style import (
     event_times,
     figure_grid,
     mark_run,
+    picture_bytes,
     with_style,
 )
 from fingerslip.report.scene.names import CUTS, FIELDS
@@ -35,7 +35,7 @@ from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.windows import EVENTS
-from fingerslip.storage.files import new_file
+from fingerslip.storage.files import write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +49,6 @@ PICTURES = (".png", ".jpg", ".webp")
 FILMS = (".gif", ".webp")
 
 _SIZE = (1200, 900)
-_FRAME_MILLISECONDS = 80
 _BOX = 28
 
 
@@ -176,13 +175,13 @@ def save_still(
 ) -> None:
     """Write a picture of the snapshot nearest to a time [s]."""
     path = _check_path(path, PICTURES)
-    _write(path, [still(history, time, options)])
+    write_bytes(path, picture_bytes([still(history, time, options)], path.suffix))
 
 
 def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | None = None) -> None:
     """Write a film of all snapshots."""
     path, numbers = _check_path(path, FILMS), range(history.sizes.get("snapshot_time", 0))
-    _write(path, stills(history, numbers, options or SceneOptions(), (800, 600)))
+    write_bytes(path, picture_bytes(stills(history, numbers, options or SceneOptions(), (800, 600)), path.suffix))
 
 
 def _check_path(path: str | Path, endings: tuple[str, ...]) -> Path:
@@ -190,14 +189,6 @@ def _check_path(path: str | Path, endings: tuple[str, ...]) -> Path:
     if path.suffix.lower() not in endings:
         raise InputError(str(path), f"ends in '{path.suffix}'", f"needs one of {', '.join(endings)}")
     return path
-
-
-def _write(path: Path, pictures: Iterable[NDArray[np.uint8]]) -> None:
-    """Write one picture or a film, whole or not at all."""
-    first, *others = map(Image.fromarray, pictures)
-    more: dict[str, Any] = {"save_all": True, "append_images": others, "duration": _FRAME_MILLISECONDS, "loop": 0}
-    with new_file(path) as partial:
-        first.save(partial, **(more if others else {}))
 
 
 def open_window(
