@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -47,7 +48,7 @@ class Finding:
 F = TypeVar("F", bound=Finding)
 
 
-class FrameByFrame(Generic[F]):
+class FrameByFrame(ABC, Generic[F]):
     """What takes the markers of frames one at a time, and waits until those at rest are all there.
 
     The frames at rest are then worked off at once, so slip at rest is reported late.
@@ -82,12 +83,13 @@ class FrameByFrame(Generic[F]):
         self._begin(np.stack([entry.position for entry in waiting]).astype(np.float64))
         return [self._decide(entry) for entry in waiting]
 
+    @abstractmethod
     def _begin(self, positions: Floats) -> None:
         """Take the positions of all frames at rest, (n_frames, n_markers, 2)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _decide(self, frame: SeenMarkers) -> F:
-        raise NotImplementedError
+        """Return what is found in a frame."""
 
 
 class LiveDetector(FrameByFrame[Finding]):
