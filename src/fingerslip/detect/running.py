@@ -12,9 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.evaluation.crossval import on_unseen
-from fingerslip.detect.evaluation.scores import (
-    event_scores_of,
-)
+from fingerslip.detect.evaluation.scores import event_scores_of
 from fingerslip.detect.evaluation.tables import event_table, unseen_tables
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.model_file import read_detector

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import scaled_logistic, small_forest, two_thresholds
 from fingerslip.detect.evaluation.scores import Estimate, ratio_estimate
-from fingerslip.detect.features import FeatureSettings, MotionSettings, feature_names, features_of, motion_of
+from fingerslip.detect.features import FeatureSettings, MotionSettings, features_of, motion_of
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.optional import optional
 from fingerslip.detect.recordings import NO_SLIP_WORD, SLIP
@@ -84,7 +84,6 @@ def _whole(trials: TrialSet, name: str, motion: MotionSettings) -> dict[str, Flo
     tracks, settings = trials.tracks(name), FeatureSettings(("field",), motion)
     moved = motion_of(tracks, motion)
     frames = features_of(moved, settings).astype(np.float64)
-    assert len(feature_names(moved, settings)) == frames.shape[1]
     statistics = [frames.mean(axis=0), frames.std(axis=0), np.quantile(frames, 0.95, axis=0), frames[-1]]
     findings = detect_residual(tracks, ResidualSettings(rest_frames=motion.rest_frames))
     length = np.array([float(moved.time[-1] - moved.time[0])])
