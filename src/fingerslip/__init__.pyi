@@ -160,11 +160,8 @@ from .marker_layouts import (
     ring_layout as ring_layout,
 )
 from .vision.sources import live_frames as live_frames
-from .vision.tracking.track import (
-    MarkerTracker as MarkerTracker,
-    TrackingWarning as TrackingWarning,
-    track_markers as track_markers,
-)
+from .vision.tracking.track import TrackingWarning as TrackingWarning, track_markers as track_markers
+from .vision.tracking.tracker import MarkerTracker as MarkerTracker
 from .vision.tracks import (
     make_tracks as make_tracks,
     read_tracks as read_tracks,

@@ -27,7 +27,7 @@ from fingerslip.detect.samples import Sampling, grouped_folds, samples_of
 from fingerslip.detect.synthetic import SyntheticSensor, film_trials, synthetic_slides
 from fingerslip.detect.training import train
 from fingerslip.detect.trials import Trial, TrialSet, open_trials, write_trials
-from fingerslip.vision.tracking.track import MarkerTracker
+from fingerslip.vision.tracking.tracker import MarkerTracker
 from fingerslip.vision.video import read_frames
 
 SENSOR = SyntheticSensor(frame_rate=67.0, rest_frames=100)

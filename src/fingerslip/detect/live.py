@@ -26,7 +26,7 @@ from fingerslip.detect.labels import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
 from fingerslip.tables.table import Cell, Column, Missing, Table
-from fingerslip.vision.tracking.track import SeenMarkers
+from fingerslip.vision.tracking.tracker import SeenMarkers
 
 if TYPE_CHECKING:
     import xarray as xr

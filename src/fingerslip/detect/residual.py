@@ -24,7 +24,7 @@ from fingerslip.detect.live import Finding, FrameByFrame, frames_of, run_live
 from fingerslip.errors import InputError
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
-from fingerslip.vision.tracking.track import SeenMarkers
+from fingerslip.vision.tracking.tracker import SeenMarkers
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -29,7 +29,7 @@ from fingerslip.vision.video import open_frames
 if TYPE_CHECKING:
     from fingerslip.detect.live import Finding, LiveDetector
     from fingerslip.detect.residual import ResidualDetector
-    from fingerslip.vision.tracking.track import MarkerTracker
+    from fingerslip.vision.tracking.tracker import MarkerTracker
 
 #: Name of the detector that ships, where one is chosen.
 RESIDUAL = "residual"
@@ -101,7 +101,7 @@ def watch_camera(
 
 def _tracker(trained: Detector | None, tracking: Mapping[str, Any], rest_frames: int, name: str) -> MarkerTracker:
     """Return the tracker for a detector; a trained one says itself how many frames are at rest."""
-    from fingerslip.vision.tracking.track import MarkerTracker
+    from fingerslip.vision.tracking.tracker import MarkerTracker
 
     search = {option: tracking[option] for option in ("n_markers", "layout", "mask", "bright") if option in tracking}
     return MarkerTracker(

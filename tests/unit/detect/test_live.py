@@ -8,7 +8,7 @@ from fingerslip.detect.live import LiveDetector, frames_of, latency_of, run_live
 from fingerslip.detect.training import Detector, detect
 from fingerslip.detect.trials import TrialSet
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.track import SeenMarkers
+from fingerslip.vision.tracking.tracker import SeenMarkers
 
 
 @pytest.mark.parametrize("lost", [0.0, 0.3])

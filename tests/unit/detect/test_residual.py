@@ -19,7 +19,7 @@ from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
 from fingerslip.tables.table import Column, Table
-from fingerslip.vision.tracking.track import SeenMarkers
+from fingerslip.vision.tracking.tracker import SeenMarkers
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import Frames
 from problems import clips
