@@ -85,8 +85,10 @@ def centre_of(results: Sequence[ReactionResult]) -> int:
 
 
 def answer(reactions: Reactions) -> tuple[str, ...]:
-    """Return the answer of the runs, at the centre, in a few sentences."""
+    """Return the answer of the runs, at the centre, in a few sentences; of samples, which have none, over all."""
     settings, result = reactions.settings, reactions.result
+    if any(run.sampled for run in reactions.runs):
+        return _answer_of_samples(reactions)
     critical, where = result.latency(settings.detector), f"At {reactions.where}"
     if np.isnan(critical):
         return (f"{where} no reflex saves the object, however quick.",)
@@ -106,6 +108,17 @@ def answer(reactions: Reactions) -> tuple[str, ...]:
         f"{first} '{settings.detector}' on saves the object, {lost:.0f} ms loses it (± {1e3 * error:.0f} ms of {of}).",
         *((f"{said} {'; '.join(texts)}.",) if texts else ()),
     )
+
+
+def _answer_of_samples(reactions: Reactions) -> tuple[str, ...]:
+    settings, lost = reactions.settings, [result for result in reactions.results if result.lost is not None]
+    first = f"{len(lost)} of {len(reactions.results)} objects are lost without a reaction."
+    latencies = [1e3 * value for result in lost if (value := result.critical[settings.detector]) is not None]
+    if not latencies:
+        return (first,)
+    rise = f"A grip that rises at {settings.actuator.force_rate:g} N/s saves {len(latencies)} of them"
+    span = f"{min(latencies):.0f} to {max(latencies):.0f} ms after '{settings.detector}'"
+    return first, f"{rise} where it begins in time: {span}, {np.median(latencies):.0f} ms in the middle."
 
 
 def _name(trial: Trial) -> str:

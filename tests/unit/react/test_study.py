@@ -139,6 +139,21 @@ def test_answer_names_who_saves_the_object_and_who_loses_it(reactions: Reactions
     assert "ms of search, step and mesh)." in answer(replace(reactions, runs=(refined, *reactions.runs[1:])))[0]
 
 
+def test_the_answer_of_samples_is_over_all_of_them(reactions):
+    detector, latencies = reactions.settings.detector, (0.05, 0.254, 0.09, None, None)
+    lost = (0.2, 0.2, 0.2, 0.2, None)
+    results = [
+        replace(reactions.result, lost=time, critical={detector: value})
+        for time, value in zip(lost, latencies, strict=True)
+    ]
+    runs = tuple(replace(reactions.runs[0], sampled={"reaction.mass": 0.1}) for _ in results)
+    first, second = answer(replace(reactions, runs=runs, results=tuple(results)))
+    assert first == "4 of 5 objects are lost without a reaction."
+    assert f"saves 3 of them where it begins in time: 50 to 254 ms after '{detector}', 90 ms in the middle." in second
+    none = tuple(replace(result, critical={detector: None}) for result in results)
+    assert answer(replace(reactions, runs=runs, results=none)) == (first,)
+
+
 @pytest.mark.parametrize(
     ("changes", "expected"), [({"critical": {"force": None}}, "no reflex saves"), ({"lost": None}, "no reflex is nee")]
 )
