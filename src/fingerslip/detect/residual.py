@@ -13,15 +13,17 @@ import time as clock
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.detect.features import fill_unseen, markers_of, neighbour_weights
 from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding, FrameByFrame, frames_of, run_live
 from fingerslip.errors import InputError
+from fingerslip.parameters import NonNegativeNumber, Number, parameters
 from fingerslip.vision.fields import fit_rigid_motions
 from fingerslip.vision.tracking.layouts import nearest_neighbours
 from fingerslip.vision.tracking.tracker import SeenMarkers
@@ -48,7 +50,7 @@ _STILL = 0.5  # time that markers have to stay where they are to rest again [s]
 _RIGID = 0.3  # share of the first motion of a slide that is not rigid, at most
 
 
-@dataclass(frozen=True)
+@parameters
 class ResidualSettings:
     """When markers have left the pattern; all values were chosen on simulated and analytic slides.
 
@@ -70,13 +72,13 @@ class ResidualSettings:
         Their speed then, in units of that at which they were carried along [-].
     """
 
-    rest_frames: int = 30
-    noise: float = 5.0
-    growth: float = 0.02
-    share: float = 0.1
-    frames: int = 3
-    fall: float = 0.02
-    speed: float = 2.0
+    rest_frames: Annotated[int, pydantic.Field(ge=1)] = 30
+    noise: NonNegativeNumber = 5.0
+    growth: NonNegativeNumber = 0.02
+    share: Annotated[Number, pydantic.Field(gt=0, le=1)] = 0.1
+    frames: Annotated[int, pydantic.Field(ge=1)] = 3
+    fall: NonNegativeNumber = 0.02
+    speed: NonNegativeNumber = 2.0
 
 
 @dataclass(frozen=True)

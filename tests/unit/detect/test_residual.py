@@ -118,6 +118,8 @@ def test_rest_is_found(rest, expected):
             lambda: detect_residual(moved(np.zeros((30, 49, 2))).isel(marker=slice(0, 3)), SETTINGS),
             "frames: 3 markers are seen in half of the frames at rest, needs 5",
         ),
+        (lambda: ResidualSettings(rest_frames=0), "ResidualSettings.rest_frames: got 0, needs a number >= 1"),
+        (lambda: ResidualSettings(share=0.0), "ResidualSettings.share: got 0.0, needs a number > 0"),
     ],
 )
 def test_what_cannot_be_judged_is_refused(act, message):

@@ -132,6 +132,9 @@ class MarkerTracker:
         InputError
             Where the first frames show no or too few markers; where a frame has another size than the first.
         """
+        if frame.ndim != 2:
+            fault, allowed = f"a frame has the shape {frame.shape}", "needs (height, width), grey"
+            raise InputError(self.name, fault, allowed, "read it with fs.live_frames")
         self.shape = self.shape or frame.shape
         if frame.shape != self.shape:
             fault = f"a frame is {frame.shape[1]} x {frame.shape[0]} px"

@@ -248,6 +248,8 @@ def test_frames_that_come_one_by_one_give_what_the_tracks_have(clip: Clip) -> No
     assert min(row.seconds for row in rows) > 0
     with pytest.raises(InputError, match="a frame is 10 x 20 px, needs 640 x 480 px"):
         tracker.take(np.zeros((20, 10), dtype=np.uint8), 9.0)
+    with pytest.raises(InputError, match=r"a frame has the shape \(480, 640, 3\), needs \(height, width\), grey"):
+        tracker.take(np.zeros((480, 640, 3), dtype=np.uint8), 9.0)
 
 
 def test_a_tracker_has_no_markers_before_its_first_frames_are_there(clip: Clip) -> None:
