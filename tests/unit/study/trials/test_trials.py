@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
 from fingerslip.parameters import as_mapping
 from fingerslip.study.definition.runs import expand_mapping
@@ -127,14 +126,11 @@ def test_trials_draw_their_own_cameras_and_noise():
     assert max(map(abs, first.shift)) <= SETTINGS.shift
 
 
-NONE = np.zeros((0, 3))
-
-
 def test_the_card_names_every_range_and_the_strains():
     study = read_study(ROOT / "studies" / "bulens2023_dataset.yaml")
-    body = StaticBody(np.arange(7), np.zeros((7, 3)), np.ones(7), NONE, NONE, NONE, NONE)
-    notes = card_notes(study, study.trials, body)
+    notes = card_notes(study, study.trials)
     assert "Strains are small" in notes
-    assert "Contact: 7 patches of 0.8 mm" in notes
+    assert "Contact: patches of 0.8 mm" in notes
+    assert "Strains are large" in card_notes(dataclasses.replace(study, kinematics="finite"), study.trials)
     for path, (low, high) in study.sample.ranges.items():
         assert f"| `{path}` | {low} to {high} |" in notes
