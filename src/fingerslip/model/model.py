@@ -79,14 +79,10 @@ class Traction:
     ramp: Ramp
 
 
-def _traction_kind(value: object) -> str:
-    return "Traction" if isinstance(value, Mapping | Traction) else "Components"
-
-
 #: A dead load per area, constant or over time.
 AnyTraction = Annotated[
     Annotated[Traction, pydantic.Tag("Traction")] | Annotated[tuple[SignedPressure, ...], pydantic.Tag("Components")],
-    pydantic.Discriminator(_traction_kind),
+    pydantic.Discriminator(lambda value: "Traction" if isinstance(value, Mapping | Traction) else "Components"),
 ]
 
 
