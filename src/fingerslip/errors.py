@@ -42,14 +42,7 @@ class InputError(FingerslipError, ValueError):
         Line of the file, counted from 1, where it is known.
     """
 
-    def __init__(
-        self,
-        where: str,
-        found: str,
-        allowed: str,
-        repair: str = "",
-        line: int | None = None,
-    ) -> None:
+    def __init__(self, where: str, found: str, allowed: str, repair: str = "", line: int | None = None) -> None:
         self.where, self.found, self.allowed, self.repair, self.line = where, found, allowed, repair, line
         super().__init__(where, found, allowed, repair, line)
 

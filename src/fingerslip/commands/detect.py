@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -24,10 +25,13 @@ from fingerslip.commands.shared import (
     tracking_options,
 )
 
+if TYPE_CHECKING:
+    from fingerslip.tables.table import Table
+
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
+NewDataSet = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")]
 Classifier = Annotated[
-    str,
-    typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and other sets of features."),
+    str, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and other sets of features.")
 ]
 Classifiers = Annotated[
     list[str] | None, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Only this one; repeatable.")
@@ -48,6 +52,17 @@ Pictures = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder 
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
 
+def _print(tables: Sequence[Table], markdown: bool, as_json: bool, output: Path | None = None) -> None:
+    """Print tables, and write them into a folder."""
+    from fingerslip.detect.evaluation.tables import output_tables
+
+    text = output_tables(tables, output)
+    if markdown:
+        typer.echo(text, nl=False)
+    else:
+        print_tables(tables, as_json)
+
+
 def detect() -> None:
     """Find slip in marker tracks: data sets, training, evaluation, detectors that run, and scores of a benchmark."""
 
@@ -55,7 +70,7 @@ def detect() -> None:
 def simulate(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with 'trials'.", show_default=False)],
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    output: NewDataSet = Path("trials"),
     parquet: Annotated[
         Path | None, typer.Option("--parquet", metavar="FILE", help="Write one table of all frames too.")
     ] = None,
@@ -78,7 +93,7 @@ def collect(
     recordings: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of videos or tracks.")],
     conditions: Annotated[Path, typer.Argument(metavar="CSV", help="Table with a row for each file.")],
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    output: NewDataSet = Path("trials"),
     labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
@@ -107,7 +122,7 @@ def collect(
 def film(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder of a sensor's study.", show_default=False)],
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    output: NewDataSet = Path("trials"),
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Simulated trials",
     seed: Seed = 0,
 ) -> None:
@@ -166,7 +181,6 @@ def evaluate(
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
     """
-    from fingerslip.detect.evaluation.tables import output_tables
     from fingerslip.detect.session import Choices, evaluate_classifiers, evaluate_whole
 
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
@@ -175,10 +189,7 @@ def evaluate(
     else:
         options: dict[str, Any] = {"folds": folds, "group": group, "leave_out": leave_out or (), "output": output}
         tables = evaluate_classifiers(dataset, classifier or (), choices, **options)
-    if markdown:
-        typer.echo(output_tables(tables), nl=False)
-    else:
-        print_tables(tables, as_json)
+    _print(tables, markdown, as_json)
 
 
 def inquire(
@@ -260,18 +271,13 @@ def transfer(
     as_json: AsJson = False,
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
-    from fingerslip.detect.evaluation.tables import output_tables
     from fingerslip.detect.running import judge_detector
     from fingerslip.storage.files import check_folder
 
     if output is not None:
         check_folder(output)
     tables = judge_detector(detector, dataset, labels)
-    text = output_tables(tables, output)
-    if markdown:
-        typer.echo(text, nl=False)
-    else:
-        print_tables(tables, as_json)
+    _print(tables, markdown, as_json, output)
 
 
 def run(
@@ -333,14 +339,10 @@ def score(
     as_json: AsJson = False,
 ) -> None:
     """Score onset times on the test trials of a data set: a file with trial, incipient_s and gross_s."""
-    from fingerslip.detect.evaluation.tables import output_tables
     from fingerslip.detect.session import Choices, score_onsets
 
     tables = [score_onsets(dataset, submission, Choices(labels, rest_frames, seed=seed))]
-    if markdown:
-        typer.echo(output_tables(tables), nl=False)
-    else:
-        print_tables(tables, as_json)
+    _print(tables, markdown, as_json)
 
 
 #: The verbs below this one.

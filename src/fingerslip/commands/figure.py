@@ -25,10 +25,7 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     times: Annotated[
         list[str] | None, typer.Option("--time", metavar="TIME", help="Time of a panel, such as '1.2 s'; repeatable.")
     ] = None,
-    field: Annotated[
-        str,
-        typer.Option("--field", help=f"{alternatives(FIELDS)}.", autocompletion=fields),
-    ] = "",
+    field: Annotated[str, typer.Option("--field", help=f"{alternatives(FIELDS)}.", autocompletion=fields)] = "",
     cut: Annotated[str, typer.Option("--cut", help="Cut a solid open across x, y or z.")] = "",
     camera: Annotated[str, typer.Option("--camera", help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)] = "",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on a solid.")] = False,

@@ -23,12 +23,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
     ] = None,
     time: Annotated[str, typer.Option("--time", metavar="TIME", help="Time, such as '1.2 s'; else the last.")] = "",
     scalar: Annotated[
-        str,
-        typer.Option(
-            "--scalar",
-            help=f"{alternatives(FIELDS)}.",
-            autocompletion=fields,
-        ),
+        str, typer.Option("--scalar", help=f"{alternatives(FIELDS)}.", autocompletion=fields)
     ] = "von_mises",
     hide: Annotated[
         list[str] | None, typer.Option("--hide", metavar="REGION", help="Hide a region; repeatable.")

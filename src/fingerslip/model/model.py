@@ -55,10 +55,7 @@ FrictionChoice = Annotated[
     FrictionLaw,
     pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)")),
     one_of(
-        BuiltInLaw,
-        "law",
-        "FrictionChoice",
-        "A friction law, under the key that names its kind; exactly one is given.",
+        BuiltInLaw, "law", "FrictionChoice", "A friction law, under the key that names its kind; exactly one is given."
     ),
 ]
 

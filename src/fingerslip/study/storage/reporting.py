@@ -237,13 +237,13 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
     from fingerslip.report.page.assemble import study_report
     from fingerslip.report.page.page import write_page
 
-    runs = {run.name: read_run_values(study.folder / run.name / RUN) for run in study.runs}
+    content = _content(study, pictures or {})
     if any(run.reaction for run in study.runs):
         from fingerslip.react.page import reaction_report
 
-        report = reaction_report(_content(study, runs), reactions_of(study))
+        report = reaction_report(content, reactions_of(study))
     else:
-        report = study_report(_with_pictures(_content(study, runs), runs, pictures or {}))
+        report = study_report(content)
     with new_folder(study.folder / "figures") as folder:
         for picture in report.pictures:
             write_bytes(folder / f"{picture.name}.png", picture.png)
@@ -261,14 +261,15 @@ def reactions_of(study: StudyResult) -> Reactions:
     return Reactions(study.runs, results, settings)
 
 
-def _content(study: StudyResult, runs: Mapping[str, Run]) -> ReportContent:
-    """Return what every page of a study has beside its results: values, error bars and notes."""
+def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    """Return what the page of a study has: results, values, error bars, notes; without reactions what it draws, too."""
     from fingerslip.report.content import ReportContent
     from fingerslip.report.page.assemble import notes_html
 
     manifest = read_manifest(study.folder)
     convergences = read_convergences(study.folder, identities(manifest))
-    return ReportContent(
+    runs = {run.name: read_run_values(study.folder / run.name / RUN) for run in study.runs}
+    content = ReportContent(
         study=study,
         histories={},
         values=value_rows(list(runs.values()), manifest.get("given") or None),
@@ -276,6 +277,7 @@ def _content(study: StudyResult, runs: Mapping[str, Run]) -> ReportContent:
         convergences={name: convergence.quantities for name, convergence in convergences.items()},
         notes=notes_html(study.folder),
     )
+    return content if any(run.reaction for run in study.runs) else _with_pictures(content, runs, pictures)
 
 
 def _with_pictures(
