@@ -184,11 +184,7 @@ def whole():
         "supports": {"phalanx": ["x", "y"]},
         "gravity": ["0 m/s^2", "0 m/s^2"],
         "compare": ["wang2014-table2"],
-        "sweep": {
-            "contact.offset": ["0 mm", "1 mm"],
-            "fingertip.section": ["sagittal"],
-            "time.end": ["1 s", "2 s"],
-        },
+        "sweep": {"contact.offset": ["0 mm", "1 mm"], "fingertip.section": ["sagittal"], "time.end": ["1 s", "2 s"]},
     }
 
 

@@ -136,11 +136,7 @@ def with_contacts(**contacts):
             }.items()
         ),
         (with_contacts(contact={"friction_coefficient": 0.6}), "contacts.0.offset", "contact.offset"),
-        (
-            with_contacts(contacts=[{"friction_coefficient": 0.6}]),
-            "contacts.0.counterface.normal",
-            "contacts.0.normal",
-        ),
+        (with_contacts(contacts=[{"friction_coefficient": 0.6}]), "contacts.0.counterface.normal", "contacts.0.normal"),
         (with_contacts(contacts=[ROLLER]), "contacts.0.centre", "contacts.0.counterface.cylinder.centre"),
         (with_contacts(contacts=[ROLLER]), "contacts.0.counterface.normal", "contacts.0.counterface.cylinder.normal"),
         (with_contacts(contact=ROLLER), "contacts.0.friction", "contact.friction"),

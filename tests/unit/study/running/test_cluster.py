@@ -63,10 +63,7 @@ def test_a_scheduler_that_does_not_answer_is_named(write_study, monkeypatch):
 @pytest.mark.parametrize("address", ["nonsense", "", "http://x:1", "tcp://host", "tcp://:x"])
 def test_text_that_is_no_address_is_refused_at_once(address):
     pytest.importorskip("distributed")
-    with (
-        pytest.raises(InputError, match=rf"scheduler: got '{address}', needs the address"),
-        cluster._connect(address),
-    ):
+    with pytest.raises(InputError, match=rf"scheduler: got '{address}', needs the address"), cluster._connect(address):
         pass
 
 
