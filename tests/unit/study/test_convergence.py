@@ -9,18 +9,15 @@ from pathlib import Path
 import pytest
 import yaml
 
+import fingerslip as fs
 from fingerslip.dynamics.system.checks import contact_penalties
-from fingerslip.errors import ConvergenceError, InputError
-from fingerslip.mesh.io import write_mesh
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
-from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
 from fingerslip.study.convergence import Level, converge, level_folders, levels_of, run_at
 from fingerslip.study.definition.runs import expand_mapping, plan_study
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running import runner
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
@@ -54,9 +51,9 @@ def test_all_settings_that_a_study_has_and_that_differ_from_its_own_are_refined(
 def test_sizes_steps_and_stiffness_are_multiplied(block):
     (run,) = expand_mapping(FINGER, Path("finger.yaml")).runs
     sizes = run_at(run, Level("mesh", 0.5), None).study.mesh  # the model is not asked
-    assert isinstance(sizes, MeshSizes)
+    assert isinstance(sizes, fs.MeshSizes)
     assert (sizes.contact_size, sizes.bulk_size) == pytest.approx((0.06e-3, 0.14e-3))
-    assert sizes.contact_reach == MeshSizes().contact_reach
+    assert sizes.contact_reach == fs.MeshSizes().contact_reach
     time = dataclasses.replace(block.study.time, step="auto", output=8e-3, tolerance=0.01, smallest=1e-3)
     run = dataclasses.replace(block, study=dataclasses.replace(block.study, time=time))
     finer = run_at(run, Level("step", 0.5), build_model(run)).study.time
@@ -118,7 +115,7 @@ def plain(**values):
 def known(tmp_path_factory):
     """Return a study of one run, refined, and its file; tests leave them as they are."""
     folder = tmp_path_factory.mktemp("refined")
-    write_mesh(block_mesh(), folder / "block.msh")
+    fs.write_mesh(block_mesh(), folder / "block.msh")
     path = folder / "block.yaml"
     path.write_text(yaml.safe_dump(plain(), sort_keys=False))
     with pytest.MonkeyPatch.context() as patch:
@@ -164,7 +161,7 @@ def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_u
     write_study, called, reports
 ):
     path = write_study(plain())
-    run_study(path, results_dir=path.parent / "results", workers=1)
+    fs.run_study(path, results_dir=path.parent / "results", workers=1)
     assert (len(called), len(reports)) == (1, 1)
     for _ in range(2):
         refined(path)
@@ -176,7 +173,7 @@ def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_u
 def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_the_study(write_study):
     path = write_study()
     assert [found.run for found in refined(path, only=NAMES[:1]).runs] == NAMES[:1]
-    runs = run_study(path, results_dir=path.parent / "results", workers=1).runs
+    runs = fs.run_study(path, results_dir=path.parent / "results", workers=1).runs
     assert runs[0].uncertainty["slip.overall"] == pytest.approx(0.125, rel=0.1)
     assert runs[1].uncertainty == {}
     with (path.parent / "results" / "block" / "summary.csv").open() as file:
@@ -202,7 +199,7 @@ def test_tables_figures_and_series_are_written(known):
 
 
 def test_a_run_that_is_not_there_is_named_before_anything_is_computed(write_study, called):
-    with pytest.raises(InputError, match=r"no run 'nix'.*friction_coefficient-0\.2"):
+    with pytest.raises(fs.InputError, match=r"no run 'nix'.*friction_coefficient-0\.2"):
         refined(write_study(), only=["nix"])
     assert called == []
 
@@ -212,12 +209,12 @@ def test_a_level_that_fails_fails_the_refinement(write_study, monkeypatch):
     def fake(model, *, progress, threads, bases):
         progress(1.0)
         if model.time.step < STEP:
-            raise ConvergenceError(0.1, 3, 1.0, 1e-10, "try")
+            raise fs.ConvergenceError(0.1, 3, 1.0, 1e-10, "try")
         return synthetic.make(synthetic.Process())
 
     monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", fake)
     path = write_study(plain())
-    with pytest.raises(StudyFailedError, match=r"run_step-0\.5"):
+    with pytest.raises(fs.StudyFailedError, match=r"run_step-0\.5"):
         refined(path)
     assert not (path.parent / "results" / "block" / "convergence" / "convergence.json").exists()
 

@@ -10,17 +10,12 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.mesh.io import write_mesh
-from fingerslip.model.programme import Slide
 from fingerslip.results import Quantity
 from fingerslip.storage.files import read_json, write_json
 from fingerslip.study.definition.file import read_with_base
 from fingerslip.study.definition.runs import plan_studies, read_runs
-from fingerslip.study.definition.schema import study_schema
-from fingerslip.study.definition.spec import read_study
 from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.running.build import build_mesh
-from fingerslip.study.running.runner import run_study
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.study.storage.store import RunConvergence, write_convergences
 from fingerslip.uncertainty import Convergence, Series
@@ -52,7 +47,7 @@ def test_a_study_is_checked_run_and_read_as_numbers(write_study, tmp_path, simul
 
 def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_one(write_study):
     path = write_study()
-    runs = [fs.Study(base).check()["run"].tolist() for base in (path, str(path), read_study(path), fs.Study(path))]
+    runs = [fs.Study(base).check()["run"].tolist() for base in (path, str(path), fs.read_study(path), fs.Study(path))]
     assert runs == [[f"friction_coefficient-{friction}" for friction in FRICTIONS]] * 4
     values = block_values() | {"mesh": {"file": str(path.with_name("block.msh"))}}
     changed = fs.Study(fs.Study(values), changes={"programme.0.press.depth": "0.2 mm", "sweep": {}}, name="deeper")
@@ -61,7 +56,7 @@ def test_a_study_starts_from_a_mapping_a_file_or_another_study_and_is_saved_as_o
     assert values["programme"][0]["press"]["depth"] == "0.1 mm"
     path = write_study()
     saved = fs.Study(path, sweep={"contact.friction_coefficient": (0.1, 0.2)}).save(path.with_name("saved.yaml"))
-    assert read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
+    assert fs.read_study(saved).sweep == {"contact.friction_coefficient": (0.1, 0.2)}
 
 
 def test_studies_show_themselves_and_are_found_by_name(write_study):
@@ -135,7 +130,7 @@ def test_damaged_missing_and_other_results_are_refused(folder):
 def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study):
     derived = {"travel": "overall_slip * slide.speed", "never": "sqrt(-overall_slip)"}
     path = write_study(block_values() | {"derived": derived})
-    folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
+    folder = fs.run_study(path, results_dir=path.parent / "results", workers=1).folder
     study = fs.open_study(folder)
     for run in study.result.runs:
         # The slide of the study goes at 5 mm/s.
@@ -179,7 +174,7 @@ def test_every_study_ships_in_the_wheel_with_what_it_shows():
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
 def test_studies_of_the_paper_move_the_plate_towards_the_palm(path):
     runs = read_runs(path).runs
-    slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, Slide)]
+    slides = [phase for run in runs for phase in run.study.programme if isinstance(phase, fs.Slide)]
     directions = {slide.direction[0] for slide in slides}
     assert len(slides) == len(runs)
     # The direction that the studies had at first is kept beside the published one, in one study.
@@ -200,7 +195,7 @@ def test_templates_are_studies_that_editors_can_check(tmp_path, template):
     assert written == tmp_path / "mine.yaml"
     assert read_runs(written).runs
     assert "THIS_FILE" not in written.read_text(encoding="utf-8")
-    assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == study_schema()
+    assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == fs.study_schema()
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -209,7 +204,7 @@ def test_templates_can_be_run_as_they_are(tmp_path, template):
     body = box(
         "Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5), regions={"body": lambda centre: centre[0] > -1}
     )
-    write_mesh(body, tmp_path / "body.msh")
+    fs.write_mesh(body, tmp_path / "body.msh")
     rows = check_plans(plan_studies([written], tmp_path / "results")).rows
     assert {row[2] for row in rows} == {"to do"}
 

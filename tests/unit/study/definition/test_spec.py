@@ -11,18 +11,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.contact.counterfaces import Plane, Sphere
+import fingerslip as fs
 from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
-from fingerslip.errors import InputError
-from fingerslip.materials.choice import material
-from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.neo_hookean import NeoHookean
-from fingerslip.materials.ogden import Ogden, OgdenTerm
-from fingerslip.materials.prony import PronyTerm
-from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshFile
-from fingerslip.model.programme import Press, Slide
-from fingerslip.model.timing import Adaptive, QuasiStatic, TimeStepping
 from fingerslip.parameters import as_mapping, from_mapping
 from fingerslip.parameters.dotted import assign, walk
 from fingerslip.study.definition.runs import expand_mapping, read_runs
@@ -58,7 +49,7 @@ def test_values_are_si_and_reading_changes_nothing_in_its_argument():
     study = parse_study(values, SOURCE)
     assert values == finger()
     assert (study.time.step, study.record.snapshots_every) == (0.005, 0.05)
-    assert study.programme == (Press(1.5e-3, 1.5e-3), Slide(6e-3, 3e-3))
+    assert study.programme == (fs.Press(1.5e-3, 1.5e-3), fs.Slide(6e-3, 3e-3))
 
 
 @pytest.mark.parametrize("values", ["finger", "everything", "scan_values"])
@@ -136,7 +127,7 @@ def test_mistake_is_named_with_its_repair(study, change, error):
             values[path] = value
         else:
             assign(values, path, value)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fs.InputError) as caught:
         expand_mapping(values, SOURCE)
     said = str(caught.value).replace("studies/x.yaml: ", "")
     assert said == error if not error.endswith("...") else said.startswith(error.removesuffix("..."))
@@ -205,7 +196,7 @@ def test_every_mistake_of_a_file_is_told_in_its_order_with_its_line(tmp_path_fac
         put(values, path, LEAVES[path])
     file = tmp_path_factory.mktemp("studies") / "x.yaml"
     file.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fs.InputError) as caught:
         read_study(file)
     told = caught.value.all
     assert {error.where.removeprefix(f"{file}: ") for error in told} == broken
@@ -234,7 +225,7 @@ def test_any_value_anywhere_gives_a_study_or_clear_errors(path, value, swept):
         assign(values, path, value)
     try:
         found = parse_study(values, SOURCE)
-    except InputError as error:
+    except fs.InputError as error:
         found = error
     if not isinstance(found, Study):
         assert len(str(found).splitlines()) == len(found.all)
@@ -246,7 +237,7 @@ def test_files_of_meshes_are_relative_to_the_study(tmp_path):
     source.write_text(yaml.safe_dump(block_values()))
     assert read_study(source).mesh == MeshFile(str(here / "block.msh"))
     mesh = parse_study(scan_values(), source).mesh
-    assert isinstance(mesh, SurfaceMesh)
+    assert isinstance(mesh, fs.SurfaceMesh)
     assert (mesh.skin, mesh.phalanx) == (str(here / "skin.stl"), str(here / "phalanx.stl"))
     assert mesh.plate_angle == pytest.approx(np.pi / 9)
     assert (mesh.layers.skin_thickness, mesh.layers.cut) == (1.2e-3, 16e-3)
@@ -261,16 +252,16 @@ def documented(page):
 def test_laws_of_the_documentation_are_read():
     example = documented("materials.md")[0]
     materials = parse_study(finger() | example, SOURCE).specimen("").materials
-    assert materials["tissue"] == NeoHookean(34e3, 0.48, 1000.0)
-    assert isinstance(materials["dermis"], Ogden)
-    assert materials["epidermis"] == Elastic(136e3, 0.48, 1000.0)
+    assert materials["tissue"] == fs.NeoHookean(34e3, 0.48, 1000.0)
+    assert isinstance(materials["dermis"], fs.Ogden)
+    assert materials["epidermis"] == fs.Elastic(136e3, 0.48, 1000.0)
 
 
 def test_relaxation_of_the_documentation_is_read_and_can_be_swept():
     example = documented("materials.md")[1]
-    terms = (PronyTerm(0.3, 0.1), PronyTerm(0.2, 2.0))
+    terms = (fs.PronyTerm(0.3, 0.1), fs.PronyTerm(0.2, 2.0))
     study = parse_study(finger() | example, SOURCE)
-    assert study.materials["skin"] == Elastic(136e3, 0.48, 1000.0, prony=terms)
+    assert study.materials["skin"] == fs.Elastic(136e3, 0.48, 1000.0, prony=terms)
     assert parse_study(as_mapping(study), SOURCE) == study
     values = finger() | example | {"sweep": {"materials.skin.prony.0.time": ["0.2 s", "0.4 s"]}}
     swept = [run.study.materials["skin"].prony[0].time for run in expand_mapping(values, SOURCE).runs]
@@ -280,10 +271,10 @@ def test_relaxation_of_the_documentation_is_read_and_can_be_swept():
 def test_materials_that_ship_are_named_in_a_study_with_changes():
     example = next(values for values in documented("materials.md") if "ecoflex" in str(values))
     study = parse_study(finger() | example, SOURCE)
-    tissue = dataclasses.replace(material("pulp-relaxing"), youngs_modulus=90e3)
+    tissue = dataclasses.replace(fs.material("pulp-relaxing"), youngs_modulus=90e3)
     assert study.specimen("").materials["tissue"] == tissue
-    assert study.specimen("").materials["epidermis"] == Elastic(136e3, 0.48, 1000.0)
-    assert study.all_materials == {"dermis": material("ecoflex-00-30")}
+    assert study.specimen("").materials["epidermis"] == fs.Elastic(136e3, 0.48, 1000.0)
+    assert study.all_materials == {"dermis": fs.material("ecoflex-00-30")}
     assert study.materials == {"dermis": {"preset": "ecoflex-00-30"}}
     assert parse_study(as_mapping(study), SOURCE) == study
     (run,) = expand_mapping(as_mapping(study), SOURCE).runs
@@ -295,12 +286,12 @@ def test_materials_that_ship_are_named_in_a_study_with_changes():
 @pytest.mark.parametrize(
     ("entry", "expected"),
     [
-        ({"preset": "pulp"}, NeoHookean(34e3, 0.48, 1000.0)),
-        ({"preset": "pulp-relaxing", "prony": []}, NeoHookean(85e3, 0.48, 1000.0)),
-        ({"preset": "pulp", "law": "elastic"}, Elastic(34e3, 0.48, 1000.0)),
+        ({"preset": "pulp"}, fs.NeoHookean(34e3, 0.48, 1000.0)),
+        ({"preset": "pulp-relaxing", "prony": []}, fs.NeoHookean(85e3, 0.48, 1000.0)),
+        ({"preset": "pulp", "law": "elastic"}, fs.Elastic(34e3, 0.48, 1000.0)),
         (
             {"preset": "ecoflex-00-30", "bulk_modulus": "1 MPa", "poisson_ratio": None},
-            Ogden((OgdenTerm(10.55e3, 2.608),), 1070.0, bulk_modulus=1e6),
+            fs.Ogden((fs.OgdenTerm(10.55e3, 2.608),), 1070.0, bulk_modulus=1e6),
         ),
     ],
 )
@@ -321,16 +312,16 @@ def test_names_and_values_of_materials_that_ship_are_swept():
     runs = expand_mapping(values, SOURCE).runs
     assert len(runs) == 8
     last, first = runs[-1], runs[0]
-    assert last.study.all_materials["dermis"] == dataclasses.replace(material("dragon-skin-30"), poisson_ratio=0.485)
-    assert first.specimen.materials["tissue"] == material("pulp")
-    assert last.specimen.materials["tissue"] == material("pulp-relaxing")
+    assert last.study.all_materials["dermis"] == dataclasses.replace(fs.material("dragon-skin-30"), poisson_ratio=0.485)
+    assert first.specimen.materials["tissue"] == fs.material("pulp")
+    assert last.specimen.materials["tissue"] == fs.material("pulp-relaxing")
 
 
 def test_wrong_names_and_values_of_materials_that_ship_are_one_error_each():
     layers = {"dermis": {"preset": "ecoflex"}, "epidermis": {"preset": "skin", "youngs_modulu": "1 kPa"}}
     values = copy.deepcopy(finger()) | {"materials": layers}
     values["fingertip"]["materials"] = {"tissue": {"preset": "pulpp"}}
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fs.InputError) as caught:
         parse_study(values, SOURCE)
     found = [str(one) for one in caught.value.all]
     assert len(found) == 3
@@ -345,9 +336,9 @@ def test_terms_of_a_layer_of_a_preset_are_read_and_their_mistakes_named():
     values = finger()
     values["fingertip"]["materials"] = {"tissue": {"prony": [{"share": 0.4, "time": "70 ms"}]}}
     specimen = parse_study(values, SOURCE).specimen("")
-    assert specimen.materials["tissue"] == Elastic(34e3, 0.48, 1000.0, prony=(PronyTerm(0.4, 0.07),))
+    assert specimen.materials["tissue"] == fs.Elastic(34e3, 0.48, 1000.0, prony=(fs.PronyTerm(0.4, 0.07),))
     values["fingertip"]["materials"]["tissue"]["prony"] = [{"share": 1.4, "time": "70"}]
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fs.InputError) as caught:
         parse_study(values, SOURCE)
     assert "fingertip.materials.tissue.prony.0.share: got 1.4, needs a number < 1" in str(caught.value)
     assert "fingertip.materials.tissue.prony.0.time: '70' has no unit" in str(caught.value)
@@ -414,11 +405,11 @@ def test_a_preset_in_space_is_meshed_in_space_unless_the_element_says_otherwise(
 def test_short_and_long_form_give_plate_and_law():
     contact = ContactSettings(friction_coefficient=0.6, offset=-1e-3).contact(2)
     assert contact.friction == Coulomb(0.6)
-    assert contact.counterface == Plane((0.0, 1.0), -1e-3)
+    assert contact.counterface == fs.Plane((0.0, 1.0), -1e-3)
     contacts = parse_study(everything(), SOURCE).contacts
     assert contacts[1].friction == Anisotropic(0.4, 0.6)
-    assert contacts[1].counterface == Sphere(5e-3, (0.0, 0.0, 1.0))
-    assert contacts[2].counterface == Plane((0.0, -1.0), 1e-3)
+    assert contacts[1].counterface == fs.Sphere(5e-3, (0.0, 0.0, 1.0))
+    assert contacts[2].counterface == fs.Plane((0.0, -1.0), 1e-3)
 
 
 def test_values_in_every_choice_can_be_swept():
@@ -443,7 +434,7 @@ def test_fields_that_are_missing_together_come_with_mistakes_elsewhere():
     values = block_values() | {"time": {"step": 3}, "contacts": [{"friction_coefficient": 0.1}]}
     for name in ("materials", "formulation", "depth"):
         del values[name]
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fs.InputError) as caught:
         parse_study(values, SOURCE)
     assert [(error.where.removeprefix("studies/x.yaml: "), error.found) for error in caught.value.all] == [
         ("time.step", "'3' has no unit"),
@@ -469,19 +460,19 @@ def test_relations_between_fields_are_checked_where_all_of_them_are_known():
 
 
 def test_settings_of_time_decide_the_stepping_and_are_refined():
-    assert TimeSettings(1e-3, alpha=-0.1, end=1.0).stepping == TimeStepping(1e-3, -0.1, 1.0)
-    assert TimeSettings(1e-3, scheme="quasi_static", end=1.0).stepping == QuasiStatic(1e-3, 1.0)
-    assert TimeSettings(1e-3).alpha == TimeStepping(1e-3).alpha
+    assert TimeSettings(1e-3, alpha=-0.1, end=1.0).stepping == fs.TimeStepping(1e-3, -0.1, 1.0)
+    assert TimeSettings(1e-3, scheme="quasi_static", end=1.0).stepping == fs.QuasiStatic(1e-3, 1.0)
+    assert TimeSettings(1e-3).alpha == fs.TimeStepping(1e-3).alpha
     given = {"output": 5e-3, "tolerance": 1e-2, "smallest": 1e-4, "largest": 1.0, "records_per_decade": 20}
-    assert TimeSettings("auto", "quasi_static", end=9.0, **given).stepping == Adaptive(
+    assert TimeSettings("auto", "quasi_static", end=9.0, **given).stepping == fs.Adaptive(
         scheme="quasi_static", end=9.0, **given
     )
-    assert TimeSettings("auto", alpha=-0.1, output=5e-3).stepping == Adaptive(5e-3, alpha=-0.1)
+    assert TimeSettings("auto", alpha=-0.1, output=5e-3).stepping == fs.Adaptive(5e-3, alpha=-0.1)
     runs = expand_mapping(block_values() | {"sweep": {"time.step": ["2 ms", "1 ms"]}}, SOURCE).runs
     assert [run.study.time.step for run in runs] == [2e-3, 1e-3]
     assert TimeSettings(2e-3, alpha=-0.1).refined(0.25) == TimeSettings(0.5e-3, alpha=-0.1)
     finer = TimeSettings("auto", output=8e-3, tolerance=8e-3, smallest=1e-3).refined(0.5)
-    assert finer.stepping == Adaptive(4e-3, 1e-3, smallest=0.5e-3)
+    assert finer.stepping == fs.Adaptive(4e-3, 1e-3, smallest=0.5e-3)
 
 
 def test_cameras_have_units_and_defaults_and_a_length_of_a_pixel():

@@ -4,10 +4,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from fingerslip.errors import FingerslipError, InputError
-from fingerslip.materials.choice import material_names
+import fingerslip as fs
 from fingerslip.specimens.choice import preset_names
-from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.inspection.show import (
     diff_runs,
     export_result,
@@ -16,7 +14,6 @@ from fingerslip.study.inspection.show import (
     show,
     write_sensitivities,
 )
-from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.tables.table import Measured, Missing
 from unit.study.block import FRICTIONS, NAMES, block_values, finger_values
@@ -42,10 +39,10 @@ def test_presets_and_materials_are_listed_and_shown_with_the_assumed_values_firs
     assert presets == presets_table()
     assert tuple(row[0] for row in presets.rows) == preset_names()
     assert "ROBOMECH" in str(presets.rows[0][1])
-    assert tuple(row[0] for row in materials.rows) == material_names()
+    assert tuple(row[0] for row in materials.rows) == fs.material_names()
     (pulp,), (finger) = show("pulp-relaxing"), show("wang2014-2d")[0]
     assert {row[0]: row[1:] for row in pulp.rows}["youngs_modulus"][:2] == ("85 kPa", "assumed")
-    assert len(finger.rows) == len(preset_table("wang2014-2d"))
+    assert len(finger.rows) == len(fs.preset_table("wang2014-2d"))
     assert "no dimension" in finger.note
     for table in (pulp, finger):
         sources = [row[2] for row in table.rows]
@@ -151,7 +148,7 @@ def test_differences_beyond_the_uncertainties_of_both_stand_out(folder, monkeypa
 def test_runs_of_two_studies_may_have_other_values(folder, write_study, tmp_path):
     law = {"static_kinetic": {"static": 0.6, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
     path = write_study(block_values() | {"contact": {"boundary": "bottom", "friction": law}, "sweep": {}}, name="drop")
-    other = run_study(path, results_dir=tmp_path / "results", workers=1)
+    other = fs.run_study(path, results_dir=tmp_path / "results", workers=1)
     values, _ = diff_runs(folder / SECOND, other.folder / other.runs[0].name)
     rows = rows_by_name(values)
     assert rows["contact.friction_coefficient"] == ("0.6", Missing.NOT_DEFINED)
@@ -180,7 +177,7 @@ def test_a_study_is_a_table_of_its_runs_and_a_run_the_tables_of_its_history(fold
     ],
 )
 def test_what_is_no_result_is_refused(folder, ask, message):
-    with pytest.raises(FingerslipError, match=message):
+    with pytest.raises(fs.FingerslipError, match=message):
         ask(folder)
 
 
@@ -192,7 +189,7 @@ def folder_of(write_study, method, count):
     pytest.importorskip("SALib")
     sample = {"method": method, "count": count, "ranges": RANGES}
     path = write_study(block_values() | {"sweep": {}, "sample": sample})
-    return run_study(path, results_dir=path.parent / "results", workers=1).folder
+    return fs.run_study(path, results_dir=path.parent / "results", workers=1).folder
 
 
 @pytest.mark.usefixtures("reports", "simulated")
@@ -206,7 +203,7 @@ def test_sobol_indices_are_written_with_their_figure(write_study):
     assert (folder / "sensitivity-overall_slip-sobol.csv").is_file()
     (linear,) = write_sensitivities(folder, "overall_slip", "linear")
     assert linear.title == "What moves overall slip (accumulated slip)"
-    with pytest.raises(InputError, match="of: no regression of 'normal_force_max'"):
+    with pytest.raises(fs.InputError, match="of: no regression of 'normal_force_max'"):
         write_sensitivities(folder, "normal_force_max", "linear")
 
 
@@ -217,7 +214,7 @@ def test_elementary_effects_and_predictions(write_study):
     assert table.rows[0][0] == "friction coefficient"
     (row,) = predict_table(folder, AT, ["overall_slip"]).rows
     assert row[2] == pytest.approx(1.4 + 0.5 * 0.3, abs=0.2)
-    with pytest.raises(InputError, match=r"needs path=value, such as contact\.friction_coefficient=0\.5"):
+    with pytest.raises(fs.InputError, match=r"needs path=value, such as contact\.friction_coefficient=0\.5"):
         predict_table(folder, ["x"], ["overall_slip"])
-    with pytest.raises(InputError, match=r"time\.step: does not differ between the runs"):
+    with pytest.raises(fs.InputError, match=r"time\.step: does not differ between the runs"):
         predict_table(folder, [*AT, "time.step=1 ms"], ["overall_slip"])

@@ -5,18 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.contact.counterfaces import Cylinder, Plane
-from fingerslip.contact.friction import PressureDependent, StaticKinetic
+import fingerslip as fs
 from fingerslip.dynamics.system.checks import check_model
-from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
-from fingerslip.materials.elastic import Elastic
-from fingerslip.mesh.io import write_mesh
-from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.model.model import Drive, Traction
-from fingerslip.model.programme import Hold, Press, Ramp
-from fingerslip.model.rigid_bodies import RigidBody, Springs
-from fingerslip.model.timing import QuasiStatic
-from fingerslip.specimens.fingertip.meshing.sources import SolidSizes
 from fingerslip.study.definition.runs import expand_mapping
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, locate_error
@@ -41,7 +31,7 @@ def run_of(values, folder=SOURCE.parent):
 
 def test_block_model_holds_what_the_file_says():
     model = build_model(run_of(block_values()), block_mesh())
-    assert model.materials == {"block": Elastic(100e3, 0.3, 1000.0)}
+    assert model.materials == {"block": fs.Elastic(100e3, 0.3, 1000.0)}
     assert (model.formulation, model.depth) == ("plane_strain", 1e-3)
     assert model.contacts[0].boundary == "bottom"
     assert model.contacts[0].friction.coefficient == 0.6
@@ -53,7 +43,7 @@ def test_own_values_go_before_those_of_the_fingertip():
     own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
     values = finger_values(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
     model = build_model(run_of(values), block_mesh())
-    assert model.materials["tissue"] == Elastic(50e3, 0.4, 900.0)
+    assert model.materials["tissue"] == fs.Elastic(50e3, 0.4, 900.0)
     assert model.materials["dermis"].youngs_modulus == 80e3
     assert model.supports == {"phalanx_surface": ("y",)}
     assert (model.formulation, model.depth) == ("plane_strain", 2e-3)
@@ -77,14 +67,16 @@ def test_mesh_is_shared_exactly_where_its_inputs_are_the_same():
 
 
 def test_missing_mesh_file_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
+    with pytest.raises(fs.InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
         _ = run_of(block_values(), tmp_path).mesh_key
 
 
 @pytest.mark.parametrize("own", [{}, {"fingertip": {"preset": "wang2014-2d"}}])
 def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path, own):
-    write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
-    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres") as caught:
+    fs.write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
+    with pytest.raises(
+        fs.InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres"
+    ) as caught:
         build_mesh(run_of(block_values() | own, tmp_path))
     assert "'length_unit: mm'" in caught.value.repair
     said = block_values() | own | {"mesh": {"file": "block.msh", "length_unit": "mm"}}
@@ -105,7 +97,7 @@ def test_inverted_mesh_is_refused(tmp_path):
     tags = {"gmsh:physical": [np.array([1, 1])], "gmsh:geometrical": [np.array([1, 1])]}
     mesh = meshio.Mesh(points, [("quad", cells)], cell_data=tags, field_data={"block": np.array([1, 2])})
     meshio.write(tmp_path / "block.msh", mesh, file_format="gmsh22")
-    with pytest.raises(MeshError, match=r"x\.yaml.*inverted"):
+    with pytest.raises(fs.MeshError, match=r"x\.yaml.*inverted"):
         build_mesh(run_of(block_values(), tmp_path))
 
 
@@ -150,15 +142,15 @@ def with_contacts(**contacts):
 )
 def test_places_of_the_model_get_the_names_of_the_study(values, place, shown):
     study = None if values is None else parse_study(values, SOURCE)
-    error = locate_error(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)", study)
-    assert type(error) is SlipOutsideContactError
+    error = locate_error(fs.SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)", study)
+    assert type(error) is fs.SlipOutsideContactError
     assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
     assert locate_error(error, "studies/x.yaml (a = 1)") is error, "it names the file already"
 
 
 def test_mesh_error_names_the_fingertip():
     values = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
-    with pytest.raises(InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
+    with pytest.raises(fs.InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
         build_mesh(run_of(values))
 
 
@@ -184,16 +176,16 @@ def test_everything_that_python_can_say_reaches_the_model():
     del values["contact"]
     model = build_model(run_of(values), block_mesh())
     roller, plane = model.contacts
-    assert roller.counterface == Cylinder(8e-3, centre=(0.0, -9e-3))
-    assert roller.friction == PressureDependent(0.6, 10e3, -0.2)
+    assert roller.counterface == fs.Cylinder(8e-3, centre=(0.0, -9e-3))
+    assert roller.friction == fs.PressureDependent(0.6, 10e3, -0.2)
     assert roller.programme is None
-    assert plane.counterface == Plane((0.0, -1.0))
-    assert plane.friction == StaticKinetic(0.8, 0.5, 1e-3)
-    assert plane.programme == (Hold(1.0),)
-    assert plane.drive == Drive(5e-3, 0.3, Ramp((0.0, 0.1), (0.0, 1.0)))
-    assert model.tractions["top"] == Traction((0.0, -1e3), Ramp((0.0, 1.0), (0.0, 1.0)))
+    assert plane.counterface == fs.Plane((0.0, -1.0))
+    assert plane.friction == fs.StaticKinetic(0.8, 0.5, 1e-3)
+    assert plane.programme == (fs.Hold(1.0),)
+    assert plane.drive == fs.Drive(5e-3, 0.3, fs.Ramp((0.0, 0.1), (0.0, 1.0)))
+    assert model.tractions["top"] == fs.Traction((0.0, -1e3), fs.Ramp((0.0, 1.0), (0.0, 1.0)))
     assert (model.gravity, model.initial_velocity) == ((0.0, -9.81), (0.01, 0.0))
-    assert (model.integration, model.time) == ("nodal", QuasiStatic(2e-3, 0.1))
+    assert (model.integration, model.time) == ("nodal", fs.QuasiStatic(2e-3, 0.1))
 
 
 def test_rigid_bodies_reach_the_model_with_the_contacts_on_them():
@@ -207,8 +199,8 @@ def test_rigid_bodies_reach_the_model_with_the_contacts_on_them():
     values = block_values() | {"bodies": {"jug": jug}, "programme": []}
     values["contact"] = values["contact"] | {"rigid_body": "jug"}
     model = build_model(run_of(values), block_mesh())
-    filling, press = Ramp((0.0, 1.0), (0.0, 1.0)), Press(1e-3, 1e-3)
-    expected = RigidBody(0.3, ("x",), springs=Springs(x=2e3), filling=filling, programme=(press,))
+    filling, press = fs.Ramp((0.0, 1.0), (0.0, 1.0)), fs.Press(1e-3, 1e-3)
+    expected = fs.RigidBody(0.3, ("x",), springs=fs.Springs(x=2e3), filling=filling, programme=(press,))
     assert model.bodies == {"jug": expected}
     assert model.contacts[0].rigid_body == "jug"
     assert model.programmes == ((press,),)
@@ -218,7 +210,7 @@ def test_rigid_bodies_reach_the_model_with_the_contacts_on_them():
 def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it():
     values = block_values()
     values["contact"] = values["contact"] | {"rigid_body": "jug"}
-    with pytest.raises(InputError, match=r"studies/x.yaml.*: contact.rigid_body: got 'jug', the bodies are: none"):
+    with pytest.raises(fs.InputError, match=r"studies/x.yaml.*: contact.rigid_body: got 'jug', the bodies are: none"):
         build_model(run_of(values), block_mesh())
 
 
@@ -244,13 +236,13 @@ def test_a_phalanx_is_held_and_a_solid_needs_no_depth(values, supports, formulat
     model = build_model(run_of(values), block_mesh())
     assert (model.supports, model.formulation, model.depth) == (supports, formulation, depth)
     if values is SOLID:
-        assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
+        assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
 
 
 def test_model_error_names_file_and_run(write_study):
     path = write_study()
     run = expand_mapping(block_values() | {"formulation": "solid", "sweep": {}}, path).runs[0]
-    with pytest.raises(InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
+    with pytest.raises(fs.InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
         build_model(run)
 
 
@@ -258,9 +250,9 @@ def test_tetrahedra_make_a_model_in_3d(monkeypatch):
     sizes = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
     run = run_of(finger_values(fingertip={"preset": "wang2014-3d"}, mesh=sizes, record={"receptors": ["FA-I"]}))
     mesh, built = coarse_solid(), []
-    monkeypatch.setattr(SolidSizes, "build", lambda *source: built.append(source) or mesh)
+    monkeypatch.setattr(fs.SolidSizes, "build", lambda *source: built.append(source) or mesh)
     model = build_model(run, build_mesh(run))
-    assert built == [(SolidSizes("T4", 0.8e-3, 1.6e-3), change_solid())]
+    assert built == [(fs.SolidSizes("T4", 0.8e-3, 1.6e-3), change_solid())]
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
     assert model.contacts[0].counterface.normal == (0.0, 1.0, 0.0)
@@ -282,13 +274,13 @@ SMALL_IN_SCAN = {
 
 @pytest.mark.parametrize(
     ("source", "memory", "values"),
-    [(SolidSizes, 5 * 10**8, SMALL_ELEMENTS), (SurfaceMesh, 10**9, block_values() | {"mesh": SMALL_IN_SCAN})],
+    [(fs.SolidSizes, 5 * 10**8, SMALL_ELEMENTS), (fs.SurfaceMesh, 10**9, block_values() | {"mesh": SMALL_IN_SCAN})],
 )
 def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch, source, memory, values):
     """130,000 tetrahedra take more than half a gigabyte; nothing is meshed to find that out."""
     monkeypatch.setattr(source, "build", lambda *_: pytest.fail("it must not mesh"))
     monkeypatch.setattr("fingerslip.linear.resources.available_memory", lambda: memory)
-    with pytest.raises(InputError, match=r"memory: .* about [\d.e+]+ GB \(assembly of about .* tetrahedra"):
+    with pytest.raises(fs.InputError, match=r"memory: .* about [\d.e+]+ GB \(assembly of about .* tetrahedra"):
         build_mesh(run_of(values))
 
 
@@ -299,7 +291,7 @@ def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written():
         "contact": {"friction_coefficient": 0.6},
     }
     model = build_model(run_of(block_values() | values), coarse_solid())
-    assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
+    assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
 
 
 @pytest.fixture
@@ -311,7 +303,7 @@ def scanned(tmp_path):
 
 
 def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned, monkeypatch):
-    with pytest.raises(InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
+    with pytest.raises(fs.InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
         build_mesh(scanned)
     made = mesh_of_a_scan()
     monkeypatch.setattr(
@@ -322,10 +314,10 @@ def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned
 
 
 def test_missing_surface_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"x\.yaml: mesh\.skin: cannot read .*skin\.stl \(No such file"):
+    with pytest.raises(fs.InputError, match=r"x\.yaml: mesh\.skin: cannot read .*skin\.stl \(No such file"):
         _ = run_of(scan_values(), tmp_path).mesh_key
 
 
 def test_reference_nodes_of_a_section_are_refused():
-    with pytest.raises(InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
+    with pytest.raises(fs.InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
         build_model(run_of(finger_values(record={"reference_nodes": True})), block_mesh())
