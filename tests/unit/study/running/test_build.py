@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import fingerslip as fs
 from fingerslip.dynamics.system.checks import check_model
@@ -16,12 +17,10 @@ from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_mesh, block_values, finger_values
 
 SOURCE = Path("studies/x.yaml")
-ROLLER = {
-    "counterface": {"cylinder": {"radius": "8 mm", "centre": ["0 mm", "-9 mm"]}},
-    "friction": {
-        "pressure_dependent": {"reference_coefficient": 0.6, "reference_pressure": "10 kPa", "exponent": -0.2}
-    },
-}
+ROLLER = yaml.safe_load("""
+counterface: {cylinder: {radius: 8 mm, centre: [0 mm, -9 mm]}}
+friction: {pressure_dependent: {reference_coefficient: 0.6, reference_pressure: 10 kPa, exponent: -0.2}}
+""")
 
 
 def run_of(values, folder=SOURCE.parent):
@@ -29,17 +28,13 @@ def run_of(values, folder=SOURCE.parent):
     return expand_mapping(values | {"sweep": {}}, source).runs[0]
 
 
-def test_block_model_holds_what_the_file_says():
-    model = build_model(run_of(block_values()), block_mesh())
+def test_model_holds_what_the_file_says_and_own_values_go_before_those_of_the_fingertip():
+    model = build_model(run_of(block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}), block_mesh())
     assert model.materials == {"block": fs.Elastic(100e3, 0.3, 1000.0)}
     assert (model.formulation, model.depth) == ("plane_strain", 1e-3)
-    assert model.contacts[0].boundary == "bottom"
-    assert model.contacts[0].friction.coefficient == 0.6
-    assert model.supports == {"top": ("x", "y")}
+    assert (model.contacts[0].boundary, model.contacts[0].friction.coefficient) == ("bottom", 0.6)
+    assert (model.supports, model.tractions) == ({"top": ("x", "y")}, {"top": (0.0, -1000.0)})
     check_model(model)
-
-
-def test_own_values_go_before_those_of_the_fingertip():
     own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
     values = finger_values(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
     model = build_model(run_of(values), block_mesh())
@@ -49,26 +44,27 @@ def test_own_values_go_before_those_of_the_fingertip():
     assert (model.formulation, model.depth) == ("plane_strain", 2e-3)
 
 
-def test_only_the_wanted_receptors_are_recorded_and_constant_tractions_stay_lists():
+def test_only_the_wanted_receptors_are_recorded_and_reference_nodes_of_a_section_refused():
     extra = {"name": "middle", "kind": "own", "position": ["0 mm", "-5 mm"], "region": "tissue"}
     model = build_model(run_of(finger_values(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
     assert {site.kind for site in model.record.sites} == {"FA-II", "own"}
     assert model.record.sites[-1].position == (0.0, -5e-3)
-    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
-    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
+    with pytest.raises(fs.InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
+        build_model(run_of(finger_values(record={"reference_nodes": True})), block_mesh())
 
 
-def test_mesh_is_shared_exactly_where_its_inputs_are_the_same():
+def test_mesh_is_shared_exactly_where_its_inputs_are_the_same_and_a_missing_file_named(tmp_path):
     first = run_of(finger_values()).mesh_key
     assert run_of(finger_values(contact={"friction_coefficient": 0.2})).mesh_key == first
     assert run_of(finger_values(mesh={"contact_size": "0.2 mm"})).mesh_key != first
     flattened = {"preset": "wang2014-2d", "phalanx": {"variant": "flattened"}}
     assert run_of(finger_values(fingertip=flattened)).mesh_key != first
-
-
-def test_missing_mesh_file_is_named(tmp_path):
-    with pytest.raises(fs.InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
-        _ = run_of(block_values(), tmp_path).mesh_key
+    for values, path in (
+        (block_values(), r"mesh\.file: cannot read .*block\.msh"),
+        (scan_values(), r"mesh\.skin: .*stl"),
+    ):
+        with pytest.raises(fs.InputError, match=rf"x\.yaml: {path} \(No such file"):
+            _ = run_of(values, tmp_path).mesh_key
 
 
 @pytest.mark.parametrize("own", [{}, {"fingertip": {"preset": "wang2014-2d"}}])
@@ -133,11 +129,7 @@ def with_contacts(**contacts):
         (with_contacts(contacts=[ROLLER]), "contacts.0.counterface.normal", "contacts.0.counterface.cylinder.normal"),
         (with_contacts(contact=ROLLER), "contacts.0.friction", "contact.friction"),
         (with_contacts(contact=ROLLER), "contacts.0.drive", "contact.drive"),
-        (
-            with_contacts(contact=ROLLER),
-            "contacts.0.programme.1.slide.direction",
-            "contact.programme.1.slide.direction",
-        ),
+        (with_contacts(contact=ROLLER), "contacts.0.programme.1.slide.speed", "contact.programme.1.slide.speed"),
     ],
 )
 def test_places_of_the_model_get_the_names_of_the_study(values, place, shown):
@@ -148,31 +140,46 @@ def test_places_of_the_model_get_the_names_of_the_study(values, place, shown):
     assert locate_error(error, "studies/x.yaml (a = 1)") is error, "it names the file already"
 
 
-def test_mesh_error_names_the_fingertip():
-    values = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
-    with pytest.raises(fs.InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
-        build_mesh(run_of(values))
+FLAT = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
+
+
+@pytest.mark.parametrize(
+    ("build", "values", "message"),
+    [
+        (build_mesh, FLAT, r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"),
+        (build_model, block_values() | {"formulation": "solid"}, r"x\.yaml: depth: got 0\.001 m for a solid"),
+        (
+            build_model,
+            block_values() | {"contact": {"friction_coefficient": 0.6, "rigid_body": "jug"}},
+            r"x\.yaml: contact\.rigid_body: got 'jug', the bodies are: none",
+        ),
+    ],
+)
+def test_errors_of_mesh_and_model_name_the_file_and_the_place_in_it(build, values, message, tmp_path):
+    fs.write_mesh(block_mesh(), tmp_path / "block.msh")
+    with pytest.raises(fs.InputError, match=message):
+        build(run_of(values, tmp_path))
+
+
+EVERYTHING = """
+contacts:
+  - boundary: top
+    normal: [0, -1]
+    friction: {static_kinetic: {static: 0.8, kinetic: 0.5, decay_speed: 1 mm/s}}
+    drive: {mass: 5 g, force: 0.3 N, ramp: {times: [0 s, 0.1 s], factors: [0.0, 1.0]}}
+    programme: [{hold: {duration: 1 s}}]
+tractions: {top: {value: [0 Pa, -1 kPa], ramp: {times: [0 s, 1 s], factors: [0, 1]}}}
+gravity: [0 m/s^2, -9.81 m/s^2]
+initial_velocity: [10 mm/s, 0 mm/s]
+integration: nodal
+time: {step: 2 ms, scheme: quasi_static, end: 0.1 s}
+"""
 
 
 def test_everything_that_python_can_say_reaches_the_model():
     """Two bodies of other shapes, each with its own law and motion, loads over time, quasi-static steps."""
-    drive = {"mass": "5 g", "force": "0.3 N", "ramp": {"times": ["0 s", "0.1 s"], "factors": [0.0, 1.0]}}
-    law = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
-    plate = {
-        "boundary": "top",
-        "normal": [0, -1],
-        "friction": law,
-        "drive": drive,
-        "programme": [{"hold": {"duration": "1 s"}}],
-    }
-    values = block_values() | {
-        "contacts": [ROLLER | {"boundary": "bottom"}, plate],
-        "tractions": {"top": {"value": ["0 Pa", "-1 kPa"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}}},
-        "gravity": ["0 m/s^2", "-9.81 m/s^2"],
-        "initial_velocity": ["10 mm/s", "0 mm/s"],
-        "integration": "nodal",
-        "time": {"step": "2 ms", "scheme": "quasi_static", "end": "0.1 s"},
-    }
+    values = block_values() | yaml.safe_load(EVERYTHING)
+    values["contacts"].insert(0, ROLLER | {"boundary": "bottom"})
     del values["contact"]
     model = build_model(run_of(values), block_mesh())
     roller, plane = model.contacts
@@ -189,14 +196,9 @@ def test_everything_that_python_can_say_reaches_the_model():
 
 
 def test_rigid_bodies_reach_the_model_with_the_contacts_on_them():
-    jug = {
-        "mass": "300 g",
-        "free": ["x"],
-        "springs": {"x": "2 N/mm"},
-        "filling": {"times": ["0 s", "1 s"], "factors": [0, 1]},
-        "programme": [{"press": {"depth": "1 mm", "speed": "1 mm/s"}}],
-    }
-    values = block_values() | {"bodies": {"jug": jug}, "programme": []}
+    jug = """{mass: 300 g, free: [x], springs: {x: 2 N/mm}, filling: {times: [0 s, 1 s], factors: [0, 1]},
+        programme: [{press: {depth: 1 mm, speed: 1 mm/s}}]}"""
+    values = block_values() | {"bodies": {"jug": yaml.safe_load(jug)}, "programme": []}
     values["contact"] = values["contact"] | {"rigid_body": "jug"}
     model = build_model(run_of(values), block_mesh())
     filling, press = fs.Ramp((0.0, 1.0), (0.0, 1.0)), fs.Press(1e-3, 1e-3)
@@ -207,13 +209,7 @@ def test_rigid_bodies_reach_the_model_with_the_contacts_on_them():
     assert model.end == 1.0
 
 
-def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it():
-    values = block_values()
-    values["contact"] = values["contact"] | {"rigid_body": "jug"}
-    with pytest.raises(fs.InputError, match=r"studies/x.yaml.*: contact.rigid_body: got 'jug', the bodies are: none"):
-        build_model(run_of(values), block_mesh())
-
-
+SOFT = finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}})
 SOLID = finger_values(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
 WITHOUT_DEPTH = {key: value for key, value in block_values().items() if key != "depth"} | {"formulation": "solid"}
 
@@ -222,12 +218,7 @@ WITHOUT_DEPTH = {key: value for key, value in block_values().items() if key != "
     ("values", "supports", "formulation", "depth"),
     [
         (finger_values(), {"phalanx": ("x", "y")}, "plane_stress", 1e-3),
-        (
-            finger_values(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}}),
-            {"phalanx_dorsal": ("x", "y")},
-            "plane_stress",
-            1e-3,
-        ),
+        (SOFT, {"phalanx_dorsal": ("x", "y")}, "plane_stress", 1e-3),
         (SOLID, {"phalanx": ("x", "y", "z")}, "solid", 1.0),
         (WITHOUT_DEPTH, {"top": ("x", "y")}, "solid", 1.0),
     ],
@@ -237,13 +228,6 @@ def test_a_phalanx_is_held_and_a_solid_needs_no_depth(values, supports, formulat
     assert (model.supports, model.formulation, model.depth) == (supports, formulation, depth)
     if values is SOLID:
         assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
-
-
-def test_model_error_names_file_and_run(write_study):
-    path = write_study()
-    run = expand_mapping(block_values() | {"formulation": "solid", "sweep": {}}, path).runs[0]
-    with pytest.raises(fs.InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
-        build_model(run)
 
 
 def test_tetrahedra_make_a_model_in_3d(monkeypatch):
@@ -263,13 +247,9 @@ def test_tetrahedra_make_a_model_in_3d(monkeypatch):
 SMALL_ELEMENTS = finger_values(
     fingertip={"preset": "wang2014-3d"}, mesh={"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
 )
-SMALL_IN_SCAN = {
-    "skin": str(ROOT / "meshes" / "scan_skin.stl"),
-    "unit": "mm",
-    "tip": [1, 0, 0],
-    "pad": [0, -1, 0],
-    "layers": {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"},
-}
+LAYERS = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
+SKIN = str(ROOT / "meshes" / "scan_skin.stl")
+SMALL_IN_SCAN = {"skin": SKIN, "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0], "layers": LAYERS}
 
 
 @pytest.mark.parametrize(
@@ -294,15 +274,10 @@ def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written():
     assert model.contacts[0].counterface == fs.Plane((0.0, 1.0, 0.0))
 
 
-@pytest.fixture
-def scanned(tmp_path):
-    """A run whose mesh is that of a scan, with files that are none."""
+def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(tmp_path, monkeypatch):
     for name in ("skin.stl", "phalanx.stl"):
         (tmp_path / name).write_text(name)
-    return run_of(scan_values(), tmp_path)
-
-
-def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned, monkeypatch):
+    scanned = run_of(scan_values(), tmp_path)
     with pytest.raises(fs.InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
         build_mesh(scanned)
     made = mesh_of_a_scan()
@@ -311,13 +286,3 @@ def test_mesh_of_a_run_is_that_of_its_scan_and_its_error_names_the_study(scanned
     )
     monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
     assert build_mesh(scanned) is inspect_mesh(scanned).mesh is made.mesh
-
-
-def test_missing_surface_is_named(tmp_path):
-    with pytest.raises(fs.InputError, match=r"x\.yaml: mesh\.skin: cannot read .*skin\.stl \(No such file"):
-        _ = run_of(scan_values(), tmp_path).mesh_key
-
-
-def test_reference_nodes_of_a_section_are_refused():
-    with pytest.raises(fs.InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in 3D, .* T10"):
-        build_model(run_of(finger_values(record={"reference_nodes": True})), block_mesh())
