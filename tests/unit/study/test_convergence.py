@@ -21,14 +21,9 @@ from fingerslip.study.running.build import build_model
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
-from unit.study.block import NAMES, block_mesh, block_values, changed
+from unit.study.block import NAMES, block_mesh, block_values, changed, finger_values
 
-FINGER = {
-    "fingertip": {"preset": "wang2014-2d"},
-    "contact": {"friction_coefficient": 0.6},
-    "programme": [{"press": {"depth": "1 mm", "speed": "5 mm/s"}}],
-    "time": {"step": "2 ms", "alpha": -0.05},
-}
+FINGER = finger_values(time={"step": "2 ms", "alpha": -0.05})
 
 
 @pytest.fixture
@@ -71,10 +66,8 @@ def test_every_level_is_a_run_of_its_own(block):
     assert len({run.identity for run in runs}) == len({run.name for run in runs}) == len(runs)
     assert all(run.study.record.snapshots_every == 0.0 for run in runs)
     assert all(run.swept == block.swept for run in runs)
-    steps = [
-        (run.study.time.step, run.study.time.alpha) for run in (runs[2], run_at(block, Level("alpha", -0.3), model))
-    ]
-    assert steps == [(0.5e-3, -0.05), (2e-3, -0.3)], "one setting changes alone"
+    times = [run.study.time for run in (runs[2], run_at(block, Level("alpha", -0.3), model))]
+    assert [(time.step, time.alpha) for time in times] == [(0.5e-3, -0.05), (2e-3, -0.3)], "one setting changes alone"
 
 
 STEP = 2e-3
@@ -124,30 +117,35 @@ def known(tmp_path_factory):
         return refined(path), path
 
 
-def test_order_and_limit_of_a_known_dependence(known):
-    found = known[0].runs[0].quantities["slip.overall"]
-    step = found.refinements["step"]
-    assert found.sources["step"].sizes == (1.0, 0.5, 0.25)
+def test_order_and_limit_of_a_known_dependence_are_found_and_written_with_tables_and_figures(known):
+    found, path = known
+    overall = found.runs[0].quantities["slip.overall"]
+    step = overall.refinements["step"]
+    assert overall.sources["step"].sizes == (1.0, 0.5, 0.25)
     assert step.order == pytest.approx(1.0, abs=0.05)  # records are a step apart
-    assert step.limit == pytest.approx(found.value - 0.1, abs=5e-3)
-    assert found.refinements["penalty"].behaviour == "unchanged"
-    assert found.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
-    assert found.unsettled_settings == ()
+    assert step.limit == pytest.approx(overall.value - 0.1, abs=5e-3)
+    assert overall.refinements["penalty"].behaviour == "unchanged"
+    assert overall.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
+    assert overall.unsettled_settings == ()
+    folder = found.folder / "convergence"
+    assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
+    with (folder / "convergence.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["quantity"] == "slip.overall" and row["setting"] == "step"]
+    assert [float(row["size"]) for row in rows] == [1.0, 0.5, 0.25]
+    assert "overall slip" in str(found.tables[0].rows)
+    folders = level_folders(path, path.parent / "results")
+    assert len(folders) == 4
+    assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
 
 
 @pytest.mark.usefixtures("called", "reports")
-def test_sizes_of_the_damping_are_its_values_that_in_use_first(write_study):
-    values = plain(time={"step": "2 ms", "alpha": -0.3}, converge={"alpha": [-0.05, 0.0]})
-    found = refined(write_study(values)).runs[0].quantities["slip.overall"]
-    assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0)
-
-
-@pytest.mark.usefixtures("called", "reports")
-def test_an_added_measure_gets_its_order_and_its_uncertainty(write_study, monkeypatch):
+def test_an_added_measure_gets_its_sizes_its_order_and_its_uncertainty(write_study, monkeypatch):
     added = Measure("last", "last slip", lambda history: find_events(history).overall, Unit("s"))
     monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
-    result = refined(write_study(plain()))
+    values = plain(time={"step": "2 ms", "alpha": -0.3}, converge={"penalty": [], "alpha": [-0.05, 0.0]})
+    result = refined(write_study(values))
     found = result.runs[0].quantities["last_s"]
+    assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0), "those of the damping are its values"
     assert found.refinements["step"].order == pytest.approx(1.0, abs=0.05)
     assert "last slip" in [row[0] for row in result.tables[0].rows]
     stored = json.loads((result.folder / "convergence" / "convergence.json").read_text())
@@ -167,6 +165,9 @@ def test_only_what_is_not_there_is_computed_and_the_report_made_again_with_the_u
         refined(path)
         assert (len(called), len(reports)) == (1 + 4, 2)
     assert {model.time.step for model in called} == {STEP, STEP / 2, STEP / 4}
+    with pytest.raises(fs.InputError, match=r"no run 'nix', has run"):
+        refined(path, only=["nix"])
+    assert len(called) == 1 + 4
 
 
 @pytest.mark.usefixtures("called", "reports")
@@ -183,25 +184,6 @@ def test_chosen_runs_are_refined_and_earlier_ones_stay_known_to_the_tables_of_th
     refined(path, only=NAMES[1:2])
     stored = json.loads((path.parent / "results" / "block" / "convergence" / "convergence.json").read_text())
     assert sorted(stored) == ["checksum", *NAMES[:2]]
-
-
-def test_tables_figures_and_series_are_written(known):
-    found, path = known
-    folder = found.folder / "convergence"
-    assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
-    with (folder / "convergence.csv").open() as file:
-        rows = [row for row in csv.DictReader(file) if row["quantity"] == "slip.overall" and row["setting"] == "step"]
-    assert [float(row["size"]) for row in rows] == [1.0, 0.5, 0.25]
-    assert "overall slip" in str(found.tables[0].rows)
-    folders = level_folders(path, path.parent / "results")
-    assert len(folders) == 4
-    assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
-
-
-def test_a_run_that_is_not_there_is_named_before_anything_is_computed(write_study, called):
-    with pytest.raises(fs.InputError, match=r"no run 'nix'.*friction_coefficient-0\.2"):
-        refined(write_study(), only=["nix"])
-    assert called == []
 
 
 @pytest.mark.usefixtures("reports")

@@ -37,6 +37,7 @@ from fingerslip.react.scenario import HeldObject
 from fingerslip.react.settings import ReactionSettings
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, check_mesh, given_specimen
 from fingerslip.specimens.fingertip.meshing.sources import MeshSizes
+from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.expressions import check_expression, check_names
 from fingerslip.study.definition.file import line_numbers, read_with_base
 from fingerslip.study.definition.settings import (
@@ -397,7 +398,8 @@ def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
 
     Without this a preset in 3D would be meshed as a section, because only the kind of element tells them apart.
     """
-    mesh, specimen = mapping.get("mesh", {}), None
+    mesh = mapping.get("mesh", {})
+    specimen: Specimen | None = None
     for kind, presets in SPECIMENS.items():
         if specimen is None and isinstance(mapping.get(kind), Mapping):
             with contextlib.suppress(InputError):  # mistakes of a specimen are told elsewhere

@@ -385,7 +385,8 @@ def compare_studies(first: str | Path, second: str | Path, output: Path | None =
     from fingerslip.report.page.page import write_page
 
     folders = Path(first), Path(second)
-    compared, provenance = [], {}
+    compared: list[ComparedStudy] = []
+    provenance: dict[str, str] = {}
     for side, folder in zip("AB", folders, strict=True):
         study, manifest = read_results(folder), read_manifest(folder)
         runs = [read_run_values(folder / run.name / RUN) for run in study.runs]

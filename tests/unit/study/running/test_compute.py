@@ -76,14 +76,15 @@ def job(write_study, tmp_path):
 
 
 @pytest.mark.usefixtures("simulated")
-def test_what_is_stored_beside_the_history_says_what_happened(job):
-    told = []
+def test_what_is_stored_beside_the_history_and_in_the_log_says_what_happened(job):
+    logger, told = logging.getLogger("fingerslip"), []
+    before = (logger.level, list(logger.handlers))
     compute.compute([job], told.append)
+    assert (logger.level, list(logger.handlers)) == before
     assert told == [0.5]
     stored = json.loads((job.folder / "events.json").read_text())
     assert (stored["run"], stored["swept"]) == ("friction_coefficient-0.4", {"contact.friction_coefficient": 0.4})
-    assert stored["identity"] == job.identity
-    assert stored["mesh_hash"] == mesh_hash(job.model.mesh)
+    assert (stored["identity"], stored["mesh_hash"]) == (job.identity, mesh_hash(job.model.mesh))
     history = read_history(job.folder / "history.nc")
     assert events_from_mapping(stored["events_s"]) == find_events(history)
     assert [peak["time_s"] for peak in stored["acceleration_peaks"]] == pytest.approx([1.53, 1.63, 1.71], abs=5.1e-3)
@@ -91,30 +92,12 @@ def test_what_is_stored_beside_the_history_says_what_happened(job):
     values = yaml.safe_load((job.folder / "run.yaml").read_text())
     assert values["contact"]["friction_coefficient"] == 0.4
     assert "sweep" not in values
-
-
-@pytest.mark.usefixtures("simulated")
-def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job):
-    logger = logging.getLogger("fingerslip")
-    before = (logger.level, list(logger.handlers))
-    compute.compute([job], lambda _: None)
-    assert (logger.level, list(logger.handlers)) == before
     text = (job.folder / "log.txt").read_text()
-    assert f"identity {job.identity}" in text
-    assert "simulated 401 records" in text
-    assert "friction over normal force at the end of the slide: 0.4" in text
+    for line in (f"identity {job.identity}", "simulated 401 records", "over normal force at the end of the slide: 0.4"):
+        assert line in text
 
 
-def test_a_failing_run_leaves_neither_folder_nor_handler(job, fails):
-    fails(SlipOutsideContactError("contacts.0", "a", "b", "c"))
-    with pytest.raises(SlipOutsideContactError) as caught:
-        compute.compute([job], lambda _: None)
-    assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
-    assert not list(job.folder.parent.iterdir())
-    assert not logging.getLogger("fingerslip").handlers
-
-
-def test_progress_may_end_a_run(job, simulated):
+def test_a_failing_or_stopped_run_leaves_neither_folder_nor_handler(job, simulated, fails):
     def stop(_):
         raise InputError("here", "stopped", "goes on")
 
@@ -122,6 +105,12 @@ def test_progress_may_end_a_run(job, simulated):
         compute.compute([job], stop)
     assert simulated == [0.4]
     assert not list(job.folder.parent.iterdir())
+    fails(SlipOutsideContactError("contacts.0", "a", "b", "c"))
+    with pytest.raises(SlipOutsideContactError) as caught:
+        compute.compute([job], lambda _: None)
+    assert str(caught.value).endswith("block.yaml (contact.friction_coefficient = 0.4): contact: a, b; c")
+    assert not list(job.folder.parent.iterdir())
+    assert not logging.getLogger("fingerslip").handlers
 
 
 def job_of(name, model=None, folder=Path("none")):
@@ -133,38 +122,23 @@ def names(parts):
     return ["".join(job.run.name for job in part) for part in parts]
 
 
-@pytest.fixture
-def all_are_large(monkeypatch):
+def test_runs_that_share_a_matrix_make_a_group_that_is_not_too_large(monkeypatch):
+    assert names(groups([job_of("a"), job_of("b")])) == ["a", "b"], "small runs stay apart"
     monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
-
-
-@pytest.mark.usefixtures("all_are_large")
-def test_runs_that_share_a_matrix_make_a_group():
     model = push_and_slide()
     stiff = dataclasses.replace(model, materials={"bulk": fs.Elastic(1e6, 0.3, 1000.0)})
     jobs = [job_of("a", model), job_of("b", stiff), job_of("c", push_and_slide(friction=0.9)), job_of("d", stiff)]
     assert names(groups(jobs)) == ["ac", "bd"]
-
-
-@pytest.mark.usefixtures("all_are_large")
-@pytest.mark.parametrize(
-    ("bytes_together", "at_once", "together_are", "parts"),
-    [
+    for bytes_together, at_once, together_are, parts in (
         (1.0, 1, "abcdefgh", ["abcdefgh"]),
         (1.0, 1, "abcdefghij", ["abcde", "fghij"]),
         (1.0, 1, "a", ["a"]),
         (1e9, 1, "abcdefghij", ["abcdefghij"]),
         (1e9, 2, "abcd", ["ab", "cd"]),
         (1e9, 1, "a" * 40, ["a" * 20] * 2),
-    ],
-)
-def test_no_group_is_too_large_and_all_workers_are_busy(bytes_together, at_once, together_are, parts, monkeypatch):
-    monkeypatch.setattr(cost, "_BYTES_TOGETHER", bytes_together)
-    assert names(groups([job_of(name) for name in together_are], at_once)) == parts
-
-
-def test_small_runs_stay_apart():
-    assert names(groups([job_of("a"), job_of("b")])) == ["a", "b"]
+    ):
+        monkeypatch.setattr(cost, "_BYTES_TOGETHER", bytes_together)
+        assert names(groups([job_of(name, model) for name in together_are], at_once)) == parts
 
 
 @pytest.mark.parametrize("error", [NOT_SOLVED, MemoryError()])
@@ -256,31 +230,24 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run():
     assert errors == {"b": ConvergenceError, "c": WorkerLostError, "d": MemoryError}
     assert sorted(names([outcome.jobs for outcome in outcomes])) == ["ab", "c", "d"]
     assert [outcome.pictures for outcome in outcomes if outcome.pictures] == [{"d": RunPictures()}]
+    lost = pickle.loads(pickle.dumps(WorkerLostError()))  # on the way between processes
+    assert isinstance(lost, FingerslipError)
+    assert "run the same command again with --workers 1" in str(lost)
 
 
-@pytest.mark.parametrize("stopping", [False, True])
-def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch, stopping):
+def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch):
     news = queue.Queue()
     monkeypatch.setattr(compute, "_news", news)
-    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: stopping))
+    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: False))
     monkeypatch.setattr(compute, "_told", {})
-    if stopping:
-        with pytest.raises(compute._StoppedError):
-            compute._tell("a", 0.5)
-        assert news.empty()
-    else:
-        for fraction in (0.5, 0.51):
-            compute._tell("a", fraction)
-        compute._tell("b", 0.51)
-        # The parent does not look again so soon.
-        assert [news.get(), news.get()] == [("a", 0.5), ("b", 0.51)]
-        assert news.empty()
-
-
-def test_a_lost_worker_says_what_to_do_also_after_the_way_between_processes():
-    error = pickle.loads(pickle.dumps(WorkerLostError()))
-    assert isinstance(error, FingerslipError)
-    assert "run the same command again with --workers 1" in str(error)
+    for name, fraction in (("a", 0.5), ("a", 0.51), ("b", 0.51)):
+        compute._tell(name, fraction)
+    # The parent does not look again so soon.
+    assert [news.get(), news.get()] == [("a", 0.5), ("b", 0.51)]
+    monkeypatch.setattr(compute, "_stop", SimpleNamespace(is_set=lambda: True))
+    with pytest.raises(compute._StoppedError):
+        compute._tell("c", 0.5)
+    assert news.empty()
 
 
 def test_the_main_module_is_there_again_behind_the_block():

@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+import yaml
 
 import fingerslip as fs
 from fingerslip.errors import InputError
@@ -26,25 +27,10 @@ def test_plan_names_folder_and_runs_of_which_none_is_finished_and_one_mesh_is_sh
     assert [job.identity for job in jobs] == list(plan.identities.values())
 
 
-def test_studies_of_one_name_are_refused(write_study):
+def test_mistakes_of_several_files_come_together_and_studies_of_one_name_are_refused(write_study, tmp_path):
     path = write_study()
     with pytest.raises(InputError, match="needs a name of its own"):
         plan_studies([path, path], results_dir=path.parent / "results")
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"compare": ["wang2014-table3"]}, r"block\.yaml: compare\.0: .*did you mean 'wang2014-table2'\?"),
-        ({"derived": {"x": "depth ** friction_coefficient"}}, r"derived\.x.*needs one unit in all runs"),
-    ],
-)
-def test_unknown_tables_and_units_that_differ_between_runs_are_refused(write_study, changes, message):
-    with pytest.raises(InputError, match=message):
-        plan_study(write_study(block_values() | changes))
-
-
-def test_mistakes_of_several_files_come_together(write_study, tmp_path):
     values = block_values() | {"depth": 1, "sweep": {"time.end": [3], "time.stp": ["1 s"]}}
     bad, good = write_study(values, name="bad"), write_study()
     swept = write_study(changed("contact.boundary", 7), name="other")
@@ -64,28 +50,27 @@ def test_mistakes_of_several_files_come_together(write_study, tmp_path):
         ("overall_slip + depth", "needs units that fit together"),
         # The first run has a plane, which has no radius.
         ("counterface.cylinder.radius / '1 mm'", "'counterface.cylinder.radius' is not known"),
+        ("depth ** contacts.0.friction_coefficient", "needs one unit in all runs"),
     ],
 )
 def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(write_study, text, said):
     counterfaces = [{"plane": {"normal": [0, 1]}}, {"cylinder": {"radius": "8 mm"}}]
     contact = {"boundary": "contact", "counterface": counterfaces[0], "friction_coefficient": 0.5}
     values = {key: own for key, own in block_values().items() if key != "contact"} | {"contacts": [contact]}
-    values |= {"sweep": {"contacts.0.counterface": counterfaces}, "derived": {"x": text}}
+    swept = {"contacts.0.counterface": counterfaces, "contacts.0.friction_coefficient": [0.5, 0.6]}
+    values |= {"sweep": swept, "derived": {"x": text}}
     with pytest.raises(InputError, match=r"block\.yaml: derived\.x") as caught:
         plan_study(write_study(values))
     assert said in str(caught.value)
 
 
-def test_a_sample_that_makes_no_model_is_refused_alone(write_study):
+def test_a_sample_that_makes_no_model_is_refused_alone_and_another_run_named(write_study):
     sample = {"count": 4, "ranges": {"programme.0.press.depth": ["0.05 mm", "12 mm"]}}
     plan = plan_study(write_study(block_values() | {"sweep": {}, "sample": sample}))
     jobs, refused = prepare_samples(plan, plan.runs)
     assert jobs
     assert refused
     assert len(jobs) + len(refused) == 4
-
-
-def test_what_is_wrong_names_the_run(write_study):
     plan = plan_study(write_study(changed("contact.boundary", "pulp")))
     with pytest.raises(InputError, match=r"block\.yaml \(contact\.friction_coefficient = 0\.2\).*'pulp' not in mesh"):
         prepare(plan, plan.runs)
@@ -118,8 +103,13 @@ def chosen(path, tmp_path):
     return [job.run.study.dynamics.basis for job in jobs]
 
 
-def test_runs_that_share_a_body_are_counted_together(write_study, tmp_path, asked):
-    assert chosen(write_study(values("automatic")), tmp_path) == ["reduced"] * 3
+@pytest.mark.parametrize("says", [True, False])
+def test_runs_that_share_a_body_are_counted_together_also_where_a_study_says_nothing(
+    write_study, tmp_path, asked, says
+):
+    whole = values("automatic")
+    silent = {key: item for key, item in whole.items() if key != "dynamics"}
+    assert chosen(write_study(whole if says else silent), tmp_path) == ["reduced"] * 3
     ((unknowns, interface, steps, dim),) = asked
     assert (unknowns, steps, dim) == (72, 2 * 30, 2)
     assert 0 < interface < unknowns
@@ -170,44 +160,27 @@ def test_decisions_leave_everything_else_as_it_was(write_study, tmp_path, asked)
         assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"kinematics": "finite", "law": "neo_hookean"},
-        {"prony": [{"share": 0.3, "time": "0.1 s"}]},
-        {"time": {"step": "auto", "output": "2 ms"}},
-        {
-            "programme": [],
-            "bodies": {"plate": {"mass": "1 g", "free": ["y"], "dampers": {"y": "1 N s/m"}, "programme": []}},
-            "time": {"step": "2 ms", "end": "20 ms"},
-        },
-        {
-            "contact": {
-                "boundary": "bottom",
-                "friction": {"slip_weakening": {"static": 0.6, "kinetic": 0.5, "distance": "0.1 mm"}},
-            },
-            "sweep": {"contact.friction.slip_weakening.static": [0.6, 0.7, 0.8]},
-        },
-        {
-            "support_motions": {
-                "top": {"displacement": ["0 mm", "1 um"], "ramp": {"times": ["0 s", "0.1 s"], "factors": [0, 1]}}
-            }
-        },
-    ],
-    ids=[
-        *("large strain", "relaxing", "steps that control their error", "damped bodies"),
-        *("weakening friction", "moving supports"),
-    ],
-)
+UNKNOWN = yaml.safe_load("""
+large strain: {kinematics: finite, law: neo_hookean}
+relaxing: {prony: [{share: 0.3, time: 0.1 s}]}
+steps that control their error: {time: {step: auto, output: 2 ms}}
+damped bodies:
+  programme: []
+  bodies: {plate: {mass: 1 g, free: [y], dampers: {y: 1 N s/m}, programme: []}}
+  time: {step: 2 ms, end: 20 ms}
+weakening friction:
+  contact: {boundary: bottom, friction: {slip_weakening: {static: 0.6, kinetic: 0.5, distance: 0.1 mm}}}
+  sweep: {contact.friction.slip_weakening.static: [0.6, 0.7, 0.8]}
+moving supports:
+  support_motions: {top: {displacement: [0 mm, 1 um], ramp: {times: [0 s, 0.1 s], factors: [0, 1]}}}
+""")
+
+
+@pytest.mark.parametrize("changes", UNKNOWN.values(), ids=UNKNOWN)
 def test_what_a_basis_does_not_know_takes_the_mesh(write_study, tmp_path, asked, changes):
-    own = {key: changes.pop(key) for key in ("law", "prony") if key in changes}
+    own = {key: changes[key] for key in changes.keys() & {"law", "prony"}}
+    others = {key: changes[key] for key in changes.keys() - own.keys()}
     block = block_values()["materials"]["block"] | own
-    path = write_study(values("automatic", materials={"block": block}, **changes))
+    path = write_study(values("automatic", materials={"block": block}, **others))
     assert chosen(path, tmp_path) == ["full"] * 3
     assert asked == []
-
-
-def test_a_study_that_says_nothing_leaves_it_open(write_study, tmp_path, asked):
-    silent = {key: item for key, item in values("full").items() if key != "dynamics"}
-    assert chosen(write_study(silent), tmp_path) == ["reduced"] * 3
-    assert asked

@@ -26,23 +26,17 @@ def run(path, **options):
     return run_study(path, results_dir=path.parent / "results", workers=1, **options)
 
 
-@pytest.mark.usefixtures("reports")
-def test_results_of_every_run_are_written(write_study, simulated):
-    result = run(write_study())
+def test_results_of_every_run_are_written_once(write_study, simulated, reports):
+    path = write_study()
+    result = run(path)
     assert simulated == FRICTIONS
     assert result.computed == tuple(NAMES)
-    assert sorted(path.name for path in result.folder.iterdir()) == sorted(
-        [*NAMES, "manifest.json", "report.html", "summary.csv"]
-    )
+    written = sorted(path.name for path in result.folder.iterdir())
+    assert written == sorted([*NAMES, "manifest.json", "report.html", "summary.csv"])
     for name in NAMES:
         files = sorted(path.name for path in (result.folder / name).iterdir())
         assert files == ["events.json", "history.nc", "log.txt", "run.yaml"]
     assert read_history(result.folder / NAMES[0] / "history.nc").sizes["time"] == 401
-
-
-def test_finished_study_is_not_computed_again(write_study, simulated, reports):
-    path = write_study()
-    run(path)
     again = run(path)
     assert simulated == FRICTIONS
     assert (again.computed, again.unchanged) == ((), tuple(NAMES))
@@ -82,6 +76,11 @@ def test_what_changes_a_result_is_computed_again(write_study, simulated):
 def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, simulated, fails, monkeypatch):
     path = write_study()
     whole = simulation.simulate
+    fails(KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        run(path)
+    assert not (path.parent / "results").exists(), "before the first result there is no folder"
+    monkeypatch.setattr("fingerslip.dynamics.simulation.simulate", whole)
     fails(KeyboardInterrupt(), friction=0.4)
     with pytest.raises(KeyboardInterrupt):
         run(path)
@@ -92,15 +91,6 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(write_study, sim
     assert len((folder / "summary.csv").read_text().splitlines()) == 2
     assert run(path).unchanged == (NAMES[0],)
     assert simulated == FRICTIONS
-
-
-@pytest.mark.usefixtures("reports")
-def test_interruption_before_the_first_result_leaves_no_folder(write_study, fails):
-    fails(KeyboardInterrupt())
-    path = write_study()
-    with pytest.raises(KeyboardInterrupt):
-        run(path)
-    assert not (path.parent / "results").exists()
 
 
 def test_failed_run_does_not_stop_the_others(write_study, simulated, reports, fails):
@@ -156,18 +146,15 @@ def test_written_run_is_a_study_that_gives_the_same_run(finished, write_study):
     assert repeated.identity == original.identity
 
 
-def test_progress_is_told_in_order(write_study, simulated, reports):
+def test_progress_is_told_in_order_and_workers_are_at_least_one(write_study, simulated, reports):
     told = Told()
     path = write_study(block_values() | {"sweep": {}})
     run(path, progress=told)
     run(path, progress=told)
     assert told.told == [("begin", "run"), ("run", 0.5), ("run", "done"), ("block/run: unchanged",)]
-
-
-@pytest.mark.parametrize("workers", [0, -1])
-def test_workers_are_at_least_one(write_study, workers):
-    with pytest.raises(InputError, match="needs a number >= 1"):
-        run_study(write_study(), workers=workers)
+    for workers in (0, -1):
+        with pytest.raises(InputError, match="needs a number >= 1"):
+            run_study(path, workers=workers)
 
 
 @pytest.mark.usefixtures("reports")

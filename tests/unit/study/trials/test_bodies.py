@@ -30,14 +30,11 @@ def runs(study):
     return expand_mapping(as_mapping(study), STUDY).runs
 
 
-def test_patches_materials_and_reach_need_another_body_and_friction_tilt_and_depth_none(study, runs):
+def test_patches_materials_and_reach_need_another_body_and_other_sensors_are_refused(study, runs, tmp_path):
     assert len({body_key(run, study.trials, 2e-3) for run in runs}) == 1
     finer = dataclasses.replace(study.trials, patch=0.5e-3)
     other = body_key(runs[0], finer, 2e-3), body_key(runs[0], study.trials, 3e-3)
     assert len({*other, body_key(runs[0], study.trials, 2e-3)}) == 3
-
-
-def test_trials_of_different_sensors_are_refused(study, runs, tmp_path):
     dome = dataclasses.replace(runs[0].specimen.dome, radius=11e-3)
     other = dataclasses.replace(runs[1], specimen=dataclasses.replace(runs[1].specimen, dome=dome))
     with pytest.raises(InputError, match="have 2 different sensors or meshes"):
@@ -45,10 +42,8 @@ def test_trials_of_different_sensors_are_refused(study, runs, tmp_path):
 
 
 def test_a_body_is_made_once(study, runs, tmp_path, monkeypatch):
-    draw = np.random.default_rng(0)
-    body = StaticBody(
-        np.arange(2), *(draw.standard_normal(size) for size in ((2, 3), 2, (6, 6), (3, 6), (1, 3), (3, 6)))
-    )
+    sizes = (2, 3), 2, (6, 6), (3, 6), (1, 3), (3, 6)
+    body = StaticBody(np.arange(2), *map(np.random.default_rng(0).standard_normal, sizes))
     made = []
     monkeypatch.setattr(bodies, "_make", lambda *given: made.append(given) or body)
     key, _ = shared_body(runs, study.trials, tmp_path)
@@ -64,17 +59,12 @@ WHOLE = dataclasses.replace(HALF, part="whole")
 PLACES = modelled_places(HALF), marker_places(HALF.markers)
 
 
-@pytest.mark.parametrize("number", range(8))
-def test_the_layout_is_the_same_after_an_eighth_of_a_turn(number):
+def test_the_layout_is_the_same_after_an_eighth_of_a_turn_and_displacements_turn_with_the_slide():
     at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
     whole = points_at(WHOLE, PLACES[1], HALF.marker_depth)
     assert len(whole) == 81
-    assert turned_whole(at_rest[None], *PLACES, number * np.pi / 4)[0] == pytest.approx(whole, abs=1e-12)
-
-
-def test_displacements_turn_with_the_slide_and_the_other_half_is_the_mirror_image():
-    at_rest = points_at(HALF, PLACES[0], HALF.marker_depth)
-    whole = points_at(WHOLE, PLACES[1], HALF.marker_depth)
+    for number in range(8):
+        assert turned_whole(at_rest[None], *PLACES, number * np.pi / 4)[0] == pytest.approx(whole, abs=1e-12)
     moved = at_rest + np.array([1e-3, 2e-4, 0.0])
     turned = turned_whole(moved[None], *PLACES, np.pi / 2)[0] - whole
     assert turned == pytest.approx(np.tile([0.0, 2e-4, 1e-3], (81, 1)), abs=1e-12)
@@ -95,9 +85,7 @@ def test_a_plate_that_is_a_body_has_a_programme_of_its_own_and_another_moves_as_
     assert [type(phase) for phase in programme_of(study)] == [fs.Press, fs.Hold, fs.Hold]
     # Half of 10 g/s.
     assert load_rate(plate) == pytest.approx(0.5 * 0.010 * 9.81, rel=1e-3)
-
-
-def test_loads_grow_as_fast_as_the_steepest_part_of_their_ramps():
+    # Loads grow as fast as the steepest part of their ramps.
     ramps = fs.Ramp((0.0, 1.0, 3.0), (0.0, 1.0, 0.0)), fs.Ramp((0.0,), (1.0,))
     plate = fs.RigidBody(mass=1.0, free=("x", "z"), loads=tuple(fs.BodyLoad(x=3.0, z=4.0, ramp=ramp) for ramp in ramps))
     assert load_rate(plate) == pytest.approx(5.0)

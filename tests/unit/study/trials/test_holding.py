@@ -60,9 +60,8 @@ def test_trials_are_the_runs_from_their_start_on(study: fs.StudyResult, alarms: 
     held, lost = (run.name for run in study.runs)
     assert alarms[held] == Onsets(None, None)
     onsets, run = alarms[lost], study.runs[1].reaction
-    assert (onsets.incipient, onsets.gross) == pytest.approx(
-        (0.18 + (run["force"] or 0), 0.18 + (run["gross slip"] or 0))
-    )
+    times = 0.18 + (run["force"] or 0), 0.18 + (run["gross slip"] or 0)
+    assert (onsets.incipient, onsets.gross) == pytest.approx(times)
     tracks = open_trials(study.folder.parent / "held").tracks(lost)
     assert tracks["time"].values[:3] == pytest.approx([0.0, 8e-3, 16e-3])
 
@@ -93,7 +92,9 @@ def test_scores_are_what_alarms_are_worth(
     assert "2 objects, 1 of which are lost without a reaction" in table.note
 
 
-def test_verb_writes_trials_and_scores_onsets(study: fs.StudyResult, alarms: dict[str, Onsets], tmp_path: Path) -> None:
+def test_verb_writes_trials_and_scores_onsets_but_not_of_other_runs(
+    study: fs.StudyResult, alarms: dict[str, Onsets], tmp_path: Path
+) -> None:
     write_onsets(alarms, tmp_path / "mine.csv")
     assert read_onsets(tmp_path / "mine.csv") == alarms
     results = str(study.folder)
@@ -105,9 +106,6 @@ def test_verb_writes_trials_and_scores_onsets(study: fs.StudyResult, alarms: dic
         done = CliRunner().invoke(app, ["react", *arguments])
         assert done.exit_code == code
         assert said in done.output
-
-
-def test_alarms_of_other_runs_are_refused(study: fs.StudyResult, tmp_path: Path) -> None:
     write_onsets({"other": Onsets(1.0, None)}, tmp_path / "mine.csv")
     with pytest.raises(fs.InputError, match="has a row for other, no test trial"):
         score_alarms(study.folder, tmp_path / "mine.csv")

@@ -59,7 +59,7 @@ def refused(study, runs, **changes):
     return trial_plans((run,), dataclasses.replace(study.trials, directions=1), 1)[0]
 
 
-def test_other_programmes_and_records_are_refused(study, runs):
+def test_other_programmes_records_and_plates_are_refused(study, runs):
     with pytest.raises(InputError, match="programme: has Press, Hold, trials need a press, a hold and a slide"):
         simulated_trial(refused(study, runs, programme=study.programme[:2]), study.trials, None, {})
     with pytest.raises(InputError, match=r"trials\.rest: films 2 s of rest, needs at most the hold, 1\.6 s"):
@@ -67,9 +67,6 @@ def test_other_programmes_and_records_are_refused(study, runs):
     record = dataclasses.replace(study.record, groups=())
     with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
         simulated_trial(refused(study, runs, record=record), study.trials, None, {})
-
-
-def test_a_plate_falls_along_the_plane_of_symmetry_alone():
     path = ROOT / "studies" / "bulens2023_pouring_3d.yaml"
     pours = read_study(path)
     run = expand_mapping(as_mapping(pours), path).runs[0]
@@ -96,7 +93,7 @@ def markers():
     return make_tracks(position, [0.0, 1.0, 2.0], units="m", kind=kind, ring=[0, 1, 0, 1], angle=[0.0] * 4)
 
 
-def test_both_cameras_see_their_markers_and_what_is_hidden_is_missing():
+def test_both_cameras_see_their_markers_where_they_stand_and_what_is_hidden_is_missing():
     found = filmed(SETTINGS, Eyes(0.0, (0.0, 0.0), 0.0, 1), markers())
     assert found.sizes == {"time": 41, "marker": 4, "axis": 2}
     assert found["position"].values[0, 0] == pytest.approx([319.5, 239.5], abs=1e-3)
@@ -104,9 +101,7 @@ def test_both_cameras_see_their_markers_and_what_is_hidden_is_missing():
     assert moved == pytest.approx(1e-3 / SETTINGS.metres_per_pixel, rel=0.01)
     assert np.isnan(found["position"].values[:, 3]).all()
     assert found["kind"].values.tolist() == ["internal", "internal", "external", "external"]
-
-
-def test_a_camera_that_is_turned_and_moved_sees_markers_elsewhere():
+    # A camera that is turned and moved sees them elsewhere.
     straight, turned = (
         filmed(SETTINGS, Eyes(0.0, shift, turn, 1), markers())["position"].values[0, :2]
         for shift, turn in (((0.0, 0.0), 0.0), ((1e-3, 0.0), 0.1))
@@ -127,12 +122,8 @@ def test_trials_draw_their_own_cameras_and_noise():
     assert max(map(abs, first.shift)) <= SETTINGS.shift
 
 
-NONE = np.zeros((0, 3))
-
-
-def test_the_card_names_every_range_and_the_strains():
-    study = read_study(ROOT / "studies" / "bulens2023_dataset.yaml")
-    body = StaticBody(np.arange(7), np.zeros((7, 3)), np.ones(7), NONE, NONE, NONE, NONE)
+def test_the_card_names_every_range_and_the_strains(study):
+    body = StaticBody(np.arange(7), np.zeros((7, 3)), np.ones(7), *[np.zeros((0, 3))] * 4)
     notes = card_notes(study, study.trials, body)
     assert "Strains are small" in notes
     assert "Contact: 7 patches of 0.8 mm" in notes
