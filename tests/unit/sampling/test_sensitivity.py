@@ -86,8 +86,12 @@ UNIFORM = Interval(tuple(1.0 + 0.01 * number for number in range(101)))
 
 def test_a_published_time_is_placed_among_percentiles_and_events_that_did_not_happen_are_counted() -> None:
     spans = {
-        (1.345, 1.345): "within, at 35 %", (0.99, 0.99): "below all", (2.01, 2.01): "above all",
-        (0.8, 1.0): "within, at 0 %", (1.0, 1.0): "within, at 0 %", (1.99, 2.5): "within, at 100 %",
+        (1.345, 1.345): "within, at 35 %",
+        (0.99, 0.99): "below all",
+        (2.01, 2.01): "above all",
+        (0.8, 1.0): "within, at 0 %",
+        (1.0, 1.0): "within, at 0 %",
+        (1.99, 2.5): "within, at 100 %",
     }
     assert {span: position(span, UNIFORM) for span in spans} == spans
     assert (UNIFORM.smallest, UNIFORM.percentile(5), UNIFORM.largest) == pytest.approx((1.0, 1.05, 2.0))
