@@ -71,9 +71,7 @@ def simulate(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with 'trials'.", show_default=False)],
     *,
     output: NewDataSet = Path("trials"),
-    parquet: Annotated[
-        Path | None, typer.Option("--parquet", metavar="FILE", help="Write one table of all frames too.")
-    ] = None,
+    parquet: Annotated[Path | None, typer.Option(metavar="FILE", help="Write one table of all frames too.")] = None,
     workers: Cores = 2,
     quiet: Quiet = False,
 ) -> None:
@@ -94,12 +92,12 @@ def collect(
     conditions: Annotated[Path, typer.Argument(metavar="CSV", help="Table with a row for each file.")],
     *,
     output: NewDataSet = Path("trials"),
-    labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
-    title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
+    labels: Annotated[Path | None, typer.Option(metavar="CSV", help="Onset times of your own.")] = None,
+    title: Annotated[str, typer.Option(help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
     markers: MarkerCount = None,
     external_markers: Annotated[
-        int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
+        int | None, typer.Option(metavar="N", min=1, help="The same of the outer camera.")
     ] = None,
     layout: Layout = "auto",
     mask: Mask = None,
@@ -123,7 +121,7 @@ def film(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder of a sensor's study.", show_default=False)],
     *,
     output: NewDataSet = Path("trials"),
-    title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Simulated trials",
+    title: Annotated[str, typer.Option(help="What the data card says first.")] = "Simulated trials",
     seed: Seed = 0,
 ) -> None:
     """Make a data set of simulated runs: what two cameras see of each slide or pouring, and its labels."""
@@ -135,7 +133,7 @@ def film(
 def train(
     dataset: DataSet,
     *,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the detector.")] = Path("detector"),
+    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the detector.")] = Path("detector"),
     classifier: Classifier = "forest",
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
@@ -156,14 +154,14 @@ def evaluate(
     dataset: DataSet,
     *,
     classifier: Classifiers = None,
-    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
-    folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
+    output: Annotated[Path, typer.Option(metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
+    folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
     group: Annotated[
-        str | None, typer.Option("--group", metavar="CONDITION", help="Keep trials of one value in one fold.")
+        str | None, typer.Option(metavar="CONDITION", help="Keep trials of one value in one fold.")
     ] = None,
     whole: Annotated[bool, typer.Option("--whole", help="Ask of whole trials alone: slip, or none?")] = False,
     leave_out: Annotated[
-        list[str] | None, typer.Option("--leave-out", metavar="CONDITION", help="Leave out by this too; repeatable.")
+        list[str] | None, typer.Option(metavar="CONDITION", help="Leave out by this too; repeatable.")
     ] = None,
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
@@ -197,13 +195,11 @@ def inquire(
     *,
     classifier: Classifier = "forest",
     output: Pictures = Path("inquiry"),
-    lost: Annotated[
-        str, typer.Option("--lost", metavar="A,B,...", help="Shares of positions lost.")
-    ] = "0,0.1,0.2,0.3,0.4,0.5",
+    lost: Annotated[str, typer.Option(metavar="A,B,...", help="Shares of positions lost.")] = "0,0.1,0.2,0.3,0.4,0.5",
     noise: Annotated[
-        str, typer.Option("--noise", metavar="A,B,...", help="Noise added, in the unit of the tracks.")
+        str, typer.Option(metavar="A,B,...", help="Noise added, in the unit of the tracks.")
     ] = "0,0.02,0.05,0.1,0.2,0.5",
-    slower: Annotated[str, typer.Option("--slower", metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
+    slower: Annotated[str, typer.Option(metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -231,13 +227,12 @@ def vary(
     *,
     classifier: Classifiers = None,
     output: Pictures = Path("assumptions"),
-    folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
+    folds: Annotated[int, typer.Option(min=2, help="Folds, grouped by trial.")] = 5,
     by: Annotated[
-        list[str] | None, typer.Option("--by", metavar="CONDITION", help="List accuracies by this too; repeatable.")
+        list[str] | None, typer.Option(metavar="CONDITION", help="List accuracies by this too; repeatable.")
     ] = None,
     each: Annotated[
-        list[str] | None,
-        typer.Option("--each", metavar="CONDITION", help="Take the trials of each value alone too; repeatable."),
+        list[str] | None, typer.Option(metavar="CONDITION", help="Take the trials of each value alone too; repeatable.")
     ] = None,
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -266,7 +261,7 @@ def transfer(
     dataset: DataSet,
     *,
     labels: Labels = "external_markers",
-    output: Annotated[Path | None, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = None,
+    output: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for tables.")] = None,
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
@@ -291,13 +286,13 @@ def run(
     ],
     *,
     detector: Annotated[
-        str, typer.Option("--detector", metavar="DIR", help="Folder of a trained detector; else the one that ships.")
+        str, typer.Option(metavar="DIR", help="Folder of a trained detector; else the one that ships.")
     ] = "residual",
     output: Annotated[
-        Path | None, typer.Option("--output", metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
+        Path | None, typer.Option(metavar="DIR", help="Folder of the page; else NAME_slip beside SOURCE.")
     ] = None,
     rest_frames: Annotated[
-        int | None, typer.Option("--rest-frames", metavar="N", min=5, help="Frames at rest at the start; else found.")
+        int | None, typer.Option(metavar="N", min=5, help="Frames at rest at the start; else found.")
     ] = None,
     markers: MarkerCount = None,
     layout: Layout = "auto",
