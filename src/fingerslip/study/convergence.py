@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -195,30 +196,16 @@ def _run_convergence(plan: Plan, run: Run, levels: Mapping[Level, Run]) -> RunCo
     others = {level: stored_result(plan.folder / CONVERGENCE / other.name) for level, other in levels.items()}
     _check_meshes(run, base, others)
     numbers = {level: quantities(result) for level, result in others.items()}
-    settings: dict[str, list[Level]] = {}
-    for level in others:
-        settings.setdefault(level.setting, []).append(level)
-    sizes = {
-        setting: (
-            run.study.time.alpha if setting == "alpha" else 1.0,
-            *(_size(level, base, others[level]) for level in of_setting),
-        )
-        for setting, of_setting in settings.items()
-    }
-    convergences = {
-        key: Convergence(
-            quantity.label,
-            quantity.unit,
-            quantity.value,
-            {
-                setting: Series(
-                    setting, sizes[setting], (quantity.value, *(numbers[level][key].value for level in of_setting))
-                )
-                for setting, of_setting in settings.items()
-            },
-        )
-        for key, quantity in quantities(base).items()
-    }
+    convergences = {}
+    for key, quantity in quantities(base).items():
+        series = {}
+        for setting, group in itertools.groupby(others, lambda level: level.setting):
+            of_setting = list(group)
+            in_use = run.study.time.alpha if setting == "alpha" else 1.0
+            sizes = in_use, *(_size(level, base, others[level]) for level in of_setting)
+            values = quantity.value, *(numbers[level][key].value for level in of_setting)
+            series[setting] = Series(setting, sizes, values)
+        convergences[key] = Convergence(quantity.label, quantity.unit, quantity.value, series)
     return RunConvergence(run.name, plan.identities[run.name], convergences)
 
 
@@ -232,9 +219,7 @@ def _size(level: Level, base: RunResult, result: RunResult) -> float:
 def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) -> None:
     """Refuse factors that give the same mesh twice: element sizes are fitted to ridges and outlines."""
     hashes = {base.mesh_hash: "the study itself"}
-    for level, result in levels.items():
-        if level.setting != "mesh":
-            continue
+    for level, result in ((level, result) for level, result in levels.items() if level.setting == "mesh"):
         twin = hashes.setdefault(result.mesh_hash, level.label)
         if twin != level.label:
             fault = f"factor {level.value:g} gives the same mesh as {twin}"
