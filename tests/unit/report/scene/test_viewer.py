@@ -157,7 +157,6 @@ def bare(monkeypatch):
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
     monkeypatch.setattr(viewer.sys, "platform", "linux")
-    viewer._working_window.cache_clear()
     return monkeypatch
 
 
@@ -165,11 +164,9 @@ def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(b
     bare.setattr(viewer, "_draws", lambda _: False)
     with pytest.raises(ResultError, match=r"libegl1.*ParaView"):
         viewer.prepare_rendering()
-    viewer._working_window.cache_clear()
     bare.setattr(viewer, "_draws", lambda window: window == "vtkOSOpenGLRenderWindow")
     viewer.prepare_rendering()
     assert viewer.os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
-    viewer._working_window.cache_clear()
 
 
 def test_with_a_display_nothing_is_tried_and_a_way_that_ends_the_process_does_not_draw(bare):
