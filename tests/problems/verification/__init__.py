@@ -1,6 +1,5 @@
 """Verification problems that only the tests compute, beside those of ``fingerslip verify``."""
 
-from fingerslip.verification.problem import Problem
 from problems.verification import (
     bodies,
     condensed,
@@ -24,4 +23,4 @@ _FILES = (
     *(locking, condensed, reduced, impact, resting, bodies, friction, creep, controlled, viscous_contact, fingertip),
     *(large_laws, large_relaxation, large_motion, large_contact, independent),
 )
-PROBLEMS: tuple[Problem, ...] = tuple(problem for file in _FILES for problem in file.PROBLEMS)
+PROBLEMS = tuple(problem for file in _FILES for problem in file.PROBLEMS)

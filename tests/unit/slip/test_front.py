@@ -27,7 +27,7 @@ TOLERANCE = EventSettings().slip_tolerance
 
 
 @pytest.mark.parametrize("nodes", [21, 81])
-def test_front_arrives_at_a_receptor_when_it_passes_there_on_any_mesh(nodes: int) -> None:
+def test_front_arrives_at_a_receptor_when_it_passes_there_on_any_mesh(nodes):
     history = make(Process(jump=False, nodes=nodes))
     arrivals = front_arrivals(history)
     sites = [str(name) for name in arrivals["site"].values]
@@ -40,27 +40,27 @@ def test_front_arrives_at_a_receptor_when_it_passes_there_on_any_mesh(nodes: int
     assert arrivals.values == pytest.approx(expected, abs=2e-3)
 
 
-def test_front_that_does_not_arrive_is_missing() -> None:
+def test_front_that_does_not_arrive_is_missing():
     arrivals = front_arrivals(make(Process(jump=False, centre=2.5)))
     assert np.isnan(arrivals.values[arrivals.size // 2])
     assert np.isfinite(arrivals.values[[0, -1]]).all()
 
 
-def test_receptors_may_be_taken_where_they_were_meant_to_be() -> None:
+def test_receptors_may_be_taken_where_they_were_meant_to_be():
     places = {"here": ("FA-I", (1.1e-3, -6e-3)), "out": ("FA-I", (9e-3, -6e-3)), "deep": ("SA-II", (0.0, 0.0))}
     arrivals = front_arrivals(make(PROCESS), sites=[Site(name, *place) for name, place in places.items()])
     assert arrivals["site"].values.tolist() == ["here"]
     assert arrivals.values[0] == pytest.approx(slip_times(PROCESS, np.array([1.1e-3]))[0] + TOLERANCE / SPEED, abs=1e-3)
 
 
-def test_nothing_arrives_without_slide_or_receptors() -> None:
+def test_nothing_arrives_without_slide_or_receptors():
     still = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
     assert front_arrivals(still).size == 0
     assert front_arrivals(make(PROCESS), kinds=("unknown",)).size == 0
     assert force_ratio_times(still) == (None, None)
 
 
-def test_friction_reaches_its_shares_in_order() -> None:
+def test_friction_reaches_its_shares_in_order():
     half, most, beyond = force_ratio_times(make(PROCESS), (0.5, 0.9, 1.1))
     # The synthetic friction force rises evenly from the start of the slide to overall slip.
     rise = PROCESS.centre - PRESS_END
@@ -74,12 +74,12 @@ X = HISTORY["contact_position"].values[:, 0]
 SPACING = float(X[1] - X[0])
 
 
-def ending_at(edge: float, history: xr.Dataset = HISTORY) -> xr.Dataset:
+def ending_at(edge, history=HISTORY):
     """Return the history of a body whose boundary ends at a position [m]."""
     return history.assign_coords(contact_edge_distance=("contact_node", np.abs(edge - X)))
 
 
-def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance() -> None:
+def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance():
     found = edge_contact(ending_at(HALF_WIDTH + 0.5 * SPACING))
     assert found.boundary == "skin"
     assert found.distance == pytest.approx(0.5 * SPACING)
@@ -88,7 +88,7 @@ def test_contact_that_reaches_an_edge_is_found_with_its_time_and_distance() -> N
     assert found.time == pytest.approx((reach / HALF_WIDTH) ** 2, abs=5.1e-3)
 
 
-def test_contact_away_from_edges_does_not_count() -> None:
+def test_contact_away_from_edges_does_not_count():
     """Three facets away, but for the longer ones of quadratic elements; where no node touches; where there is none."""
     away = ending_at(HALF_WIDTH + 3.0 * SPACING)
     assert edge_contact(away) is None
@@ -101,7 +101,7 @@ def test_contact_away_from_edges_does_not_count() -> None:
         assert (edge_contact(history), edge_distance(history)) == (None, None)
 
 
-def test_every_counterface_is_looked_at() -> None:
+def test_every_counterface_is_looked_at():
     belongs = ("contact_node", np.where(X > 0.0, 1, 0))
     two = xr.concat([HISTORY[["counterface_force"]]] * 2, "counterface")
     history = ending_at(HALF_WIDTH).drop_dims("counterface").assign(two)
@@ -109,13 +109,13 @@ def test_every_counterface_is_looked_at() -> None:
     assert edge_contact(history).boundary == "right"
 
 
-def test_a_single_candidate_at_an_edge_counts() -> None:
+def test_a_single_candidate_at_an_edge_counts():
     one = ending_at(0.0).isel(contact_node=[20])
     touching = one.assign(contact_state=xr.full_like(one["contact_state"], STICK))
     assert edge_contact(touching) == EdgeContact("skin", 0.0, 0.0)
 
 
-def test_the_warning_names_the_runs_and_what_follows() -> None:
+def test_the_warning_names_the_runs_and_what_follows():
     found = {"angle 0 deg": None, "angle 30 deg": EdgeContact("skin", 0.125, 0.0)}
     text = edge_warning(found)
     assert "angle 30 deg ('skin' from 0.125 s on, smallest distance 0 mm)" in text
@@ -127,7 +127,7 @@ AT_SITES = make(Process(jump=False))
 SITES = ("FA-I-10", "FA-I-12", "FA-I-14")
 
 
-def leaving(times: dict[str, float]):
+def leaving(times):
     """Return the history with sites that follow the plate up to a time each."""
     displacement = AT_SITES["displacement"].values.copy()
     plate = AT_SITES["counterface_displacement"].values[:, 0, 0]
@@ -138,7 +138,7 @@ def leaving(times: dict[str, float]):
 
 
 @pytest.mark.parametrize("tolerance", [20e-6, 100e-6])
-def test_first_and_last_site_leave_the_line_when_they_lag_by_the_tolerance(tolerance: float) -> None:
+def test_first_and_last_site_leave_the_line_when_they_lag_by_the_tolerance(tolerance):
     history = leaving(dict(zip(SITES, (1.2, 1.3, 1.5), strict=True)))
     events = reference_events(history, SITES, EventSettings(displacement_tolerance=tolerance))
     assert events.incipient == pytest.approx(1.2 + tolerance / SPEED, abs=1e-3)
@@ -146,19 +146,19 @@ def test_first_and_last_site_leave_the_line_when_they_lag_by_the_tolerance(toler
     assert events.noticed == pytest.approx(1.3 + tolerance / SPEED, abs=1e-3)
 
 
-def test_a_site_that_stays_on_the_line_leaves_overall_slip_out() -> None:
+def test_a_site_that_stays_on_the_line_leaves_overall_slip_out():
     events = reference_events(leaving({"FA-I-10": 1.2, "FA-I-12": 9.0}), SITES[:2])
     assert events.incipient is not None
     assert events.overall is None
 
 
-def test_sites_that_are_not_recorded_are_said_to_be_missing() -> None:
+def test_sites_that_are_not_recorded_are_said_to_be_missing():
     assert not reference_events(AT_SITES, ("skin-h2",)).recorded
     assert not reference_events(AT_SITES, ()).recorded
     assert not acceleration_events(AT_SITES, PeakSettings(sites=("skin-h2",))).recorded
 
 
-def test_peaks_are_read_at_named_sites_alone() -> None:
+def test_peaks_are_read_at_named_sites_alone():
     settings = PeakSettings(sites=("SA-II-3",))
     signal = peak_signal(AT_SITES, settings)
     row = AT_SITES["site"].values.tolist().index("SA-II-3")

@@ -15,7 +15,7 @@ SLIP, PEAKS = EventSettings(), PeakSettings()
 SPEED, STEP, WAY = 3e-3, 5e-3, 6e-3
 
 
-def section(heading: str) -> str:
+def section(heading):
     """Return the text under a heading of the page on events, with its lines joined."""
     return " ".join(EVENTS.split(f"## {heading}")[1].split("\n## ")[0].split())
 
@@ -37,11 +37,11 @@ def section(heading: str) -> str:
         ("From acceleration peaks", f"stays within the noise for {1e3 * PEAKS.quiet:g} ms"),
     ],
 )
-def test_documentation_says_the_constants(heading: str, said: str) -> None:
+def test_documentation_says_the_constants(heading, said):
     assert said in section(heading)
 
 
-def test_documentation_says_the_constants_in_words() -> None:
+def test_documentation_says_the_constants_in_words():
     peaks = section("From acceleration peaks")
     assert (PEAKS.over_noise, PEAKS.transient, PEAKS.followed) == (6.0, 0.1, 0.5)
     assert re.search(r"exceed six spreads of the noise", peaks)
@@ -49,7 +49,7 @@ def test_documentation_says_the_constants_in_words() -> None:
     assert re.search(r"follows less than half of the\s+plate's travel", peaks)
 
 
-def test_constants_fit_what_they_rest_on() -> None:
+def test_constants_fit_what_they_rest_on():
     assert SLIP.slip_tolerance > SPEED * STEP, "slip of one step at the published speed does not count"
     assert SLIP.slip_tolerance / SPEED <= 7e-3
     assert SLIP.displacement_tolerance == pytest.approx(WAY / 100, rel=0.2), "a node has left the line"
@@ -70,7 +70,7 @@ def test_constants_fit_what_they_rest_on() -> None:
         ({"peaks": {"per_area": 0}}, "peaks.per_area: got 0, needs a number > 0"),
     ],
 )
-def test_impossible_constants_are_refused(values: dict[str, object], message: str) -> None:
+def test_impossible_constants_are_refused(values, message):
     with pytest.raises(InputError) as caught:
         from_mapping(EventSettings, values, "f")
     assert f"f: {message}" in str(caught.value)
