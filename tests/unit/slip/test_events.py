@@ -39,18 +39,13 @@ def expected(process, fraction, tolerance):
 
 @pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
 @pytest.mark.parametrize("friction_moments", [(1.3, 1.71), (1.02, 1.2), (1.4, 1.9)])
-def test_known_slip_times_are_found_to_one_step(step, friction_moments):
+def test_known_slip_times_are_found_to_one_step_and_displacement_counts_nodes(step, friction_moments):
     process = replace(QUIET, step=step, edge=friction_moments[0], centre=friction_moments[1])
     found = slip_events(make(process), EventSettings())
     for name, fraction in zip(NAMES, (0.10, 0.48, 0.75, 0.995), strict=True):
         assert getattr(found, name) == pytest.approx(expected(process, fraction, 20e-6), abs=step + 3e-3)
-
-
-@pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
-def test_displacement_events_count_nodes(step):
-    process = replace(QUIET, step=step, nodes=41)
     moments = np.sort(slip_times(process, np.linspace(-HALF_WIDTH, HALF_WIDTH, 41))) + 50e-6 / SPEED
-    found = displacement_events(make(process), EventSettings())
+    found = displacement_events(make(replace(process, nodes=41)), EventSettings())
     for name, rank in zip(NAMES, (1, 20, 31, 41), strict=True):
         assert getattr(found, name) == pytest.approx(moments[rank - 1], abs=step)
 
@@ -73,7 +68,7 @@ def test_event_times_do_not_depend_on_the_records(every):
     assert_same(fs.find_events(sparse), fs.find_events(history), ("slip", "displacement"))
 
 
-def test_an_event_is_the_time_at_which_a_stuck_node_lifts_off():
+def test_a_stuck_node_slips_when_it_lifts_off_and_one_that_rolls_onto_the_plate_is_not_waited_for():
     """The central node sticks; it lifts off a third of the way between two records."""
     history = make(QUIET)
     state, gap, slip = (history[name].copy() for name in ("contact_state", "gap", "slip_distance"))
@@ -83,25 +78,20 @@ def test_an_event_is_the_time_at_which_a_stuck_node_lifts_off():
     lifted = history.assign(contact_state=state, gap=gap, slip_distance=slip)
     everyone = EventSettings(overall_fraction=1.0)
     assert slip_events(lifted, everyone).overall == pytest.approx(379 * 5e-3 + 5e-3 / 3)
+    history = make(Process())
+    state = history["contact_state"].copy()
+    state[300:, 41:] = 1
+    assert slip_events(history.assign(contact_state=state), EventSettings()) == slip_events(history, EventSettings())
 
 
-def test_top_level_times_and_latency_are_those_of_accumulated_slip():
-    events = fs.find_events(HISTORY)
-    assert [getattr(events, time) for time in TIMES] == [events.slip.time(time) for time in TIMES]
-    assert events.latency == pytest.approx(0.895 * 0.41, abs=12e-3)
-    assert events.reading("displacement") is events.displacement
-    assert fs.SlipEvents(incipient=1.0).latency is fs.SlipEvents(overall=1.0).latency is None
-    assert fs.SlipEvents(incipient=1.25, overall=1.75).latency == 0.5
-
-
-def test_slide_too_short_for_overall_slip():
+def test_what_does_not_happen_in_a_slide_and_without_slip_slide_or_contact_is_none():
     events = fs.find_events(make(Process(centre=2.5)))
     assert events.slip.incipient is not None
     assert (events.slip.overall, events.displacement.overall, events.acceleration.overall) == (None, None, None)
     assert events.latency is None
-
-
-def test_no_slip_no_slide_and_no_contact_have_no_events():
+    plain = json.loads(json.dumps(events_mapping(events)))
+    assert (plain["slip"]["overall"], plain["displacement"]["latency"]) == (None, None)
+    assert events_from_mapping(plain) == events
     stuck = fs.find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
     pressed = fs.find_events(make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))))
     history = make(Process(peaks={}))
@@ -115,23 +105,6 @@ def test_slip_before_the_second_slide_does_not_count_in_it():
     first, second = fs.find_events(history), fs.find_events(history, slide=1)
     assert first.overall == pytest.approx(1.72, abs=0.01)
     assert second.incipient == pytest.approx(1.9 + 20e-6 / SPEED, abs=5e-3)
-
-
-def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for():
-    history = make(Process())
-    state = history["contact_state"].copy()
-    state[300:, 41:] = 1
-    assert slip_events(history.assign(contact_state=state), EventSettings()) == slip_events(history, EventSettings())
-
-
-def test_stuck_node_that_lifts_off_is_counted_out():
-    history = make(Process())
-    state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
-    displacement[:, 20, 0] = history["counterface_displacement"][:, 0, 0]
-    stuck = history.assign(contact_displacement=displacement)
-    assert displacement_events(stuck, EventSettings()).overall is None
-    state[350:, 20] = OPEN
-    assert displacement_events(stuck.assign(contact_state=state), EventSettings()).overall is not None
 
 
 @settings(max_examples=25, deadline=None)
@@ -178,18 +151,6 @@ def test_noise_moves_no_event_by_more_than_two_steps(seed, noise):
     assert noisy.acceleration.overall == pytest.approx(1.71, abs=0.01)
 
 
-def test_events_survive_json():
-    events = fs.find_events(make(Process(centre=2.5)))
-    plain = json.loads(json.dumps(events_mapping(events)))
-    assert plain["slip"]["overall"] is None
-    assert plain["displacement"]["latency"] is None
-    assert events_from_mapping(plain) == events
-    silent = fs.find_events(HISTORY.drop_dims("site"))
-    plain = json.loads(json.dumps(events_mapping(silent)))
-    assert (plain["acceleration"]["recorded"], plain["slip"]["recorded"]) == (False, True)
-    assert events_from_mapping(plain) == silent
-
-
 @pytest.mark.parametrize("missing", ["slip", "displacement", "acceleration"])
 def test_events_that_lack_a_reading_or_a_time_are_refused(missing):
     plain = events_mapping(fs.Events())
@@ -200,15 +161,21 @@ def test_events_that_lack_a_reading_or_a_time_are_refused(missing):
         events_from_mapping(plain)
 
 
-def test_events_of_receptors_that_were_not_recorded_are_told_from_those_that_did_not_happen():
-    silent = fs.find_events(HISTORY.drop_dims("site"))
+def test_latency_is_that_of_accumulated_slip_and_receptors_that_were_not_recorded_are_told_from_no_event():
+    events, silent = fs.find_events(HISTORY), fs.find_events(HISTORY.drop_dims("site"))
+    assert [getattr(events, time) for time in TIMES] == [events.slip.time(time) for time in TIMES]
+    assert events.latency == pytest.approx(0.895 * 0.41, abs=12e-3)
+    assert events.reading("displacement") is events.displacement
+    assert fs.SlipEvents(incipient=1.0).latency is fs.SlipEvents(overall=1.0).latency is None
+    assert fs.SlipEvents(incipient=1.25, overall=1.75).latency == 0.5
     assert silent.acceleration == fs.SlipEvents(recorded=False)
     deep = fs.find_events(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-II"))
     assert not deep.acceleration.recorded, "peaks are read at FA-I and SA-I"
-    stuck = fs.find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
-    assert stuck.acceleration == fs.SlipEvents()
     assert silent.slip.recorded
-    assert silent.overall == pytest.approx(fs.find_events(HISTORY).overall)
+    assert silent.overall == pytest.approx(events.overall)
+    plain = json.loads(json.dumps(events_mapping(silent)))
+    assert (plain["acceleration"]["recorded"], plain["slip"]["recorded"]) == (False, True)
+    assert events_from_mapping(plain) == silent
 
 
 def assert_same(one, other, readings=READINGS):
@@ -223,14 +190,18 @@ def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_no
     history = make(Process(jump=False))
     whole = displacement_events(history, EventSettings())
     assert whole.incipient == pytest.approx(1.3 + 50e-6 / SPEED, abs=5e-3)
-    state = history["contact_state"].copy()
-    edges = [0, 40]
+    state, edges = history["contact_state"].copy(), [0, 40]
     state[300:, edges] = OPEN
     assert displacement_events(history.assign(contact_state=state), EventSettings()).incipient == whole.incipient
     state[220:, edges] = OPEN
     later = displacement_events(history.assign(contact_state=state), EventSettings())
-    second = 1.3 + 0.41 / 20 + 50e-6 / SPEED
-    assert later.incipient == pytest.approx(second, abs=5e-3)
+    assert later.incipient == pytest.approx(1.3 + 0.41 / 20 + 50e-6 / SPEED, abs=5e-3)
+    state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
+    displacement[:, 20, 0] = history["counterface_displacement"][:, 0, 0]
+    stuck = history.assign(contact_displacement=displacement)
+    assert displacement_events(stuck, EventSettings()).overall is None
+    state[350:, 20] = OPEN
+    assert displacement_events(stuck.assign(contact_state=state), EventSettings()).overall is not None
 
 
 def test_events_and_peaks_are_those_of_their_own_searches_and_measures_take_them(monkeypatch):
