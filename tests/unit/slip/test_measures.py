@@ -53,20 +53,14 @@ def test_the_slip_margin_is_what_is_left_of_the_largest_force_ratio_at_incipient
     assert slippery == pytest.approx(expected, rel=1e-9), "a share of the limit, whatever the friction"
 
 
-def test_the_slip_margin_leaves_out_records_without_pressure():
-    times = HISTORY["time"].values
+def test_the_slip_margin_leaves_out_records_without_pressure_and_is_none_without_a_slide_slip_friction_or_pressure():
+    times, none = HISTORY["time"].values, np.zeros(HISTORY.sizes["time"])
     forces = np.where(times < 1.9, 1.0, 0.0), 0.5 * np.clip(times - 1.0, 0.0, 0.6)
-    incipient = find_events(HISTORY).incipient
     found = read_measures(with_forces(HISTORY, *forces))["slip_margin_incipient"]
-    assert found == pytest.approx(1.0 - (incipient - 1.0) / 0.6, rel=1e-9)
-
-
-def test_there_is_no_ratio_and_no_slip_margin_without_a_slide_slip_friction_or_pressure():
+    assert found == pytest.approx(1.0 - (find_events(HISTORY).incipient - 1.0) / 0.6, rel=1e-9)
     pressed = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
-    stuck = make(Process(edge=3.0, centre=4.0))
-    none = np.zeros(HISTORY.sizes["time"])
     smooth, apart = with_forces(HISTORY, none + 1.0, none), with_forces(HISTORY, none, none)
-    for history in (pressed, stuck, smooth, apart):
+    for history in (pressed, make(Process(edge=3.0, centre=4.0)), smooth, apart):
         assert read_measures(history)["slip_margin_incipient"] is None
     for history in (pressed, apart):
         assert read_measures(history)["friction_force_ratio_end_of_slide"] is None
@@ -84,14 +78,6 @@ def test_contact_numbers_are_the_extreme_ones_with_their_signs():
     assert numbers["slip_distance_max_m"] == pytest.approx(float(HISTORY["slip_distance"].max()))
     apart = HISTORY.assign(gap=HISTORY["gap"] * 0 + 1e-4)
     assert read_measures(apart)["penetration_max_m"] == 0.0
-
-
-def test_without_body_and_contact_their_numbers_are_none():
-    bare = HISTORY.drop_dims(["counterface", "contact_node"])
-    numbers = read_measures(bare)
-    assert numbers["records"] == 401
-    of_the_solution = {"records", "contact_iterations_max", "contact_iterations_mean", "energy_imbalance_over_work"}
-    assert {name for name, value in numbers.items() if value is not None} <= of_the_solution
 
 
 def test_numbers_of_the_solution():
@@ -120,25 +106,21 @@ def test_peaks_are_counted_before_that_of_overall_slip_and_its_height_is_given()
     assert (silent["peaks_before_overall"], silent["overall_peak_height_m_per_s2"]) == (None, None)
 
 
-def test_keys_carry_the_unit_and_are_unique():
-    assert [measure.key for measure in MEASURES[:3]] == [
-        "normal_force_max_N", "normal_force_end_N", "friction_force_max_N",
-    ]  # fmt: skip
+def test_keys_carry_the_unit_values_are_written_for_people_and_own_measures_are_read_like_those_that_ship():
     keys = [measure.key for measure in MEASURES]
+    assert keys[:3] == ["normal_force_max_N", "normal_force_end_N", "friction_force_max_N"]
     assert len(set(keys)) == len(keys)
     assert all(measure_of(measure.key) is measure for measure in MEASURES)
     assert measure_of("something_else") is None
     assert Measure("peak", "", lambda _: None, Unit("m/s^2")).key == "peak_m_per_s2"
-
-
-def test_values_are_written_for_people():
     area, records = measure_of("contact_area_max_m2"), measure_of("records")
     assert (area.text(1.3514e-5), area.text(None), records.text(601)) == ("13.51 mm^2", "does not exist", "601")
-
-
-def test_own_measures_are_read_like_those_that_ship():
     own = Measure("end", "end of the run", lambda history: float(history["time"][-1]), Unit("s"))
     assert read_measures(HISTORY, [own]) == {"end_s": pytest.approx(2.0)}
+    numbers = read_measures(HISTORY.drop_dims(["counterface", "contact_node"]))
+    of_the_solution = {"records", "contact_iterations_max", "contact_iterations_mean", "energy_imbalance_over_work"}
+    assert numbers["records"] == 401
+    assert {name for name, value in numbers.items() if value is not None} <= of_the_solution
 
 
 @pytest.mark.parametrize(("step", "nodes", "warnings"), [(5e-3, 41, 0), (0.1, 41, 2), (5e-3, 5, 2)])
