@@ -107,7 +107,7 @@ def test_legends_take_the_columns_that_fit_and_no_height_of_the_panels():
     assert bare.legends == []
 
 
-def test_titles_say_what_tells_them_apart_and_are_wrapped():
+def test_titles_say_what_tells_them_apart_are_wrapped_and_their_dollars_are_no_mathematics():
     assert (join_title("Forces", "run 1"), join_title("Forces", "")) == ("Forces: run 1", "Forces")
     long = "a rather long title of a run, which is wider than its panel, friction coefficient 0.6"
     figure, axes = with_style(run_panels)(("angle -30 deg", long), "All runs", ("time [s]", "force [N]"))
@@ -119,9 +119,6 @@ def test_titles_say_what_tells_them_apart_and_are_wrapped():
     assert figure.get_suptitle().replace("\n", " ") == title
     figure.draw_without_rendering()
     assert figure._suptitle.get_window_extent().x1 <= figure.bbox.x1
-
-
-def test_dollars_of_titles_and_values_are_no_mathematics():
     names = ["cheap $\\frac{$", "dear $x_{$"]
 
     @with_style
@@ -142,16 +139,13 @@ def test_dollars_of_titles_and_values_are_no_mathematics():
     assert all(label.get_parse_math() for label in labels)
 
 
-@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
-def test_figure_is_saved_whole(tmp_path, suffix, start):
-    save_figure(Figure(), tmp_path / f"a.{suffix}")
-    assert (tmp_path / f"a.{suffix}").read_bytes().startswith(start)
-    assert [path.name for path in tmp_path.iterdir()] == [f"a.{suffix}"]
-    with pytest.raises(ResultError, match="cannot be written"):
-        save_figure(Figure(), tmp_path / "missing" / f"a.{suffix}")
-
-
-def test_pictures_have_150_dots_per_inch_and_text_for_papers_stays_text():
+def test_figure_is_saved_whole_with_150_dots_per_inch_and_text_for_papers_stays_text(tmp_path):
+    for suffix, start in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
+        save_figure(Figure(), tmp_path / f"a.{suffix}")
+        assert (tmp_path / f"a.{suffix}").read_bytes().startswith(start)
+        with pytest.raises(ResultError, match="cannot be written"):
+            save_figure(Figure(), tmp_path / "missing" / f"a.{suffix}")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pdf", "a.png", "a.svg"]
     # Width and height stand in the header of a PNG file.
     assert struct.unpack(">II", figure_bytes(Figure(figsize=(2.0, 1.0)))[16:24]) == (300, 150)
     figure, _ = single_panel(labels=("time [s]", ""))
@@ -161,7 +155,7 @@ def test_pictures_have_150_dots_per_inch_and_text_for_papers_stays_text():
     assert ">time [s]</text>" in svg
 
 
-def test_events_that_happened_are_marked_in_their_colours_and_have_keys():
+def test_events_that_happened_and_the_slide_are_marked_in_their_colours_named_and_have_keys():
     _, axes = single_panel()
     mark_events(axes, SlipEvents(incipient=1.5, noticed=1.6, overall=1.7))
     colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
@@ -171,21 +165,11 @@ def test_events_that_happened_are_marked_in_their_colours_and_have_keys():
     keys = event_keys([SlipEvents(overall=1.0), SlipEvents(), SlipEvents(incipient=1.0)])
     assert list(keys) == ["slide starts", "incipient", "overall"]
     assert list(event_keys()) == ["slide starts", "incipient", "three-quarter", "overall"]
-
-
-def test_run_is_marked_and_named_at_its_slide_and_its_events():
     _, axes = single_panel()
     mark_run(axes, HISTORY, SlipEvents())
     assert marked(axes) == [WINDOW.start]
     mark_run(axes, HISTORY, SlipEvents(overall=WINDOW.start + 0.5))
     assert marked(axes) == [WINDOW.start, WINDOW.start, WINDOW.start + 0.5]
-    axes.set_xlim(0.0, 2.0)
-    name_run([axes], HISTORY, EVENTS.slip)
-    assert texts(axes) == ["slide starts", "incipient", "three-quarter", "overall"]
-    _, bare = single_panel()
-    name_run([bare], NO_SLIDE, SlipEvents())
-    name_events(bare, None, SlipEvents())
-    assert not bare.texts
 
 
 def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
@@ -194,14 +178,18 @@ def test_names_stand_beside_their_lines_and_apart_and_none_beyond_the_panel():
     name_events(axes, 1.0, SlipEvents(incipient=1.49, three_quarter=1.495, overall=1.5))
     positions = {text.get_text(): text.get_position()[0] for text in axes.texts}
     assert list(positions) == ["slide starts", "incipient", "three-quarter", "overall"]
-    assert positions["slide starts"] == pytest.approx(0.5)
-    assert positions["incipient"] == pytest.approx(0.745)
+    assert (positions["slide starts"], positions["incipient"]) == pytest.approx((0.5, 0.745))
     assert np.all(np.diff(list(positions.values())) >= 0.26 / 6.6 - 1e-9)
     # A name far outside would leave the layout no room for the panels.
     _, other = single_panel()
     other.set_xlim(0.0, 2.0)
     name_events(other, 0.5, SlipEvents(incipient=1.0, overall=9.0))
     assert texts(other) == ["slide starts", "incipient"]
+    _, (axes, bare) = figure_grid(2, 1, (3.0, 2.0), "", ("", ""))
+    axes.set_xlim(0.0, 2.0)
+    name_run([axes], HISTORY, EVENTS.slip)
+    name_run([bare], NO_SLIDE, SlipEvents())
+    assert (texts(axes), texts(bare)) == (list(positions), [])
 
 
 def test_time_shown_reaches_from_before_the_slides_to_after_overall_slip():

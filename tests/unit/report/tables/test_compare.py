@@ -28,30 +28,26 @@ from unit.synthetic import Process, make
 
 TABLE2, SOLID = published_set("wang2014-table2"), published_set("wang2014-solid")
 NOT_COMPARED = Missing.NOT_COMPARED
+PRINTED = {
+    "original": ("1.53", "1.71", "0.18"),
+    "flattened": ("1.50", "1.72", "0.22"),
+    "scaled": ("1.48", "1.77", "0.29"),
+}
 
 
-def test_comparison_takes_runs_that_meet_the_conditions():
+def test_comparison_takes_runs_that_meet_the_conditions_and_says_which_published_rows_were_not_compared():
     table = compare_table(RUNS, TABLE2)
-    assert [row[:4] for row in table.rows[:3]] == [
-        (0.6, "original", "incipient", "1.53"),
-        (0.6, "original", "overall", "1.71"),
-        (0.6, "original", "latency", "0.18"),
+    assert [row[:4] for row in table.rows] == [
+        (0.6, variant, event, text)
+        for variant, times in PRINTED.items()
+        for event, text in zip(("incipient", "overall", "latency"), times, strict=True)
     ]
     assert [column.unit for column in table.columns] == ["", "", "", "s", "s", "ms", "s", "ms", "s", "ms"]
     slip, displacement, acceleration = (table.rows[1][4:6], table.rows[1][6:8], table.rows[1][8:10])
     assert slip == (1.75, pytest.approx(40.0))
     assert displacement == (Missing.NO_EVENT,) * 2
     assert acceleration == (1.71, pytest.approx(0.0))
-
-
-def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compared():
-    rows = compare_table(RUNS, TABLE2).rows[3:]
-    assert [row[:4] for row in rows] == [
-        (0.6, variant, event, text)
-        for variant, times in (("flattened", ("1.50", "1.72", "0.22")), ("scaled", ("1.48", "1.77", "0.29")))
-        for event, text in zip(("incipient", "overall", "latency"), times, strict=True)
-    ]
-    assert {cell for row in rows for cell in row[4:]} == {NOT_COMPARED}
+    assert {cell for row in table.rows[3:] for cell in row[4:]} == {NOT_COMPARED}
 
 
 def test_run_whose_values_are_not_known_is_not_compared():
@@ -161,28 +157,24 @@ VALUES = (
 )
 
 
-@pytest.mark.parametrize(
-    ("path", "group"),
-    [
-        ("fingertip.materials.dermis.density", "Materials and damping"),
-        ("materials.block.density", "Materials and damping"),
-        ("fingertip.layers.skin_thickness", "Specimen"),
-        ("mesh.contact_size", "Mesh and formulation"),
-        ("depth", "Mesh and formulation"),
-        ("contacts.0.friction.coulomb.coefficient", "Contact and friction"),
-        ("programme.1.slide.speed", "Programme"),
-        ("supports.top", "Supports and loads"),
-        ("time.alpha", "Time"),
-        ("record.sites.0.name", "Recording"),
-        ("something.new", "Other values"),
-        ("timetable", "Other values"),
-    ],
-)
-def test_every_value_has_its_group(path, group):
-    assert group_of(path) == group
+GROUP_OF = {
+    "fingertip.materials.dermis.density": "Materials and damping",
+    "materials.block.density": "Materials and damping",
+    "fingertip.layers.skin_thickness": "Specimen",
+    "mesh.contact_size": "Mesh and formulation",
+    "depth": "Mesh and formulation",
+    "contacts.0.friction.coulomb.coefficient": "Contact and friction",
+    "programme.1.slide.speed": "Programme",
+    "supports.top": "Supports and loads",
+    "time.alpha": "Time",
+    "record.sites.0.name": "Recording",
+    "something.new": "Other values",
+    "timetable": "Other values",
+}
 
 
-def test_assumed_values_come_first_and_are_marked_and_unused_ones_come_last():
+def test_every_value_has_its_group_assumed_ones_come_first_and_are_marked_and_unused_ones_come_last():
+    assert {path: group_of(path) for path in GROUP_OF} == GROUP_OF
     tables = value_tables(VALUES)
     specimen, time = tables
     assert [specimen.title, time.title] == [title for title in GROUPS if title in ("Specimen", "Time")]
