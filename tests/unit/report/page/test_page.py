@@ -11,15 +11,9 @@ from matplotlib.figure import Figure
 from fingerslip.errors import InputError, ResultError
 from fingerslip.published import published_set
 from fingerslip.report.content import ReportContent
+from fingerslip.report.page import samples
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.page import Picture, Report, ReportSection, render_page, write_page
-from fingerslip.report.page.samples import (
-    published_times,
-    representatives,
-    sample_sections,
-    samples_in_motion,
-    tornado_pictures,
-)
 from fingerslip.report.page.sensor import quality_report, write_tracking
 from fingerslip.report.page.tracking import track_video
 from fingerslip.results import RefusedRun
@@ -153,7 +147,7 @@ def test_sections_of_a_study_with_samples():
     ]  # fmt: skip
     assert [picture.name for picture in report.pictures] == ["tornado-overall", "tornado-incipient"]
     assert "clearance" in render_page(report)
-    section = sample_sections(content(count=3))[1]
+    section = samples.sample_sections(content(count=3))[1]
     assert section.text == ("Too few samples for 3 ranges: a regression needs 5.",)
     made, refused = content(), (RefusedRun("sample-3", {}, {}, "too large"),)
     made = dataclasses.replace(made, study=dataclasses.replace(made.study, refused=refused))
@@ -163,8 +157,8 @@ def test_sections_of_a_study_with_samples():
 def test_published_times_are_those_of_the_phalanx_of_a_fit():
     study = study_of(12, ("original", "scaled"))
     fits = [fit for fit in fits_of(study) if fit.time == "overall"]
-    assert published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}
-    assert len(tornado_pictures(study.runs, fits, REFERENCES)) == 1
+    assert samples.published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}
+    assert len(samples.tornado_pictures(study.runs, fits, REFERENCES)) == 1
 
 
 HISTORY = make(Process())
@@ -175,13 +169,13 @@ def starts_of(study):
 
 
 def content_in_motion(study):
-    histories = {one.run.name: HISTORY for one in representatives(study, starts_of(study))}
+    histories = {one.run.name: HISTORY for one in samples.representatives(study, starts_of(study))}
     return ReportContent(study, {}, starts=starts_of(study), representatives=histories)
 
 
 def test_the_middle_and_both_ends_of_overall_slip_are_chosen_or_of_an_earlier_event():
     study = study_of(count=11)
-    found = representatives(study, starts_of(study))
+    found = samples.representatives(study, starts_of(study))
     titles = ["overall slip nearest to the median", "earliest overall slip", "latest overall slip"]
     assert [one.title for one in found] == titles
     times = sorted(run.events.overall or 0.0 for run in study.runs)
@@ -189,19 +183,19 @@ def test_the_middle_and_both_ends_of_overall_slip_are_chosen_or_of_an_earlier_ev
     assert [one.run.events.overall for one in found] == [times[5], times[0], times[-1]]
     # Times are counted from the start of each slide.
     late = study.runs[0].name
-    assert representatives(study, {**starts_of(study), late: -10.0})[-1].run.name == late
+    assert samples.representatives(study, {**starts_of(study), late: -10.0})[-1].run.name == late
     partly = tuple(
         dataclasses.replace(run, events=Events(SlipEvents(incipient=run.events.incipient))) for run in study.runs
     )
-    found = representatives(dataclasses.replace(study, runs=partly), starts_of(study))
+    found = samples.representatives(dataclasses.replace(study, runs=partly), starts_of(study))
     assert [one.title for one in found][1:] == ["earliest incipient slip", "latest incipient slip"]
-    assert representatives(study_of(count=5, time=lambda *_: None), starts_of(study)) == ()
-    assert representatives(study, {}) == ()
+    assert samples.representatives(study_of(count=5, time=lambda *_: None), starts_of(study)) == ()
+    assert samples.representatives(study, {}) == ()
 
 
 def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_names_of_runs():
     made = content_in_motion(study_of(count=11))
-    section = samples_in_motion(made)
+    section = samples.samples_in_motion(made)
     titles = ["Overall slip nearest to the median", "Earliest overall slip", "Latest overall slip"]
     assert [motion["title"] for motion in section.motions] == titles
     (table,) = section.tables
@@ -212,7 +206,7 @@ def test_the_page_shows_them_by_what_they_are_with_their_values_and_without_name
     page = render_page(dataclasses.replace(report, sections=tuple(one for one in report.sections if one.motions)))
     assert "Samples in motion" in page
     assert not [run.name for run in made.study.runs if run.name in page]
-    assert samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
+    assert samples.samples_in_motion(dataclasses.replace(made, representatives={})).is_empty
 
 
 def test_page_says_what_is_wrong_and_a_failure_leaves_nothing(tmp_path):
