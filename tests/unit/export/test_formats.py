@@ -17,15 +17,12 @@ from fingerslip.export.formats import FORMATS, export_tables, write_history_mat,
 from fingerslip.history import VARIABLES
 
 
-def test_every_record_is_in_a_table(pushed):
+def test_every_record_is_in_a_table_with_a_row_for_a_moment_and_a_site(pushed):
     tables = fs.history_tables(pushed)
     assert list(tables) == ["series", "sites", "contact", "counterfaces", "supports"]
     columns = " ".join(column for frame in tables.values() for column in frame.columns)
     missing = [name for name, known in VARIABLES.items() if known.dims[0] == "time" and name not in columns]
     assert all(name.startswith("rigid_body") for name in missing)
-
-
-def test_a_row_is_a_moment_and_a_site(pushed):
     sites = fs.history_tables(pushed)["sites"]
     assert len(sites) == pushed.sizes["time"] * 2
     low = sites[sites["site"] == "low"]
@@ -99,7 +96,7 @@ def test_an_export_is_replaced_and_nothing_else(pushed, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "out"]
 
 
-def test_a_history_reads_back_with_units_and_dimensions(pushed, tmp_path):
+def test_histories_and_tables_read_back_with_units_under_names_that_matlab_takes(pushed, tmp_path):
     write_history_mat(pushed, tmp_path)
     history = loadmat(tmp_path / "history.mat", simplify_cells=True)["history"]
     np.testing.assert_array_equal(history["displacement"], pushed["displacement"].values)
@@ -108,9 +105,6 @@ def test_a_history_reads_back_with_units_and_dimensions(pushed, tmp_path):
     assert (history["units"]["stress"], history["meaning"]["time"]) == ("Pa", "time")
     assert list(history["site"]) == ["deep", "low"]
     assert history["attributes"]["element"] == pushed.attrs["element"]
-
-
-def test_a_table_reads_back_under_names_that_matlab_takes(tmp_path):
     frame = pd.DataFrame({"run": ["a", "b"], "contact.friction_coefficient": [0.2, np.nan]})
     frame.attrs["units"] = {"contact.friction_coefficient": "1"}
     write_tables_mat({"runs": frame}, tmp_path)

@@ -33,7 +33,7 @@ def test_every_part_has_a_file_for_each_snapshot(folder, pushed, name, one):
     assert all((folder / entry.attrib["file"]).is_file() for entry in entries)
 
 
-def test_contact_is_on_the_points_that_may_touch(folder, pushed):
+def test_contact_plate_and_sites_are_where_they_are_and_the_script_is_python(folder, pushed):
     body = meshio.read(folder / "body_0002.vtu")
     step = int(np.abs(pushed["time"].values - pushed["snapshot_time"].values[2]).argmin())
     nodes = pushed["contact_node"].values
@@ -43,16 +43,10 @@ def test_contact_is_on_the_points_that_may_touch(folder, pushed):
     assert pressure[nodes].max() > 0.0
     assert body.point_data["friction_traction"].shape == (len(body.points), 3)
     assert (folder / "regions.csv").read_text(encoding="utf-8") == "number,region\n0,bulk\n"
-
-
-def test_the_plate_is_where_the_counterface_is(folder, pushed):
     first, last = (meshio.read(folder / f"counterface_{n:04d}.vtu").points for n in (0, 4))
     moved = pushed["counterface_displacement"].values
     step = int(np.abs(pushed["time"].values - pushed["snapshot_time"].values[4]).argmin())
     assert last[:, 1] - first[:, 1] == pytest.approx(np.full(2, moved[step, 0, 1] - moved[0, 0, 1]), abs=1e-9)
-
-
-def test_sites_move_with_the_body_and_the_script_is_python(folder, pushed):
     sites = meshio.read(folder / "site_0004.vtu")
     assert sites.point_data["kind"].tolist() == [2, -1]
     np.testing.assert_allclose(sites.points[:, :2], pushed["site_position"].values)
@@ -113,7 +107,7 @@ def test_stress_follows_from_strain_by_hookes_law(element):
     np.testing.assert_allclose(von_mises(packed), history["snapshot_von_mises"].values[-1], rtol=1e-5)
 
 
-def test_meshio_and_vtk_read_the_tensors_back(pushed, tmp_path):
+def test_meshio_and_vtk_read_the_tensors_back_and_nothing_where_there_are_none(pushed, tmp_path):
     write_paraview(pushed, tmp_path)
     file = tmp_path / "body_0002.vtu"
     reader = vtkXMLUnstructuredGridReader()
@@ -127,9 +121,6 @@ def test_meshio_and_vtk_read_the_tensors_back(pushed, tmp_path):
         assert cells.GetArray(name).GetNumberOfComponents() == 9
         np.testing.assert_array_equal(vtk_to_numpy(cells.GetArray(name)).reshape(-1, 3, 3), values)
         assert np.abs(values).max() > 0.0
-
-
-def test_a_history_without_tensors_is_written_without_them(pushed, tmp_path):
     write_paraview(pushed.drop_vars(["snapshot_stress", "snapshot_strain"]), tmp_path)
     written = set(meshio.read(tmp_path / "body_0001.vtu").cell_data)
     assert written == {"strain_energy_density", "von_mises", "region"}

@@ -17,7 +17,7 @@ def with_forces(history, normal, tangential):
     return history.assign(counterface_force=(("time", "counterface", "component"), force))
 
 
-def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide():
+def test_forces_are_along_the_plates_own_axes_the_largest_the_last_and_their_ratio_at_the_end_of_the_last_slide():
     history = make(Process(phases=PHASES))
     times = history["time"].values
     normal = np.where(times <= 1.5 + 1e-9, 0.4, 0.1) + 0.2 * (np.abs(times - 0.5) < 1e-9)
@@ -26,9 +26,6 @@ def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide
     assert numbers["normal_force_max_N"] == pytest.approx(0.6)
     assert numbers["normal_force_end_N"] == pytest.approx(0.1)
     assert numbers["friction_force_ratio_end_of_slide"] == pytest.approx(0.25)
-
-
-def test_forces_are_along_the_plates_own_axes_and_the_last_slide_counts():
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
     forces = HISTORY["counterface_force"]
     turned = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [turn @ [0.0, 1.0]]))
@@ -96,16 +93,6 @@ def test_numbers_of_the_solution():
     assert read_measures(at_rest)["energy_imbalance_over_work"] is None
 
 
-def test_peaks_are_counted_before_that_of_overall_slip_and_its_height_is_given():
-    numbers = read_measures(HISTORY)
-    assert numbers["peaks_before_overall"] == 2
-    largest = acceleration_peaks(HISTORY).largest
-    assert largest.time == pytest.approx(1.71, abs=5.1e-3)
-    assert numbers["overall_peak_height_m_per_s2"] == largest.height
-    silent = read_measures(HISTORY.drop_dims("site"))
-    assert (silent["peaks_before_overall"], silent["overall_peak_height_m_per_s2"]) == (None, None)
-
-
 def test_keys_carry_the_unit_values_are_written_for_people_and_own_measures_are_read_like_those_that_ship():
     keys = [measure.key for measure in MEASURES]
     assert keys[:3] == ["normal_force_max_N", "normal_force_end_N", "friction_force_max_N"]
@@ -136,7 +123,14 @@ def test_what_resolves_a_slide_is_read_off_and_judged(step, nodes, warnings):
     assert "run 2 (10 steps in the slide) and 2 more: take a smaller step" in many
 
 
-def test_travel_is_that_of_the_plate_between_the_events():
+def test_peaks_are_counted_before_that_of_overall_slip_and_travel_is_that_of_the_plate_between_events():
+    numbers = read_measures(HISTORY)
+    assert numbers["peaks_before_overall"] == 2
+    largest = acceleration_peaks(HISTORY).largest
+    assert largest.time == pytest.approx(1.71, abs=5.1e-3)
+    assert numbers["overall_peak_height_m_per_s2"] == largest.height
+    silent = read_measures(HISTORY.drop_dims("site"))
+    assert (silent["peaks_before_overall"], silent["overall_peak_height_m_per_s2"]) == (None, None)
     history = make(Process(jump=False))
     numbers = read_measures(history)
     assert numbers["overall_travel_m"] == pytest.approx(SPEED * (1.71 - PRESS_END) + 20e-6, rel=1e-3)

@@ -149,16 +149,6 @@ def test_tangent_is_the_normal_turned_clockwise_and_in_3d_the_furthest_travel_al
 HISTORY = make(Process())
 
 
-def test_fractions_follow_the_annular_slip_and_only_that_of_accumulated_slip_ignores_the_jump():
-    fine = make(Process(nodes=401, jump=False, open_nodes=3))
-    slipping = slipping_fraction(fine).sel(time=[1.2, 1.505, 1.9], method="nearest").values
-    assert slipping == pytest.approx([0.0, 0.5, 1.0], abs=0.01)
-    late = slipped_fraction(fine, slide_window(fine), 30e-6).sel(time=1.505 + 0.01, method="nearest")
-    assert float(late) == pytest.approx(0.5, abs=0.01)
-    fractions = slipping_fraction(HISTORY), slipped_fraction(HISTORY, slide_window(HISTORY), 50e-6)
-    assert [float(one.sel(time=PRESS_END + 5e-3, method="nearest")) for one in fractions] == [1.0, 0.0]
-
-
 def three_nodes(states, slip):
     """Return a slide of three nodes with areas 1, 2 and 5 mm2, recorded every 0.1 s."""
     times = 0.1 * np.arange(len(states))
@@ -174,7 +164,14 @@ def three_nodes(states, slip):
     )  # fmt: skip
 
 
-def test_nodes_are_weighed_by_their_areas():
+def test_fractions_follow_the_annular_slip_and_weigh_nodes_by_their_areas():
+    fine = make(Process(nodes=401, jump=False, open_nodes=3))
+    slipping = slipping_fraction(fine).sel(time=[1.2, 1.505, 1.9], method="nearest").values
+    assert slipping == pytest.approx([0.0, 0.5, 1.0], abs=0.01)
+    late = slipped_fraction(fine, slide_window(fine), 30e-6).sel(time=1.505 + 0.01, method="nearest")
+    assert float(late) == pytest.approx(0.5, abs=0.01)
+    fractions = slipping_fraction(HISTORY), slipped_fraction(HISTORY, slide_window(HISTORY), 50e-6)
+    assert [float(one.sel(time=PRESS_END + 5e-3, method="nearest")) for one in fractions] == [1.0, 0.0]
     states = [[STICK, STICK, STICK], [SLIP, STICK, STICK], [STICK, SLIP, SLIP], [OPEN, SLIP, STICK], [OPEN] * 3]
     history = three_nodes(states, np.zeros((5, 3)).tolist())
     shares = [0.0, 1 / 8, 7 / 8, 2 / 7, np.nan]

@@ -313,7 +313,7 @@ def test_held_runs_have_a_line_each_and_a_panel_for_bodies_that_are_free():
     assert max(motion.lines[0].get_ydata()) == pytest.approx(0.3)
 
 
-def test_receptors_that_were_recorded_have_a_panel_each_and_one_scale_which_the_transition_does_not_set():
+def test_receptors_that_were_recorded_have_a_panel_each_and_peaks_that_count_are_dotted():
     assert len({axes.get_ylim() for axes in panels(signals.acceleration_figure(HISTORY, EVENTS))}) == 1
     axes = panels(signals.acceleration_figure(make(Process(step=1e-3, peaks={1.5: 0.02, 1.71: 0.1}))))[0]
     assert 0.05 < axes.get_ylim()[1] < 0.15
@@ -326,9 +326,6 @@ def test_receptors_that_were_recorded_have_a_panel_each_and_one_scale_which_the_
     assert all(axes.get_ylim()[0] == 0.0 for axes in densities)
     area_a, area_b = (item for item in densities[0].lines if len(item.get_xdata()) > 2)
     assert area_b.get_ydata()[-1] > area_a.get_ydata()[-1]
-
-
-def test_peaks_that_count_are_dotted_and_only_events_that_happened_have_keys():
     axes = panels(signals.acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]
     dots = next(item for item in axes.lines if item.get_marker() == "o")
     assert list(dots.get_xdata()) == pytest.approx([1.53, 1.63, 1.71], abs=0.0051)
@@ -455,7 +452,7 @@ def test_a_section_is_drawn_cell_by_cell_with_any_field_and_needs_snapshots():
         bodies.deformed_figure(make(Process()))
 
 
-def test_every_snapshot_is_cut_once_and_none_after_overall_slip():
+def test_every_snapshot_is_cut_once_and_white_margins_go_at_the_same_place_of_all():
     history = block_history()
     assert history["snapshot_time"].values == pytest.approx([0.0, 0.05, 0.1])
     assert titles(bodies.cut_frames_figure(history, Events(SlipEvents(overall=0.06)))) == ["0.050 s"]
@@ -464,9 +461,6 @@ def test_every_snapshot_is_cut_once_and_none_after_overall_slip():
     assert first.shape == second.shape
     assert np.abs(first.astype(int) - second.astype(int)).max() > 50, "pictures differ as the stress does"
     assert [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()] == ["von Mises stress [kPa]"]
-
-
-def test_white_margins_go_at_the_same_place_of_all_pictures():
     first, second = np.full((2, 6, 8, 3), 255, dtype=np.uint8)
     first[1, 2], second[3, 5] = 0, 0
     for picture, black in zip(bodies.crop([first, second]), [(0, 0), (2, 3)], strict=True):
@@ -476,7 +470,7 @@ def test_white_margins_go_at_the_same_place_of_all_pictures():
     assert bodies.crop([blank])[0].shape == blank.shape
 
 
-def test_without_times_frames_end_after_overall_slip_and_show_the_record_after_each_event():
+def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_rows_and_scales():
     history = block_history()
     (triangles,) = panels(bodies.slip_frames_figure(history, times=[0.0]))[0].collections
     assert len(triangles.get_paths()) == 32
@@ -488,9 +482,6 @@ def test_without_times_frames_end_after_overall_slip_and_show_the_record_after_e
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
     expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
     assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
-
-
-def test_strains_rates_and_stick_ratios_have_their_rows_scales_and_legends():
     scales = [axes for axes in panels(bodies.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
@@ -526,7 +517,7 @@ def triangles_of(figure):
     return [axes.collections[0].get_facecolor() for axes in figure.axes if axes.collections and axes.get_title("left")]
 
 
-def test_onsets_count_from_the_start_of_the_slide_and_share_one_scale():
+def test_onsets_count_from_the_start_of_the_slide_on_one_scale_in_the_axes_of_the_plate():
     window = slide_window(block_history())
     early, late = window.start + 0.02, window.end - 0.01
     figure = bodies.slip_onset_figure({name: with_states(STICK, SLIP, at) for name, at in (("a", early), ("b", late))})
@@ -540,9 +531,6 @@ def test_onsets_count_from_the_start_of_the_slide_and_share_one_scale():
     assert np.allclose(stuck, stuck[0])
     assert stuck[0][:3].max() < 0.25, "dark"
     assert len(never) == 0
-
-
-def test_onsets_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart():
     history = block_history()
     turned = history.assign(counterface_displacement=-history["counterface_displacement"])
     figure = bodies.slip_onset_figure({"there": history, "back": turned})

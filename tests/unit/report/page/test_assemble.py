@@ -110,7 +110,7 @@ def test_what_only_some_runs_recorded_or_have_is_said_and_contact_at_a_free_edge
     assert all("cut off" in table.note for table in events.tables)
 
 
-def test_every_swept_value_that_differs_gives_latencies_and_event_times():
+def test_swept_values_that_differ_have_pictures_and_refined_runs_a_section_of_their_own():
     swept = [{"time.step": "5 ms", "fingertip.fingerprint.enabled": on} for on in (False, True)]
     swept += [{"time.step": "10 ms", "fingertip.fingerprint.enabled": False}]
     runs = tuple(RunResult(str(number), values, Events()) for number, values in enumerate(swept))
@@ -119,9 +119,6 @@ def test_every_swept_value_that_differs_gives_latencies_and_event_times():
     ]
     same = tuple(RunResult(str(number), {"contact.friction_coefficient": 0.6}, Events()) for number in (1, 2))
     assert study_report(content_of(same, {})).pictures == ()
-
-
-def test_refined_runs_have_a_section_of_their_own():
     series = Series("step", (1.0, 0.5, 0.25), (1.7, 1.65, 1.625))
     names = ("slip.incipient", "slip.three_quarter", "slip.overall")
     found = {name: Convergence(name, "s", 1.7, {"step": series}) for name in names}
@@ -208,7 +205,7 @@ def test_a_study_in_space_has_a_report():
     assert [section.title for section in report.sections[-3:-1]] == ["angle -30 deg", "angle 30 deg"]
 
 
-def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_contact():
+def test_a_sweep_answers_with_latency_and_events_by_title_and_a_run_with_its_section_or_contact():
     content = two_runs(starts={"0.4": 1.0, "0.6": 1.0})
     assert [picture.name for picture in hero_pictures(content)] == [
         "latency-contact-friction-coefficient", "events-contact-friction-coefficient"
@@ -218,9 +215,6 @@ def test_a_sweep_answers_with_latency_and_events_and_a_run_with_its_section_or_c
     for history, expected in ((block_history("Q4"), ["answer"]), (block_history("T4"), ["answer"]), (HISTORY, [])):
         single = content_of((result_of(history, "run", {}),), {"run": history})
         assert [picture.name for picture in hero_pictures(single)] == expected
-
-
-def test_histories_and_events_are_found_by_title_and_only_runs_with_a_history_are_drawn():
     content = two_runs()
     titles = ["friction coefficient 0.4", "friction coefficient 0.6"]
     assert list(content.titled_histories()) == list(content.subject().events) == titles

@@ -38,7 +38,7 @@ def test_a_picture_that_cannot_be_shown_is_refused(tmp_path, source, words):
         notes_html(tmp_path)
 
 
-def test_the_papers_of_values_and_comparisons_are_cited_and_no_others():
+def test_the_papers_of_values_are_cited_and_every_entry_has_what_styles_ask_for():
     values = (ShownValue("a", "1", "corniani2024"), ShownValue("b", "2", "assumed"))
     text = bibtex_entries(values, [published_set("wang2014-table2")])
     assert text.startswith("@misc{fingerslip,"), "plain BibTeX knows no @software"
@@ -47,9 +47,6 @@ def test_the_papers_of_values_and_comparisons_are_cited_and_no_others():
     assert "@article{wang2014," in text
     assert "pawluk1999" not in text
     assert text.count("{") == text.count("}")
-
-
-def test_every_entry_has_what_styles_ask_for_and_the_program_the_year_of_its_licence():
     needed = {"article": {"journal", "volume"}, "inproceedings": {"booktitle"}, "misc": set()}
     assert {"wang2014", "bulens2023"} <= bibliography().keys()
     for entry in [*bibliography().values(), bibtex_entries([], []).partition("\n\n")[0]]:

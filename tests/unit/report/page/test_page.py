@@ -53,22 +53,6 @@ def page_with(table):
     return render_page(Report("r", (ReportSection("s", tables=(table,)),)))
 
 
-def test_page_needs_no_other_file_is_well_formed_and_begins_with_the_answer():
-    page = render_page(report())
-    checker = checked(page)
-    assert len(checker.loaded) == 3
-    for source in checker.loaded:
-        kind, data = source.split(",")
-        assert kind == "data:image/png;base64"
-        assert base64.b64decode(data, validate=True).startswith(b"\x89PNG")
-    assert checker.links == ["data:,", "#content", "#s0", "#s1", "#provenance"]
-    assert {"s0", "s1", "one", "two", "provenance"} <= checker.anchors
-    order = ["<h1>A", "Does it &lt;slip&gt;?", "<p>After 1 s.</p>", 'id="answer"', 'id="s0"', "<details>", 'id="s1"']
-    assert sorted(order, key=page.index) == order
-    assert page.count("<details>") == 1, "folded sections open at a click, the others are open"
-    assert 'id="provenance"' not in render_page(Report("r", ()))
-
-
 def test_texts_are_escaped_and_notes_and_code_stand_as_they_are():
     table = Table("t", (Column("x"),), (("<script>",),))
     section = ReportSection("a & b", ("1 < 2",), (table,), body="<p>a note</p>", code="@article{a<b}")
@@ -125,7 +109,20 @@ def test_runs_in_motion_have_one_player_whose_data_neither_end_nor_swallow_a_scr
     assert "class Solid" not in render_page(report())
 
 
-def test_page_is_written_whole_or_not_at_all(tmp_path):
+def test_page_is_well_formed_needs_no_other_file_begins_with_the_answer_and_is_written_whole(tmp_path):
+    page = render_page(report())
+    checker = checked(page)
+    assert len(checker.loaded) == 3
+    for source in checker.loaded:
+        kind, data = source.split(",")
+        assert kind == "data:image/png;base64"
+        assert base64.b64decode(data, validate=True).startswith(b"\x89PNG")
+    assert checker.links == ["data:,", "#content", "#s0", "#s1", "#provenance"]
+    assert {"s0", "s1", "one", "two", "provenance"} <= checker.anchors
+    order = ["<h1>A", "Does it &lt;slip&gt;?", "<p>After 1 s.</p>", 'id="answer"', 'id="s0"', "<details>", 'id="s1"']
+    assert sorted(order, key=page.index) == order
+    assert page.count("<details>") == 1, "folded sections open at a click, the others are open"
+    assert 'id="provenance"' not in render_page(Report("r", ()))
     write_page(report(), tmp_path / "report.html")
     assert "caption of" in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
@@ -140,7 +137,7 @@ def content(**more):
     return ReportContent(study_of(**more), {}, references=REFERENCES)
 
 
-def test_sections_of_a_study_with_samples():
+def test_a_study_with_samples_has_its_sections_and_the_published_times_of_its_phalanges():
     report, titles = study_report(content()), ("Slip times over the samples", "What moves overall slip")
     assert [section.title for section in report.sections] == [
         *titles, "What moves the other times", "All samples", "Citations"
@@ -152,9 +149,6 @@ def test_sections_of_a_study_with_samples():
     made, refused = content(), (RefusedRun("sample-3", {}, {}, "too large"),)
     made = dataclasses.replace(made, study=dataclasses.replace(made.study, refused=refused))
     assert "Refused samples" in [section.title for section in study_report(made).sections]
-
-
-def test_published_times_are_those_of_the_phalanx_of_a_fit():
     study = study_of(12, ("original", "scaled"))
     fits = [fit for fit in fits_of(study) if fit.time == "overall"]
     assert samples.published_times(study.runs, fits, REFERENCES) == {0: (1.71, 1.71), 1: (1.77, 1.77)}

@@ -87,16 +87,7 @@ def test_a_cut_leaves_half_of_the_body_and_the_plate_is_where_it_touches(history
     assert drawn(history).actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
 
 
-def test_what_cannot_be_shown_is_refused(history):
-    with pytest.raises(InputError, match="'nail', which is no region, may hold skin, tissue"):
-        check_options(history, SceneOptions(hidden=("nail",)))
-    with pytest.raises(ResultError, match="snapshots_every"):
-        check_options(history.drop_dims("snapshot_time"), SceneOptions())
-    with pytest.raises(InputError, match="view: camera: got 'top', needs 'oblique', 'side', 'front' or 'below'"):
-        from_mapping(SceneOptions, {"camera": "top"}, "view")
-
-
-def test_every_name_is_an_option_that_can_be_drawn_and_completed():
+def test_every_name_is_an_option_that_can_be_drawn_and_what_cannot_be_shown_is_refused(history):
     assert set(CAMERAS) == set(scene._DIRECTIONS)
     assert tuple(SCALARS) == FIELDS
     assert SCALARS["displacement"] == ("displacement [mm]", 1e3)
@@ -104,6 +95,12 @@ def test_every_name_is_an_option_that_can_be_drawn_and_completed():
         assert [getattr(SceneOptions(**{name: one}), name) for one in names] == list(names)
     assert (cameras(""), fields(""), fields("re")) == (list(CAMERAS), list(FIELDS), ["region"])
     assert [alternatives(names) for names in (("a", "b"), ("a", "b", "c"))] == ["a or b", "a, b or c"]
+    with pytest.raises(InputError, match="'nail', which is no region, may hold skin, tissue"):
+        check_options(history, SceneOptions(hidden=("nail",)))
+    with pytest.raises(ResultError, match="snapshots_every"):
+        check_options(history.drop_dims("snapshot_time"), SceneOptions())
+    with pytest.raises(InputError, match="view: camera: got 'top', needs 'oblique', 'side', 'front' or 'below'"):
+        from_mapping(SceneOptions, {"camera": "top"}, "view")
 
 
 PORT, HOST = (

@@ -63,12 +63,6 @@ def test_an_ending_that_cannot_be_written_is_refused(history, tmp_path, save):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_a_display_no_window_opens(history, monkeypatch):
-    monkeypatch.setattr(viewer, "has_display", lambda: False)
-    with pytest.raises(InputError, match="--screenshot"):
-        viewer.open_window(history)
-
-
 @pytest.fixture
 def control(history):
     plotter = pyvista.Plotter(off_screen=True)
@@ -150,16 +144,13 @@ def bare(monkeypatch):
     return monkeypatch
 
 
-def test_the_first_way_that_draws_is_taken_or_one_message_says_what_to_install(bare):
+def test_the_first_way_that_draws_is_taken_and_with_a_display_nothing_is_tried(bare):
     bare.setattr(viewer, "_draws", lambda _: False)
     with pytest.raises(ResultError, match=r"libegl1.*ParaView"):
         viewer.prepare_rendering()
     bare.setattr(viewer, "_draws", lambda window: window == "vtkOSOpenGLRenderWindow")
     viewer.prepare_rendering()
     assert viewer.os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
-
-
-def test_with_a_display_nothing_is_tried_and_a_way_that_ends_the_process_does_not_draw(bare):
     assert not viewer._draws("vtkNoSuchWindow") or viewer._draws("vtkEGLRenderWindow")
     bare.setenv("DISPLAY", ":0")
     bare.setattr(viewer, "_connects", lambda *_: True)
@@ -181,7 +172,10 @@ def test_a_display_that_does_not_answer_is_none_and_one_that_does_is_one(display
 CHROMIUM = shutil.which("chromium")
 
 
-def test_without_trame_or_snapshots_nothing_is_served(monkeypatch):
+def test_without_a_display_trame_or_snapshots_no_window_opens_and_nothing_is_served(history, monkeypatch):
+    monkeypatch.setattr(viewer, "has_display", lambda: False)
+    with pytest.raises(InputError, match="--screenshot"):
+        viewer.open_window(history)
     monkeypatch.setitem(sys.modules, "trame.app", None)
     with pytest.raises(ResultError, match=r"pip install 'fingerslip\[web\]'"):
         web._server()

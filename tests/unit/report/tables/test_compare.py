@@ -37,7 +37,7 @@ def test_comparison_takes_runs_that_meet_the_conditions_and_says_which_published
     assert {cell for row in table.rows[3:] for cell in row[4:]} == {NOT_COMPARED}
 
 
-def test_run_whose_values_are_not_known_is_not_compared():
+def test_runs_of_other_or_unknown_values_are_not_compared_and_what_differs_is_noted():
     unknown = RunResult("r", {"fingertip.phalanx.variant": "original"}, EVENTS)
     rows = compare.compare_table([unknown], TABLE2).rows
     assert len(rows) == len(TABLE2.values)
@@ -45,9 +45,6 @@ def test_run_whose_values_are_not_known_is_not_compared():
     alone = compare.compare_table([RunResult("r", {}, EVENTS)], TABLE2)
     assert {len(row) for row in alone.rows} == {len(alone.columns)}, "a single run has no columns that tell it apart"
     assert {cell for row in alone.rows for cell in row[2:]} == {NOT_COMPARED}
-
-
-def test_runs_of_another_friction_programme_or_angle_and_at_a_free_edge_are_noted():
     note = compare.compare_table(RUNS, TABLE2).note
     assert "Not compared: " in note
     assert "contact.friction_coefficient is 0.8, published for 0.6" in note
@@ -61,7 +58,7 @@ def test_runs_of_another_friction_programme_or_angle_and_at_a_free_edge_are_note
     assert "free edge" not in compare.compare_table(RUNS, TABLE2).note
 
 
-def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen():
+def test_readings_that_the_paper_does_not_print_are_told_from_no_event_and_statements_have_their_check():
     solid = RunResult("run", {}, UNRECORDED, values={**SOLID.values[0].conditions, **SOLID.values[0].programme})
     rows = {row[:2]: row[2:] for row in compare.compare_table([solid], SOLID).rows}
     assert rows["incipient", "0.90"] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
@@ -70,9 +67,6 @@ def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_no
     row = compare.compare_table(RUNS, published_set("wang2014-peaks")).rows[1]
     assert row[2:4] == ("three-quarter", "1.63 to 1.65")
     assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
-
-
-def test_statements_are_shown_with_their_check():
     table = compare.statements_table(published_set("wang2014-qualitative"))
     assert any("edges of the contact" in str(row[0]) for row in table.rows)
     assert all(row[1] for row in table.rows)
