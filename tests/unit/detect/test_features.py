@@ -56,7 +56,7 @@ def test_velocity_looks_at_the_past_alone():
     assert velocities(time[5:10], displacement[5:10], visible[5:10], 5)[-1] == pytest.approx(whole[9], abs=1e-12)
 
 
-def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do():
+def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do_and_without_enough_of_them_a_frame_is_not_used():
     moved = np.zeros((12, DISC.count, 2))
     moved[5:, :, 0] = 1e-1 * np.arange(7)[:, None] + 0.01 * DISC.position[:, 0]
     hidden = moved.copy()
@@ -68,9 +68,6 @@ def test_a_marker_that_is_not_seen_moves_as_its_neighbours_do():
     assert np.isfinite(found.velocity).all()
     others = np.arange(DISC.count) != 3
     assert np.array_equal(found.displacement[:, others], whole.displacement[:, others])
-
-
-def test_frames_with_too_few_markers_are_not_usable():
     moved = np.zeros((10, DISC.count, 2))
     moved[7, : DISC.count // 2 + 2] = np.nan
     moved[8] = np.nan
@@ -146,22 +143,28 @@ def columns(name, turn=0.0):
     return features_of(motion(turn), FeatureSettings((name,)))
 
 
-def test_the_published_features_are_162():
+def test_names_of_features_are_162_as_published_and_tell_the_ring():
     assert features_of(motion(), FeatureSettings()).shape == (4, 162)
     names = feature_names(motion(), FeatureSettings())
     assert names[0] == "displacement/length/0"
     assert names[-1] == "speed/length/80"
+    names = feature_names(motion(), FeatureSettings(("displacement", "rings", "sliding", "time")))
+    rings = ring_of_features(names, LAYOUT.ring)
+    assert rings[:81] == LAYOUT.ring.tolist()
+    assert rings[81:91] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
+    assert rings[-1] is None
+    assert all(
+        ring == int(name.split("_ring_")[1].split("/")[0])
+        for name, ring in zip(names, rings, strict=True)
+        if "sliding" in name
+    )
 
 
 @pytest.mark.parametrize("name", FEATURE_SETS)
-def test_every_set_has_a_name_for_each_of_its_columns(name):
+def test_every_set_has_a_name_for_each_column_and_needs_no_other_frame(name):
     names = feature_names(motion(), FeatureSettings((name,)))
     assert len(names) == columns(name).shape[1] == len(set(names))
     assert all(one.startswith(f"{name}/") for one in names)
-
-
-@pytest.mark.parametrize("name", FEATURE_SETS)
-def test_features_of_a_frame_need_no_other_frame(name):
     whole = motion()
     over_time = ("time", "displacement", "velocity", "seen", "usable")
     last = dataclasses.replace(whole, **{one: getattr(whole, one)[-1:] for one in over_time})
@@ -186,19 +189,6 @@ def test_polar_velocities_of_a_turn_and_of_growth():
     growing = features_of(dataclasses.replace(still, velocity=arm[None] + 0 * turning), FeatureSettings(("polar",)))
     assert growing[:, :81] == pytest.approx(np.broadcast_to(10.0 * LAYOUT.ring, (4, 81)), rel=1e-5)
     assert growing[:, 81:] == pytest.approx(0.0, abs=1e-6)
-
-
-def test_rings_of_features():
-    names = feature_names(motion(), FeatureSettings(("displacement", "rings", "sliding", "time")))
-    rings = ring_of_features(names, LAYOUT.ring)
-    assert rings[:81] == LAYOUT.ring.tolist()
-    assert rings[81:91] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
-    assert rings[-1] is None
-    assert all(
-        ring == int(name.split("_ring_")[1].split("/")[0])
-        for name, ring in zip(names, rings, strict=True)
-        if "sliding" in name
-    )
 
 
 REST = ring_layout(1.0).position

@@ -43,18 +43,14 @@ def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
     write_inquiry(found, tmp_path)
     names = {"learning-curve", "importance", "robustness"}
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{end}" for name in names for end in ("csv", "png")}
+    assert (curve_sizes(1), curve_sizes(256)) == ((1,), (4, 8, 16, 32, 64, 128, 256))
+    with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
+        inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
 
 
 @pytest.mark.slow
 def test_a_classifier_without_markers_has_no_importance_of_rings(trials_folder):
     assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
-
-
-def test_all_trials_and_halves_of_them_make_a_curve_and_levels_are_numbers(trials_folder):
-    assert curve_sizes(256) == (4, 8, 16, 32, 64, 128, 256)
-    assert curve_sizes(1) == (1,)
-    with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
-        inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
 
 
 @pytest.mark.slow
@@ -141,12 +137,6 @@ def test_disturbed_tracks_are_tracks(name, amount, trials):
         assert disturbed.sizes["time"] == 87
 
 
-@pytest.mark.parametrize(("name", "amount"), [("fog", 1.0), ("lost", 1.0), ("noise", -1.0), ("slower", 0.5)])
-def test_what_cannot_be_is_refused(name, amount, trials):
-    with pytest.raises(InputError, match="got"):
-        disturb(trials.tracks(trials.names[0]), name, amount)
-
-
 def test_more_is_lost_with_more_disturbance(detector, trials):
     levels = [("lost", 0.0), ("lost", 0.6), ("noise", 20.0), ("slower", 2)]
     plain, lost, noisy, slower = robustness_of(detector, trials, trials.onsets(), trials.names[8:12], levels)
@@ -154,8 +144,9 @@ def test_more_is_lost_with_more_disturbance(detector, trials):
     assert lost.unusable > 0.9
     assert noisy.accuracy.value < plain.accuracy.low <= plain.accuracy.value <= plain.accuracy.high
     assert slower.accuracy.value == pytest.approx(plain.accuracy.value, abs=0.1)
-    with pytest.raises(InputError, match="slower: got 0"):
-        robustness_of(detector, trials, trials.onsets(), trials.names[:1], [("slower", 0.0)])
+    for level in (("slower", 0.0), ("slower", 0.5), ("fog", 1.0), ("lost", 1.0), ("noise", -1.0)):
+        with pytest.raises(InputError, match=f"{level[0] if level[0] != 'fog' else 'disturbance'}: got"):
+            robustness_of(detector, trials, trials.onsets(), trials.names[:1], [level])
 
 
 def ask(trials, *assumptions):
@@ -168,7 +159,7 @@ def base(trials):
     return ask(trials, AS_IT_IS)[0]
 
 
-def test_what_is_left_as_it_is_gives_the_evaluation_by_condition(trials, base):
+def test_what_is_left_as_it_is_gives_the_evaluation_by_condition_and_higher_thresholds_make_labels_late(trials, base):
     samples = samples_of(trials, trials.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
     folds = [
         fit_fold(samples, trials.onsets(), CLOCK, test, window=MOTION.window).frames
@@ -179,9 +170,6 @@ def test_what_is_left_as_it_is_gives_the_evaluation_by_condition(trials, base):
     assert list(by_depth) == ["0.003", "0.004"]
     values = [accuracies["time_threshold"].value for accuracies in by_depth.values()]
     assert min(values) <= base.accuracies["time_threshold"].value <= max(values)
-
-
-def test_higher_thresholds_make_labels_late(trials, base):
     # Markers of analytic trials jump by tens of pixels.
     higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))
     gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 30.0, rest_frames=20))

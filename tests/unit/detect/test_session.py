@@ -46,17 +46,21 @@ def stored(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
 def test_a_detector_runs_on_netcdf_and_on_csv(stored: Path, trials: TrialSet, tmp_path: Path) -> None:
     name = benchmark_test_trials(trials.names)[0]
     write_tracks_csv(trials.tracks(name), tmp_path / "tracks.csv")
-    for detector in (str(stored), "residual"):
-        runs = [
-            run_detector(path, detector, {}, None, tmp_path / "page")
-            for path in (trials.folder / name / "tracks.nc", tmp_path / "tracks.csv")
-        ]
-        (slides, first), (others, second) = (tables for tables, _ in runs)
-        assert first.rows[:3] == second.rows[:3]
-        assert first.rows[0][1] is not Missing.NO_EVENT
-        assert first.rows[2] == ("frames", "260")
-        assert slides.rows == others.rows
-        assert (tmp_path / "page" / "slip.html").is_file()
+    runs = [
+        run_detector(path, detector, {}, None, tmp_path / "page")
+        for detector, path in (
+            (str(stored), trials.folder / name / "tracks.nc"),
+            (str(stored), tmp_path / "tracks.csv"),
+            ("residual", tmp_path / "tracks.csv"),
+        )
+    ]
+    (slides, first), (others, second), (_, shipped) = (tables for tables, _ in runs)
+    assert slides.rows == others.rows
+    assert first.rows[:3] == second.rows[:3]
+    for latency in (first, shipped):
+        assert latency.rows[0][1] is not Missing.NO_EVENT
+        assert latency.rows[2] == ("frames", "260")
+    assert (tmp_path / "page" / "slip.html").is_file()
 
 
 @pytest.mark.slow
@@ -109,19 +113,25 @@ def test_numbers_of_samples_are_four(text: str) -> None:
 SCORES = frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))
 
 
-def test_accuracy_shows_what_leaks() -> None:
+def test_scores_are_tables() -> None:
     table = accuracy_table({"a": SCORES}, {"a": Estimate(1.0)}, "3 trials.")
     assert table.rows[0] == ("a", "0.900 [0.900, 0.900]", "1.000", 1.0 - 0.9)
     assert table.note.startswith("3 trials.")
-
-
-def test_every_class_has_a_row() -> None:
     assert [row[:2] for row in frame_table({"a": SCORES}).rows] == [
         ("a", "no_slip"),
         ("a", "incipient"),
         ("a", "gross"),
     ]
     assert confusion_table({"a": SCORES}).rows[0] == ("a", "no_slip", 24, 6, 0)
+    reliability = reliability_of(np.array([[1.0, 0.0, 0.0]]), np.array([0], dtype=np.int8))
+    assert calibration_table({"a": reliability}).rows == (("a", 0.0, 0.0),)
+    assert curve_table({4: SCORES}).rows == ((4, "0.900 [0.900, 0.900]", "0.899 [0.899, 0.899]"),)
+    drops = {0: Estimate(0.1, 0.0, 0.2), 1: Estimate(None)}
+    assert importance_table(drops).rows == ((0, "0.100 [0.000, 0.200]"), (1, Missing.NOT_DEFINED))
+    assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
+    assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
+    found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
+    assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "2", "500"]
 
 
 def test_events_have_a_column_for_each_classifier() -> None:
@@ -134,15 +144,3 @@ def test_events_have_a_column_for_each_classifier() -> None:
     assert rows["lead of 95 % of trials [s]"] is Missing.NOT_DEFINED
     assert rows["gross onset error [s]"] is Missing.NOT_DEFINED
     assert "n/a" in to_markdown(table)
-
-
-def test_the_other_tables_have_what_they_are_given() -> None:
-    reliability = reliability_of(np.array([[1.0, 0.0, 0.0]]), np.array([0], dtype=np.int8))
-    assert calibration_table({"a": reliability}).rows == (("a", 0.0, 0.0),)
-    assert curve_table({4: SCORES}).rows == ((4, "0.900 [0.900, 0.900]", "0.899 [0.899, 0.899]"),)
-    drops = {0: Estimate(0.1, 0.0, 0.2), 1: Estimate(None)}
-    assert importance_table(drops).rows == ((0, "0.100 [0.000, 0.200]"), (1, Missing.NOT_DEFINED))
-    assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
-    assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
-    found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
-    assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "2", "500"]

@@ -69,7 +69,7 @@ def history(*, free=False, gravity_side=1.0):
     )
 
 
-def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_contact():
+def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_contact_and_seen_in_pixels():
     trial = slide_trial("a", history(), seed=3, conditions={"repeat": 2})
     frame = 1.0 / PUBLISHED_FRAME_RATE
     every, touching = trial.labels["all_external_markers"], trial.labels["external_markers"]
@@ -83,9 +83,6 @@ def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_conta
     assert trial.tracks.sizes["time"] == 534
     assert trial.provenance["kinematics"] == "small"
     assert slide_trial("a", history(gravity_side=-1.0)).conditions["direction"] == pytest.approx(np.pi)
-
-
-def test_markers_are_in_pixels_of_their_own_camera():
     tracks = slide_trial("a", history()).tracks
     assert tracks["kind"].values.tolist() == ["internal"] + ["external"] * 5
     inside = tracks["position"].values[:, 0]
