@@ -96,16 +96,13 @@ def test_groups_are_in_one_fold():
     assert all(len(fold) == 6 and len({GROUPS[name] for name in fold}) == 2 for fold in folds)
 
 
-def test_the_benchmark_split_is_fixed_for_ever_and_samples_are_split_90_to_10():
+def test_test_trials_are_the_same_for_ever_and_conditions_are_left_out_one_by_one_or_in_ranges():
     found = benchmark_test_trials(NAMES)
     assert found == ("t01", "t05", "t06", "t08", "t17")
     assert benchmark_test_trials(NAMES[::-1]) == found
     assert benchmark_test_trials(NAMES, seed=1) != found
     assert sample_split(640, 0).sum() == 64
     assert (sample_split(640, 0) != sample_split(640, 1)).any()
-
-
-def test_conditions_are_left_out_one_by_one_or_in_ranges():
     depths = {name: {"depth": 1e-3 * (number % 3), "mu": 0.01 * number} for number, name in enumerate(NAMES)}
     assert list(left_out(depths, "depth")) == ["0", "0.001", "0.002"]
     ranges = left_out(depths, "mu")
@@ -209,7 +206,7 @@ def test_differences_are_a_table_over_trials():
     assert gross == ("contact", "gross", 0, 2, *[Missing.NO_EVENT] * 4)
 
 
-def test_labels_of_a_trial_are_read_back(tmp_path):
+def test_labels_of_a_trial_are_read_back_and_what_is_missing_is_no_time(tmp_path):
     path = tmp_path / "labels.csv"
     made = {"markers": Onsets(1.0, None), "me, by eye": Onsets(0.1 + 0.2, 3.0)}
     write_labels(made, path)
@@ -219,6 +216,13 @@ def test_labels_of_a_trial_are_read_back(tmp_path):
         read_labels(path)
     with pytest.raises(ResultError, match="cannot be read as labels"):
         read_labels(tmp_path / "none.csv")
+    (tmp_path / "a.csv").write_text("\ufefftrial,incipient_s\nt1,0.5\n", encoding="utf-8")
+    assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(0.5, None)}
+    with pytest.raises(InputError, match="cannot be read"):
+        read_onsets(tmp_path / "none.csv")
+    assert seconds("  ", "x") is None
+    assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
+    assert Onsets(None, None).first is None
 
 
 TIMES = st.none() | st.floats(0.0, 10.0)
@@ -239,16 +243,6 @@ def test_files_give_back_what_was_written(tmp_path_factory, made):
     onsets = {name: Onsets(*times) for name, times in made.items()}
     write_onsets(onsets, path)
     assert read_onsets(path) == onsets
-
-
-def test_gross_slip_alone_may_be_missing_from_a_file_and_an_empty_cell_is_no_time(tmp_path):
-    (tmp_path / "a.csv").write_text("\ufefftrial,incipient_s\nt1,0.5\n", encoding="utf-8")
-    assert read_onsets(tmp_path / "a.csv") == {"t1": Onsets(0.5, None)}
-    with pytest.raises(InputError, match="cannot be read"):
-        read_onsets(tmp_path / "none.csv")
-    assert seconds("  ", "x") is None
-    assert Onsets(2.0, 1.0).first == Onsets(None, 1.0).first == 1.0
-    assert Onsets(None, None).first is None
 
 
 @pytest.mark.parametrize(

@@ -96,18 +96,15 @@ def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, t
     mine = Choices(labels=str(tmp_path / "mine.csv"), rest_frames=20)
     assert mine.onsets(trials) == later
     assert Choices(labels="contact").onsets(trials) == trials.onsets("contact")
+    for text in ("1,2,3", "a,b,c,d", "1,2,3,-4", ""):
+        with pytest.raises(InputError, match=r"--samples: got .* needs four numbers"):
+            _ = Choices(samples=text).sampling
     tests = benchmark_test_trials(trials.names)
     write_onsets({name: later[name] for name in tests}, tmp_path / "submission.csv")
     table = score_onsets(trials_folder, tmp_path / "submission.csv", Choices(rest_frames=20))
     assert table.columns[1].name == "submission.csv, 5 trials"
     rows = dict(table.rows)  # type: ignore[arg-type]
     assert str(rows["onset error [s]"]).startswith("0.100")
-
-
-@pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", "1,2,3,-4", ""])
-def test_numbers_of_samples_are_four(text: str) -> None:
-    with pytest.raises(InputError, match=r"--samples: got .* needs four numbers"):
-        _ = Choices(samples=text).sampling
 
 
 SCORES = frame_scores_of(np.array([[[8, 2, 0], [0, 9, 1], [0, 0, 10]]] * 3))

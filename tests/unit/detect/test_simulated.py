@@ -144,7 +144,7 @@ def test_moduli_and_shape_of_a_sweep_are_conditions(tmp_path, monkeypatch):
     assert trial.conditions["poisson_ratio"] == 0.49
 
 
-def test_slip_begins_at_the_rim_and_ends_in_the_centre():
+def test_slip_begins_at_the_rim_and_gross_slip_comes_again_and_again():
     trial = synthetic_trial("a", SyntheticSlide(seed=3))
     label = trial.labels["external_markers"]
     assert label.incipient < label.gross
@@ -153,9 +153,6 @@ def test_slip_begins_at_the_rim_and_ends_in_the_centre():
     first = np.array([np.argmax(moved[:, marker] > 2.0) for marker in range(19)])
     ring = external["ring"].values
     assert first[ring == 2].mean() < first[ring == 1].mean() < first[ring == 0].mean()
-
-
-def test_gross_slip_comes_again_and_again_and_a_short_slide_never_slips():
     trial = synthetic_trial("a", SyntheticSlide(seed=3, indentation=2e-3, travel=14e-3))
     jumps = np.diff(trial.tracks["position"].values[:, 0, 0]) > 3.0
     assert jumps.sum() > 3

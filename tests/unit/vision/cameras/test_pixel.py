@@ -106,16 +106,13 @@ def test_glare_and_ring_are_where_they_should_be_and_the_mask_is_inside_the_ring
     assert pixel.ring_mask(silent_camera()).all()
 
 
-def test_texture_is_of_the_background_alone_and_seeded():
+def test_texture_is_of_the_background_alone_and_brightness_drifts_and_flickers():
     lighting = pixel.Lighting(texture=5.0)
     first, again, other = (pixel.empty_picture(silent_camera(lighting=lighting, seed=seed)) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other).max() > 1
     assert first.std() == pytest.approx(5.0, rel=1e-5)
     assert np.unique(pixel.marker_picture(silent_camera(lighting=lighting))).tolist() == [200.0]
-
-
-def test_brightness_drifts_and_flickers_and_is_never_negative():
     lighting = pixel.Lighting(drift=-0.01, flicker=0.1, flicker_rate=1.0)
     np.testing.assert_allclose(pixel.brightness(lighting, np.array([0.0, 0.25, 10.0, 1e6])), [1, 1.0975, 0.9, 0])
 
@@ -181,7 +178,7 @@ def test_noise_has_its_deviation_and_is_white():
     assert (table.mean(), table.var(), (table**4).mean()) == pytest.approx((0.0, 1.0, 3.0), abs=3e-3)
 
 
-def test_shot_noise_grows_with_the_light_and_light_is_cut_and_rounded_to_grey_levels():
+def test_shot_noise_grows_with_the_light_and_seed_and_number_give_the_noise():
     frame = exposed(np.tile([20.0, 180.0], (200, 200)), read=1.0, shot=0.1).astype(float)
     assert frame[:, ::2].var() == pytest.approx(1 + 2 + 1 / 12, rel=0.05)
     assert frame[:, 1::2].var() == pytest.approx(1 + 18 + 1 / 12, rel=0.05)
@@ -189,8 +186,6 @@ def test_shot_noise_grows_with_the_light_and_light_is_cut_and_rounded_to_grey_le
     assert exposed(light).tolist() == [[0, 0, 1, 101, 255, 255]]
     assert exposed(light, 2.0).tolist() == [[0, 1, 1, 201, 255, 255]]
 
-
-def test_the_same_seed_and_number_give_the_same_noise():
     def one(seed, number):
         return exposed(LEVEL, read=4.0, seed=seed, number=number)
 

@@ -86,7 +86,7 @@ NEIGHBOURS, SPACING = layouts.nearest_neighbours(FIELD)
 ALL = np.ones(81, dtype=bool)
 
 
-def test_motions_that_neighbours_share_are_expected_and_nothing_without_neighbours() -> None:
+def test_motions_that_neighbours_share_are_expected_and_strangers_are_left_out() -> None:
     assert NEIGHBOURS.shape == (81, 8)
     assert layouts.nearest_neighbours(FIELD[:1])[1].tolist() == [np.inf]
     some, random = np.arange(81) % 3 > 0, np.random.default_rng(0).normal(size=(81, 2))
@@ -96,9 +96,6 @@ def test_motions_that_neighbours_share_are_expected_and_nothing_without_neighbou
     moved, counts = layouts.expected_displacement(random, ~ALL, NEIGHBOURS)
     assert np.isnan(moved).all()
     assert counts.sum() == 0
-
-
-def test_strangers_are_left_out_and_nobody_else() -> None:
     displacement, wrong = 0.05 * (FIELD - FIELD[0]) + [10.0, 0.0], [5, 6, 40, 80]
     displacement[wrong] += [[25.0, 0.0], [25.0, 0.0], [0.0, -30.0], [-20.0, 20.0]]
     agreed = layouts.consistent(displacement, ALL, NEIGHBOURS, 0.3 * SPACING)
@@ -116,13 +113,10 @@ def test_nobody_is_matched_twice_or_from_too_far(n: int, m: int, seed: int) -> N
     assert (np.linalg.norm(expected[rows] - candidates[columns], axis=1) <= 12.0).all()
 
 
-def test_two_long_ways_cost_more_than_one_that_is_missing() -> None:
+def test_the_sum_of_ways_decides_and_a_whole_distance_between_markers_is_found() -> None:
     expected, candidates = np.array([[0.0, 0.0], [8.0, 0.0]]), np.array([[8.0, 0.0], [15.0, 0.0]])
     rows, columns = layouts.assign(expected, np.full(2, 10.0), candidates)
     assert (rows.tolist(), columns.tolist()) == ([1], [0])
-
-
-def test_a_shift_of_a_whole_distance_between_markers_is_found_among_other_blobs() -> None:
     points, rng = clips.field(layout="hex", rings=6), np.random.default_rng(0)
     shift = points[1] - points[0]
     blobs = np.vstack([(points + shift + rng.normal(0.0, 0.5, points.shape))[::2], rng.uniform(0, 640, (40, 2))])
