@@ -78,11 +78,7 @@ def put_strange(folder):
 @pytest.mark.parametrize(
     ("damage", "error", "message"),
     [
-        (
-            partial(change, scikit_learn="0.24.1"),
-            InputError,
-            r"scikit-learn 0\.24\.1, needs the installed version",
-        ),
+        (partial(change, scikit_learn="0.24.1"), InputError, r"with scikit-learn 0\.24\.1, needs the installed"),
         (partial(change, features=["time/seconds", "a"]), DamagedError, "sees 1 features and 3 classes, not 2 and 3"),
         (partial(change, format=2), DamagedError, "train the detector again"),
         (partial(change, classes=["slip", "none"]), DamagedError, "train the detector again"),

@@ -12,7 +12,7 @@ from fingerslip.detect import page
 from fingerslip.detect.evaluation.inquiries import disturb
 from fingerslip.detect.model_file import write_detector
 from fingerslip.detect.page import SlipClip, answer_of, slide_table, slip_report, write_slip_page
-from fingerslip.detect.residual import ResidualDetector, ResidualSettings, detect_residual, frames_at_rest, slides_of
+from fingerslip.detect.residual import ResidualSettings, detect_residual, frames_at_rest, slides_of
 from fingerslip.detect.running import watch_camera
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.training import train
@@ -20,7 +20,6 @@ from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
 from fingerslip.tables.table import Column, Table
-from fingerslip.vision.tracking.tracker import SeenMarkers
 from fingerslip.vision.tracks import make_tracks
 from fingerslip.vision.video import Frames
 from problems import clips
@@ -89,16 +88,6 @@ def test_markers_that_spring_back_are_gross_slip_and_those_that_are_pushed_back_
     for frames, is_gross in ((3, True), (60, False)):
         back = path((20, 0.0), (60, 12.0), (frames, 6.0), (10, 6.0))[:, None, None] * ALONG
         assert (detect_residual(moved(back), SETTINGS)[-1].onsets.gross is not None) == is_gross
-
-
-def test_frame_by_frame_is_the_same_and_waits_for_rest():
-    tracks = moved(path((20, 0.0), (30, 12.0))[:, None, None] * ALONG)
-    detector = ResidualDetector(SETTINGS)
-    counts = [
-        len(detector.take(SeenMarkers(float(time), position)))
-        for time, position in zip(tracks["time"].values, tracks["position"].values, strict=True)
-    ]
-    assert counts == [0] * 19 + [20] + [1] * 30
 
 
 @pytest.mark.parametrize(("rest", "expected"), [(8, 8), (40, 40), (150, 100), (1, 5)])

@@ -163,7 +163,7 @@ def test_slip_begins_at_the_rim_and_gross_slip_comes_again_and_again():
     assert not one.tracks.equals(other.tracks)
 
 
-def test_later_slip_with_more_friction_and_depth():
+def test_later_slip_with_more_friction_and_depth_in_320_trials_of_the_protocol(monkeypatch):
     quiet = SyntheticSensor(noise=0.0)
 
     def gross(**slide):
@@ -173,9 +173,6 @@ def test_later_slip_with_more_friction_and_depth():
 
     assert gross(friction_coefficient=0.6) < gross(friction_coefficient=0.9)
     assert gross(indentation=2e-3) < gross(indentation=4e-3)
-
-
-def test_the_protocol_has_320_trials(monkeypatch):
     monkeypatch.setattr("fingerslip.detect.synthetic.synthetic_trial", lambda name, *_: name)
     assert len(set(synthetic_slides())) == 320
 
@@ -191,13 +188,9 @@ SEARCH = {"n_markers": 7, "rest_frames": 5, "layout": "free"}
 def test_a_trial_is_filmed_by_both_cameras(tmp_path):
     trial = synthetic_trial("slide-0000", SyntheticSlide(direction=np.pi / 2, travel=1e-3), SENSOR)
     table = read_conditions(film_trials([trial], tmp_path / "films", size=(160, 120)))
-    assert table == {
-        "slide-0000.mkv": {
-            "external": "slide-0000-outside.mkv",
-            "indentation": pytest.approx(3e-3),
-            "direction": pytest.approx(np.pi / 2),
-        }
-    }
+    assert list(table) == ["slide-0000.mkv"]
+    assert table["slide-0000.mkv"].pop("external") == "slide-0000-outside.mkv"
+    assert table["slide-0000.mkv"] == pytest.approx({"indentation": 3e-3, "direction": np.pi / 2})
     inside = trial.tracks.isel(marker=trial.tracks["kind"].values == "internal")
     found = read_recording(tmp_path / "films" / "slide-0000.mkv", SEARCH)
     moved, known = (one["position"].values[-1] - one["position"].values[0] for one in (found, inside))

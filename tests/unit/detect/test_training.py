@@ -47,10 +47,8 @@ def test_the_smoother_has_the_times_of_the_training_trials_and_starts_anew(sampl
     one = training.forward_filter(samples, onsets, 5, np.flatnonzero(samples.trial == 0))
     assert one.dwell[1] == pytest.approx(partial[0])
     made = training.forward_filter(samples, trials.onsets(), 5)
-    chances, motion = (
-        np.tile([0.8, 0.1, 0.1], (5, 1)),
-        motion_of(trials.tracks(trials.names[0]), MOTION).at(slice(0, 5)),
-    )
+    chances = np.tile([0.8, 0.1, 0.1], (5, 1))
+    motion = motion_of(trials.tracks(trials.names[0]), MOTION).at(slice(0, 5))
     later = dataclasses.replace(motion, time=motion.time + 7)
     assert training.frame_scores(made, motion, chances) == pytest.approx(
         training.frame_scores(made, later, chances), abs=1e-12

@@ -79,30 +79,24 @@ def test_trials_of_different_layouts_have_none_and_teach_what_needs_none(tmp_pat
         assert onset == pytest.approx(case.labels["external_markers"].incipient, abs=1.0)
 
 
-DAMAGES = {
-    "other labels": (
-        lambda folder: (folder / "slide-0003/labels.csv").write_text("source,incipient_s,gross_s\n"),
-        r"slide-0003/labels.csv.*is not the file of manifest.json",
-    ),
-    "no labels": (lambda folder: (folder / "slide-0003/labels.csv").unlink(), r"labels\.csv: cannot be read"),
-    "another trial": (lambda folder: (folder / "extra").mkdir(), "extra.*is in the folder, not in manifest.json"),
-    "a trial gone": (
-        lambda folder: (folder / "slide-0005").rename(folder.parent / "gone"),
-        "slide-0005.*is in manifest.json, not in the folder",
-    ),
-    "another form": (
-        lambda folder: write_json(folder / MANIFEST, read_json(folder / MANIFEST, "") | {"format": 9}),
-        "has the format 9, not 1",
-    ),
-    "no checksum": (lambda folder: (folder / MANIFEST).write_text("{}"), "checksum"),
-}
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage, copied):
-    folder, (make, message) = copied(), DAMAGES[damage]
-    make(folder)
-    with pytest.raises(ResultError if damage == "no labels" else DamagedError, match=message):
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (
+            lambda path: (path / "slide-0003/labels.csv").write_text(""),
+            r"labels.csv.*is not the file of manifest\.json",
+        ),
+        (lambda path: (path / "slide-0003/labels.csv").unlink(), r"slide-0003/labels\.csv: cannot be read"),
+        (lambda path: (path / "extra").mkdir(), r"extra.*is in the folder, not in manifest\.json"),
+        (lambda path: (path / "slide-0005").rename(path.parent / "gone"), "slide-0005.*not in the folder"),
+        (lambda path: write_json(path / MANIFEST, read_json(path / MANIFEST, "") | {"format": 9}), "format 9, not 1"),
+        (lambda path: (path / MANIFEST).write_text("{}"), "checksum"),
+    ],
+)
+def test_a_data_set_that_does_not_match_its_manifest_is_refused(damage, message, copied):
+    folder = copied()
+    damage(folder)
+    with pytest.raises(ResultError if "cannot be read" in message else DamagedError, match=message):
         open_trials(folder)
 
 
