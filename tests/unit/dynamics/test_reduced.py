@@ -286,6 +286,9 @@ HANGING = {
 SHORT = {"programme": (fs.Press(0.1e-3, 4e-3),)}
 SOFTENING = fs.Elastic(34e3, 0.4, 1000.0, prony=(fs.PronyTerm(0.3, 0.05),))
 DOWN = fs.SupportMotion((0.0, -0.1e-3), fs.Ramp((0.0, 0.1), (0.0, 1.0)))
+# Without the responses at its sites it needs 0.0001 GB.
+ALONG = tuple(fs.Site(f"site {x:.3g}", "", (x, 2e-3)) for x in np.linspace(-3e-3, 3e-3, 13))
+MANY_SITES = deep_push_and_slide(record=fs.Recording(ALONG), basis=fs.ReducedBasis(0.5, 0.02), **SHORT)
 ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05)}
 
 
@@ -300,8 +303,19 @@ ALONE = {"contacts": (), "programme": (), "time": fs.TimeStepping(5e-3, end=0.05
         (with_basis(**SHORT, support_motions={"top": DOWN}), {}, "supports move"),
         (push_and_slide(basis=REDUCED, **ALONE), {}, "0 of 72 unknowns are those of contact"),
         (with_basis(), {"available_memory": lambda: 1000}, "and 1e-06 GB are available"),
+        (MANY_SITES, {"available_memory": lambda: 300_000}, "it needs about 0.00045 GB, and 0.0003 GB are available"),
     ],
-    ids=["tolerance", "more and more", "free", "held by contact", "relaxing", "moving", "no interface", "memory"],
+    ids=[
+        "tolerance",
+        "more and more",
+        "free",
+        "held by contact",
+        "relaxing",
+        "moving",
+        "no interface",
+        "memory",
+        "sites",
+    ],
 )
 def test_where_a_basis_does_not_do_the_motion_is_that_on_the_mesh(model, patches, reason, caplog, monkeypatch):
     for name, value in patches.items():

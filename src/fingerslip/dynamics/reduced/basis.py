@@ -20,6 +20,7 @@ from fingerslip.dynamics.reduced.reduction import (
     observed_unknowns,
     reduced_system,
     site_responses,
+    site_unknowns,
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
 from fingerslip.dynamics.system.scheme import make_scheme
@@ -53,6 +54,8 @@ _LITTLE, _COARSE = 0.2, 0.05
 _MOTIONS = 20
 # Square matrices of the interface's size that exist at once: constraint modes, eigenvectors, compliances.
 _SQUARES = 10
+# Copies of the responses at sites that do: forces, and both halves of their substitution.
+_COPIES = 3
 _VERSION = 4
 # Normal modes of a basis that is stepped from outside, where none is kept: no run has tried how many suffice.
 _STEPWISE = 80
@@ -92,7 +95,7 @@ class _Maker:
         system = motions.systems[0]
         body = ConstraintModes(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
         rows = observed_unknowns(motions.models, motions.systems)
-        return cls(motions, body, rows, store, wanted.acceleration_tolerance > _COARSE)
+        return cls(motions, body, rows, store, _is_coarse(wanted))
 
     def alone(self) -> AbstractContextManager[None]:
         """Keep other processes from making the same basis in a block."""
@@ -154,27 +157,33 @@ class _Maker:
         return digest(*inputs)
 
 
+def _is_coarse(wanted: ReducedBasis) -> bool:
+    """Tell whether accelerations may be far off."""
+    return wanted.acceleration_tolerance > _COARSE
+
+
 def compute_in_basis(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Outcome | None:
     """Compute motions in a reduced basis; None where the mesh is better."""
-    return _where_suitable(motions, lambda: _compute(motions, wanted, store))
+    return _where_suitable(motions, wanted, lambda: _compute(motions, wanted, store))
 
 
 def in_basis(motions: Motions, store: BasisStore | None = None) -> tuple[System, ResidualCheck] | None:
     """Return the system of one motion in a basis, with the check of its errors; None where the mesh is better."""
-    return _where_suitable(motions, lambda: _stepped(motions, store))
+    wanted = motions.models[0].basis or ReducedBasis()
+    return _where_suitable(motions, wanted, lambda: _stepped(motions, wanted, store))
 
 
-def _where_suitable(motions: Motions, make: Callable[[], T]) -> T | None:
+def _where_suitable(motions: Motions, wanted: ReducedBasis, make: Callable[[], T]) -> T | None:
     """Return what is made with a reduced basis; None, with a word in the log, where the mesh is better."""
     try:
-        _require_suitable(motions)
+        _require_suitable(motions, wanted)
         return make()
     except (_UnsuitableError, FingerslipError) as reason:
         _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
         return None
 
 
-def _require_suitable(motions: Motions) -> None:
+def _require_suitable(motions: Motions, wanted: ReducedBasis) -> None:
     system = motions.systems[0]
     if free_pieces(system.space, system.free):
         raise _UnsuitableError("supports leave rigid motions free")
@@ -190,7 +199,9 @@ def _require_suitable(motions: Motions) -> None:
     if not interface.size or interface.size >= system.mass.shape[0] - 1:
         raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact")
     rows = observed_unknowns(motions.models, motions.systems)
-    needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
+    responses = 0 if _is_coarse(wanted) else site_unknowns(motions.systems).size
+    columns = _COPIES * responses * system.mass.shape[0]
+    needed = 8 * (interface.size * (_SQUARES * interface.size + 2 * rows.size) + columns)
     available = available_memory()
     if available is not None and needed > available:
         raise _UnsuitableError(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
@@ -270,9 +281,9 @@ def _reduced(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[list
         return systems, ResidualCheck(motions.models, motions.systems, coordinates, basis)
 
 
-def _stepped(motions: Motions, store: BasisStore | None) -> tuple[System, ResidualCheck]:
+def _stepped(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> tuple[System, ResidualCheck]:
     """Return what :func:`in_basis` does."""
-    maker = _Maker.of(motions, store, motions.models[0].basis or ReducedBasis())
+    maker = _Maker.of(motions, store, wanted)
     with motions.watch.part("basis"), maker.alone():
         stored = maker.kept()
         basis = stored or maker.make(_STEPWISE)

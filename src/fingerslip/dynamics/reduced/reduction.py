@@ -43,6 +43,7 @@ __all__ = [
     "observed_unknowns",
     "reduced_system",
     "site_responses",
+    "site_unknowns",
 ]
 
 Array = NDArray[np.float64]
@@ -226,16 +227,20 @@ def further_shapes(body: ConstraintModes, systems: Sequence[System]) -> list[Arr
     return responses + [field - body.follow(field[body.interface]) for field in fields]
 
 
+def site_unknowns(systems: Sequence[System]) -> Indices:
+    """Return the unknowns of sites that are none of the interface, (k,); of very many, some that are evenly spread."""
+    nodes = np.unique(np.concatenate([system.site_nodes for system in systems]))
+    components = systems[0].coordinates.components(vector_dofs(nodes, systems[0].space.dim).ravel())
+    unknowns = np.setdiff1d(components.rows[~components.held], interface_unknowns(systems))
+    return unknowns[:: 1 + unknowns.size // _MOST_RESPONSES]
+
+
 def site_responses(body: ConstraintModes, systems: Sequence[System]) -> Array:
     """Return the displacements (n, k) [m] under a unit force at each site while the interface is held.
 
-    A motion is read at a site as well as its response to a force there is held by the basis. Of very many sites, some
-    that are evenly spread stand for all.
+    A motion is read at a site as well as its response to a force there is held by the basis.
     """
-    nodes = np.unique(np.concatenate([system.site_nodes for system in systems]))
-    components = systems[0].coordinates.components(vector_dofs(nodes, systems[0].space.dim).ravel())
-    unknowns = np.setdiff1d(components.rows[~components.held], body.interface)
-    unknowns = unknowns[:: 1 + unknowns.size // _MOST_RESPONSES]
+    unknowns = site_unknowns(systems)
     forces = np.zeros((body.stiffness.shape[0], unknowns.size), order="F")
     forces[unknowns, np.arange(unknowns.size)] = 1.0
     return body.give_way(forces)
