@@ -240,7 +240,7 @@ def _simulate(
         _logger.info("large strain is computed on the mesh, not in a reduced basis")
     if is_finite or any(isinstance(model.time, Adaptive) for model in models):
         return tuple(_history(outcome, 0, watch) for outcome in compute_apart(motions))
-    outcome = (compute_in_basis(motions, basis, bases) if basis else None) or compute(motions, systems)
+    outcome = (compute_in_basis(motions, bases) if basis else None) or compute(motions, systems)
     _logger.info("%s, %s", outcome.steppers[0].solver.name, outcome.steppers[0].condensed.description)
     return tuple(_history(outcome, number, watch) for number in range(len(times)))
 

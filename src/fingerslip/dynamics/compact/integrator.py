@@ -13,6 +13,7 @@ from fingerslip.contact.interface import InterfaceState, conditions
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.partition import Partition, first_partition
 from fingerslip.dynamics.compact.kernel import ENERGIES, Body, Inverse, Motion, Records, take_steps
+from fingerslip.dynamics.integrator import BodyIntegrator
 from fingerslip.dynamics.reduced.reduction import ByModes
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.step.mesh import advance
@@ -43,12 +44,11 @@ def is_compact(stepper: Stepper) -> bool:
     )
 
 
-class Compact:
+class Compact(BodyIntegrator):
     """Motions whose steps compiled code takes; see :class:`fingerslip.dynamics.integrator.BodyIntegrator`."""
 
     def __init__(self, steppers: Sequence[Stepper]) -> None:
         self._motions = list(map(_Steps, steppers))
-        self.attributes: Mapping[str, object] = {}
 
     @property
     def steppers(self) -> Sequence[Stepper]:
@@ -70,13 +70,7 @@ class Compact:
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
-        self._motions[0].steer(self.steppers[0].with_system(system))
-
-    def saved_state(self) -> None:
-        """Return nothing: the basis is that of the model."""
-
-    def restore(self, saved: None) -> None:
-        """Do nothing."""
+        self._motions[0].steer(replace(self.steppers[0], system=system))
 
 
 class _Steps:
@@ -87,7 +81,8 @@ class _Steps:
         assert stepper.constant_frames is not None
         assert isinstance(stepper.scheme, LinearScheme)
         self.stepper = stepper
-        diagonal, self._interface = stepper.condensed.factor.diagonal, stepper.condensed.factor.interface
+        factor = stepper.condensed.factor
+        diagonal, self._interface = factor.diagonal, factor.interface
         system, scheme, candidates = stepper.system, stepper.scheme, stepper.system.candidates
         stiffness = system.stiffness.diagonal()[: diagonal.size]
         compliance, (factors, prediction) = stepper.compliance, coefficients(scheme)
@@ -217,16 +212,8 @@ class _Steps:
 
     def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
         """Return what is recorded of steps, time first."""
-        energies = dict(zip(ENERGIES, records.energies.T, strict=True))
-        spent = {
-            name: getattr(before.energies, name) + np.cumsum(energies[of])
-            for name, of in (
-                ("friction", "friction"),
-                ("damping", "damping"),
-                ("numerical", "numerical"),
-                ("external_work", "work"),
-            )
-        }
+        stored, spent = records.energies.T[:3], np.cumsum(records.energies.T[3:], axis=1)
+        energies = dict(zip(ENERGIES[:3], stored, strict=True)), dict(zip(ENERGIES[3:], spent, strict=True))
         none, slips = np.zeros(0), records.slips
         displacement, velocity, acceleration = self._spread(records.fields)
         return State(
@@ -245,13 +232,7 @@ class _Steps:
             interface=InterfaceState(
                 records.forces[:, 0], records.relative, slips[:, 0], none, none, records.states, slips[:, 1]
             ),
-            energies=replace(
-                before.energies,
-                kinetic=energies["kinetic"],
-                strain=energies["strain"],
-                contact=energies["contact"],
-                **spent,
-            ),
+            energies=before.energies.after(*energies),
             moments=before.moments,
             step=self.stepper.scheme.step,
             iterations=records.iterations,  # type: ignore[arg-type]

@@ -134,10 +134,6 @@ class Stepper:
         resisting: Array = scheme.end_weight * force
         return resisting
 
-    def with_system(self, system: System) -> Stepper:
-        """Return the stepper of a system with the same matrices and candidates."""
-        return replace(self, system=system)
-
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
         return np.zeros_like(stretch) if self.anchoring is None else self.anchoring * stretch
@@ -171,10 +167,6 @@ class Stepper:
             force -= relaxed_force(rows, self.viscous, state.history_variables)
         force_of_supports: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
         return force_of_supports
-
-    def kinetic_energy(self, velocity: Array) -> float:
-        """Return the kinetic energy at a velocity (n,) [m/s], in J; none where nothing has inertia."""
-        return 0.5 * self.scheme.inertia_factor * float(velocity @ (self.system.mass @ velocity))
 
 
 def is_large(systems: Sequence[System]) -> bool:
