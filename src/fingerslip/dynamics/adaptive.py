@@ -144,7 +144,15 @@ class Controlled:
         after = at + (1 << level)
         for element in states if after < last else states[:-1]:
             self._pass_by(element)
-        self._accept(states, error, level)
+        # Take note of them, and decide how long the next step is.
+        self._counts.steps_above_tolerance += error > 1.0
+        for state in states:
+            self._counts.take(state.step)
+            self._errors.accept(state)
+        if level >= self._level:
+            self._good = self._good + 1 if error * self._growth <= _MARGIN else 0
+            if self._good >= _GOOD and level < self._highest:
+                self._level, self._good = level + 1, 0
         return states[-1], after
 
     def _try_step(self, state: State, at: int, level: int) -> tuple[list[State], float]:
@@ -165,18 +173,6 @@ class Controlled:
         if abs(end - self._span.end) < 0.5 * self._tick:
             end = self._span.end
         return self._integrator.advance({0: state}, np.array([end]), size * self._tick)[0][0]
-
-    def _accept(self, states: list[State], error: float, level: int) -> None:
-        """Take note of the states of a step, and decide how long the next one is."""
-        self._counts.steps_above_tolerance += error > 1.0
-        for state in states:
-            self._counts.take(state.step)
-            self._errors.accept(state)
-        if level < self._level:
-            return
-        self._good = self._good + 1 if error * self._growth <= _MARGIN else 0
-        if self._good >= _GOOD and level < self._highest:
-            self._level, self._good = level + 1, 0
 
 
 def _finest(unit: float, shortest: float, *, least: int) -> int:
