@@ -146,9 +146,9 @@ class Controlled:
             self._pass_by(element)
         # Take note of them, and decide how long the next step is.
         self._counts.steps_above_tolerance += error > 1.0
-        for state in states:
-            self._counts.take(state.step)
-            self._errors.accept(state)
+        for element in states:
+            self._counts.take(element.step)
+            self._errors.accept(element)
         if level >= self._level:
             self._good = self._good + 1 if error * self._growth <= _MARGIN else 0
             if self._good >= _GOOD and level < self._highest:

@@ -60,6 +60,7 @@ class BodyIntegrator(Integrator[State], Protocol):
 
     def restore(self, saved: Any) -> None:
         """Go on where :meth:`saved_state` was called."""
+        assert saved is None
 
 
 class ByLength(Generic[T]):
