@@ -61,8 +61,8 @@ class _Nodes:
 
     working_set: WorkingSet  # compliance and coarse space
     friction: Array  # (k,), friction coefficients [-]
-    exact: ScaledCompliance  # rho W in double and in single precision
-    rough: ScaledCompliance  # rho W in double and in single precision
+    exact: ScaledCompliance  # rho W in double precision
+    rough: ScaledCompliance  # rho W in single precision
     space: Space  # memory of GMRES
 
     @classmethod
@@ -77,13 +77,11 @@ class _Nodes:
 class _Iterate:
     """Forces on the way to the solution, all of shape (k, dim) [N]."""
 
-    forces: Array  # the contact forces, and the trial forces z = r - rho y
-    trial: Array  # the contact forces, and the trial forces z = r - rho y
+    forces: Array  # the contact forces
+    trial: Array  # the trial forces z = r - rho y
     residual: Array  # the forces less the projection of the trial forces
-    # directions since the last product in double precision, and what they are taken to do by single precision
-    owed: Array
-    # directions since the last product in double precision, and what they are taken to do by single precision
-    assumed: Array
+    owed: Array  # directions since the last product in double precision
+    assumed: Array  # what they are taken to do by single precision
 
     @property
     def on_cone(self) -> Array:

@@ -33,10 +33,10 @@ Array = NDArray[np.float64]
 class WarmStart:
     """Contact forces of all n_c candidates that were found last."""
 
-    forces: Array  # (n_c, dim), those found last, and those one step before [N]
-    before: Array  # (n_c, dim), those found last, and those one step before [N]
-    response: Array | None = None  # (n_c, dim), displacement of the body under them, without the penalties [m]
-    response_before: Array | None = None  # (n_c, dim), displacement of the body under them, without the penalties [m]
+    forces: Array  # (n_c, dim), those found last [N]
+    before: Array  # (n_c, dim), those one step before [N]
+    response: Array | None = None  # (n_c, dim), displacement of the body under `forces`, without the penalties [m]
+    response_before: Array | None = None  # (n_c, dim), that under `before` [m]
     frames: Array | None = None  # (n_c, dim, dim), frames of the candidates
 
     def has_frames_of(self, compliance: Compliance) -> bool:
@@ -76,13 +76,13 @@ def next_warm_start(
     warm_start: WarmStart | None, forces: Array, response: Array | None, start: Array, origin: Array | None
 ) -> WarmStart:
     """Return what a step leaves for the next one; `forces` were found, the others as in :func:`first_guess`."""
+    left = WarmStart(forces, start if origin is None else origin, response)
+    if warm_start is None:
+        return left
+    before, response_before = warm_start.forces, warm_start.response
     if origin is not None:
-        is_same = warm_start is not None and np.array_equal(origin, warm_start.before)
-        return WarmStart(
-            forces, origin, response, warm_start.response_before if warm_start is not None and is_same else None
-        )
-    is_same = warm_start is not None and np.array_equal(start, warm_start.forces)
-    return WarmStart(forces, start, response, warm_start.response if warm_start is not None and is_same else None)
+        before, response_before = warm_start.before, warm_start.response_before
+    return replace(left, response_before=response_before) if np.array_equal(left.before, before) else left
 
 
 Single = NDArray[np.float32]

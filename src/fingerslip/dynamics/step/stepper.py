@@ -18,7 +18,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force, stiffness_of_step, viscous_steps
+from fingerslip.dynamics.step.viscoelastic import Viscous, relaxed_force, viscous_steps
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
@@ -86,7 +86,10 @@ class Stepper:
     @cached_property
     def stiffness(self) -> sparse.csr_matrix:
         """Stiffness of the force at the end of a step (n, n) [N/m], that of viscoelastic layers included."""
-        return stiffness_of_step(self.system.stiffness, self.viscous)
+        stiffness = self.system.stiffness
+        for layer in self.viscous:
+            stiffness = sparse.csr_matrix(stiffness + layer.stiffness)
+        return stiffness
 
     @cached_property
     def stretch(self) -> Array | None:
@@ -225,19 +228,9 @@ def _build(
         turning = condensed.backward(condensed.forward(turning), np.zeros((len(compliance), at.size)))
     first = first_alike(systems, same_compliance)
     compliances = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
+    alike = scheme, damping, solver, condensed
     return [
-        Stepper(
-            system,
-            scheme,
-            damping,
-            solver,
-            condensed,
-            rows[number],
-            *compliances[first[number]],
-            turning,
-            anchoring,
-            viscous,
-        )
+        Stepper(system, *alike, rows[number], *compliances[first[number]], turning, anchoring, viscous)
         for number, system in enumerate(systems)
     ]
 
