@@ -54,17 +54,13 @@ def test_nodes_with_an_area_within_the_search_distance_are_candidates(search, no
 @pytest.mark.parametrize(
     ("plane", "message"),
     [
-        (
-            Plane(offset=0.05),
-            "contacts.0.offset: the counterface starts 50 mm inside the body, needs an offset <= 0 mm",
-        ),
-        (
-            Cylinder(1.0, centre=(0.0, -0.75)),
-            "contacts.0.centre: the counterface starts 250 mm inside the body, needs a centre at least 250 mm further",
-        ),
+        (Plane(offset=0.05),
+         "contacts.0.offset: the counterface starts 50 mm inside the body, needs an offset <= 0 mm"),
+        (Cylinder(1.0, centre=(0.0, -0.75)),
+         "contacts.0.centre: the counterface starts 250 mm inside the body, needs a centre at least 250 mm further"),
         (Plane(offset=-1.0), "contacts.0: no node of the boundary is within 200 mm of the counterface"),
     ],
-)
+)  # fmt: skip
 def test_counterfaces_inside_the_body_or_out_of_reach_are_refused(plane, message):
     with pytest.raises(InputError, match=message):
         find(plane)

@@ -95,12 +95,9 @@ def test_values_that_make_no_law_are_refused(make, message):
     [
         (fs.Coulomb, {"coefficient": 0.6}, fs.Coulomb(0.6)),
         (fs.SlipWeakening, {"static": 0.8, "kinetic": 0.3, "distance": "20 um"}, fs.SlipWeakening(0.8, 0.3, 2e-5)),
-        (
-            fs.TimeDependent,
-            {"times": ["0 s", "500 ms"], "values": [0.6, 0.3]},
-            fs.TimeDependent((0.0, 0.5), (0.6, 0.3)),
-        ),
+        (fs.TimeDependent, {"times": ["0 s", "500 ms"], "values": [0.6, 0.3]},
+         fs.TimeDependent((0.0, 0.5), (0.6, 0.3))),
     ],
-)
+)  # fmt: skip
 def test_a_file_gives_lengths_and_times_with_units_and_coefficients_without(kind, values, law):
     assert from_mapping(kind, values, "f") == law
