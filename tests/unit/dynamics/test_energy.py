@@ -125,7 +125,11 @@ class Careless:
         return getattr(self.scheme, name)
 
 
-def test_steps_that_make_energy_are_warned_of_and_more_than_was_put_in_is_refused(caplog):
+def test_steps_that_make_energy_are_warned_of_more_than_was_put_in_is_refused_and_lost_energy_is_no_matter(caplog):
+    for alpha, ratio in ((-0.3, 1e4), (0.0, 1.0), (0.0, 100.0), (-0.05, 1e4)):
+        energy = stored_energy(rod(alpha, ratio))
+        assert energy.max() <= (1.0 + 1e-12) * energy[0], (alpha, ratio)
+    assert "have made" not in caplog.text
     with pytest.raises(fs.ConvergenceError, match=r"more than the 0\.25 J put in.* take a smaller step"):
         rod(0.0, 100.0, Careless)
     energy = stored_energy(rod(0.0, 60.0, Careless))
@@ -145,11 +149,4 @@ def test_energy_is_made_by_friction_and_time_steps_together_or_by_damping(caplog
         assert made == pytest.approx(5e-3, rel=0.01)
         assert share == pytest.approx(5e-3 / largest, rel=0.01)
     fs.simulate(push_and_slide(time=fs.QuasiStatic(0.05)))
-    assert "have made" not in caplog.text
-
-
-@pytest.mark.parametrize(("alpha", "ratio"), [(-0.3, 1e4), (0.0, 1.0), (0.0, 100.0), (-0.05, 1e4)])
-def test_steps_that_lose_energy_are_not_warned_of(alpha, ratio, caplog):
-    energy = stored_energy(rod(alpha, ratio))
-    assert energy.max() <= (1.0 + 1e-12) * energy[0]
     assert "have made" not in caplog.text

@@ -147,21 +147,15 @@ def check_estimates(models, caplog):
     return estimate > 3.0 * error + 1e-9
 
 
-@pytest.fixture
-def first_bases_of_ten(monkeypatch):
-    """Have bases leave an error: with more modes those of small meshes are nearly whole."""
+def test_errors_are_within_three_times_their_estimates(caplog, monkeypatch):
+    """Of models that move in a basis that leaves an error: with more modes those of small meshes are nearly whole."""
     monkeypatch.setattr(bases, "_FEWEST", 10)
-
-
-@pytest.mark.usefixtures("first_bases_of_ten")
-def test_errors_are_within_three_times_their_estimates(caplog):
-    """Of models that move in a basis."""
     assert len(check_estimates(map(random_model, (0, 8, 9, 13)), caplog)) == 4
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("first_bases_of_ten")
-def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
+def test_estimates_are_within_a_factor_of_three_for_any_model(caplog, monkeypatch):
+    monkeypatch.setattr(bases, "_FEWEST", 10)
     too_large = check_estimates(map(random_model, range(60)), caplog)
     assert len(too_large) > 20
     # Too large an estimate only costs time. Which ones are depends on how the vectors of a basis are rounded.
@@ -171,25 +165,25 @@ def test_estimates_are_within_a_factor_of_three_for_any_model(caplog):
 # As many normal modes as the tolerances need.
 
 
-def test_a_history_says_which_basis_it_has():
-    attrs = fs.simulate(with_basis()).attrs
+def test_a_history_says_which_basis_it_has_and_a_kept_basis_is_used_again():
+    store, model = Memory(), with_basis()
+    first = fs.simulate(model, bases=store)
+    attrs = first.attrs
     assert (attrs["basis"], attrs["basis_normal_modes"]) == ("reduced", 40)
     assert attrs["basis_constraint_modes"] == 2 * attrs["n_contact_candidates"]
     assert 0.0 < attrs["basis_error"] < 1e-3
     assert attrs["basis_highest_frequency"] > 100.0
     assert attrs["condensation"].startswith("reduced basis")
     assert fs.simulate(deep_push_and_slide()).attrs["basis"] == "full"
+    again = fs.simulate(dataclasses.replace(model, time=fs.TimeStepping(2.5e-3, -0.3)), bases=store)
+    assert (store.loads, store.saves) == (2, 1)
+    assert again.attrs["basis"] == "reduced"
+    assert_same_history(fs.simulate(model, bases=store), first, 0.0)
 
 
-@pytest.fixture
-def few_normal_modes(monkeypatch):
-    """Have the first basis be small, so that it has to grow."""
-    monkeypatch.setattr(bases, "_FEWEST", 4)
-
-
-@pytest.mark.usefixtures("few_normal_modes")
 @pytest.mark.parametrize("kind", ["basis_error", "basis_acceleration_error"])
-def test_normal_modes_are_added_until_they_suffice_for_displacements_and_accelerations(kind):
+def test_normal_modes_are_added_until_they_suffice_for_displacements_and_accelerations(kind, monkeypatch):
+    monkeypatch.setattr(bases, "_FEWEST", 4)
     loose = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=LOOSE)).attrs
     limits = (0.3 * loose[kind], 0.99) if kind == "basis_error" else (0.5, 0.3 * loose[kind])
     tight = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=fs.ReducedBasis(*limits))).attrs
@@ -230,18 +224,9 @@ class Memory:
         return contextlib.nullcontext()
 
 
-def test_a_kept_basis_is_used_again():
-    store, model = Memory(), with_basis()
-    first = fs.simulate(model, bases=store)
-    again = fs.simulate(dataclasses.replace(model, time=fs.TimeStepping(2.5e-3, -0.3)), bases=store)
-    assert (store.loads, store.saves) == (2, 1)
-    assert again.attrs["basis"] == "reduced"
-    assert_same_history(fs.simulate(model, bases=store), first, 0.0)
-
-
-@pytest.mark.usefixtures("few_normal_modes")
 def test_the_first_of_several_motions_tries_a_basis_out_for_all(monkeypatch):
     """Progress goes back to the start with every attempt; a basis that is kept suffices at once."""
+    monkeypatch.setattr(bases, "_FEWEST", 4)
     loose = fs.simulate(with_basis(0.5)).attrs["basis_error"]
     model, store = with_basis(0.3 * loose), Memory()
     attempts = []

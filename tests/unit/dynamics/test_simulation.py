@@ -17,14 +17,6 @@ from problems.pushed import pad, push_and_slide
 from problems.reduced import REDUCED, fine_pad
 from unit.dynamics.models import DEPTH, assert_same_history, contact, pressed_pad, solved_by_steps
 
-SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
-
-
-@pytest.fixture(scope="module")
-def history():
-    return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
-
-
 # Steps and what is told of them.
 
 

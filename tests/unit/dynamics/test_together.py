@@ -28,8 +28,11 @@ def models():
     return [first, back, rough, deep, heavy]
 
 
-def test_histories_are_those_of_single_simulations():
-    together = fs.simulate_together(models(), solver=EXACT)
+def test_histories_are_those_of_single_simulations_and_progress_counts_the_longest_motion():
+    seen = []
+    together = fs.simulate_together(models(), solver=EXACT, progress=seen.append)
+    assert seen[-1] == 1.0
+    assert seen == sorted(seen)
     for model, history in zip(models(), together, strict=True):
         assert history.attrs["n_simulated_together"] == 5
         assert_same_history(history, fs.simulate(model, solver=EXACT))
@@ -92,13 +95,6 @@ def test_motions_are_computed_once_until_they_part():
     np.testing.assert_array_equal(histories[0].displacement, histories[2].displacement)
     forces = [history.counterface_force.values[-1, 0, 0] for history in histories]
     assert forces[0] * forces[1] < 0.0
-
-
-def test_progress_counts_the_longest_motion():
-    seen = []
-    fs.simulate_together(models()[::3], progress=seen.append)
-    assert seen[-1] == 1.0
-    assert seen == sorted(seen)
 
 
 # What must be the same.
