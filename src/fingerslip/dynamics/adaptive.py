@@ -11,6 +11,7 @@ about the difference of both (step doubling, Hairer, Norsett & Wanner 1993, sect
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -114,12 +115,14 @@ class Controlled:
     def advance(self, states: Mapping[int, State], ends: Array) -> dict[int, tuple[State, list[State]]]:  # noqa: ARG002
         """Take steps to the next record; in a new span the first one is the smallest."""
         state, (span, units) = states[0], next(self._records)
-        finest = _finest(span.unit, self._time.shortest, least=int(self._halves))
+        # How often the unit of records can be halved without getting shorter than the shortest step.
+        finest = max(int(self._halves), _doublings(self._time.shortest, span.unit))
         if span is not self._span:
             state = replace(state, working_set=None)
             self._span, self._tick = span, span.unit / 2**finest
             self._at, self._level, self._good = 0, int(self._halves), 0
-            self._highest = _highest(self._tick, self._time.largest, least=self._level)
+            # The level of the longest step that is allowed: 2^level ticks.
+            self._highest = max(self._level, _doublings(self._tick, self._time.largest or np.inf))
         first, last = self._at, self._at + (units << finest)
         while self._at < last:
             state, self._at = self._step(state, self._at, first, last)
@@ -175,22 +178,9 @@ class Controlled:
         return self._integrator.advance({0: state}, np.array([end]), size * self._tick)[0][0]
 
 
-def _finest(unit: float, shortest: float, *, least: int) -> int:
-    """Return how often a unit [s] can be halved without getting shorter than the shortest step [s]."""
-    smallest = least
-    while unit / 2 ** (smallest + 1) >= shortest * (1.0 - 1e-9):
-        smallest += 1
-    return smallest
-
-
-def _highest(tick: float, largest: float | None, *, least: int) -> int:
-    """Return the level of the longest step that is allowed: 2^level ticks [s]."""
-    if largest is None:
-        return 1 << 20
-    highest = least
-    while tick * 2 ** (highest + 1) <= largest * (1.0 + 1e-9):
-        highest += 1
-    return highest
+def _doublings(length: float, most: float) -> int:
+    """Return how often a length [s] can be doubled up to another one [s], to rounding; very often up to infinity."""
+    return math.floor(math.log2(most / length * (1.0 + 1e-9))) if np.isfinite(most) else 1 << 20
 
 
 def _room(position: int, length: int) -> int:

@@ -88,7 +88,12 @@ class Factors:
         """
         if self.stepper is not None and self._excess < _COST[self.system.space.dim]:
             return self.stepper
-        return self.renew(state, None if velocity is None else self._ahead(state, velocity))
+        ahead, steps = None, min(self._served // 2, _FURTHEST)
+        with contextlib.suppress(InvertedCellError):
+            if steps and velocity is not None:
+                further = steps * self.scheme.step * velocity
+                ahead = self.system.require_body().at(state.displacement + further, state)
+        return self.renew(state, ahead)
 
     @property
     def current(self) -> Stepper:
@@ -132,14 +137,6 @@ class Factors:
         self._least = min(self._least, iterations) if self._least else iterations
         self._excess += iterations - self._least
         self._served += 1
-
-    def _ahead(self, state: BodyState, velocity: Array) -> BodyState | None:
-        """Return the body after half as many steps as the present factors have served; None where there is none."""
-        steps = min(self._served // 2, _FURTHEST)
-        with contextlib.suppress(InvertedCellError):
-            if steps:
-                return self.system.require_body().at(state.displacement + steps * self.scheme.step * velocity, state)
-        return None
 
     def _make(self, made_of: MadeOf) -> Stepper:
         with self.watch.part("tangent"):
