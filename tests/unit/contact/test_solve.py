@@ -57,9 +57,6 @@ def working_set(monkeypatch):
     monkeypatch.setattr(module, "_FEW", 0)
 
 
-# Any number of nodes, by the compiled solver and as a step in 2D begins.
-
-
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(random_problems())
 def test_random_problems_are_solved(problem):
@@ -124,9 +121,6 @@ def test_a_nearly_free_body_is_solved(dim, decades):
     assert solution.residual <= TOLERANCE
 
 
-# Closed forms.
-
-
 def test_the_projection_and_its_step_lengths():
     """Forces inside the cone stay, others come to its wall or vanish; both tangents have one step length."""
     trial = np.array([[2.0, 0.3, 0.4], [2.0, 3.0, 4.0], [-1.0, 5.0, 5.0], [0.0, 1.0, 0.0]])
@@ -144,9 +138,6 @@ def test_the_derivative_of_the_projection_is_its_slope(dim, tangential, mu):
     derivative(trial, mu, slope)
     sides = (project(trial + sign * 1e-6 * np.eye(dim), np.full(dim, mu)) for sign in (1, -1))
     np.testing.assert_allclose(slope, np.subtract(*sides).T / 2e-6, atol=1e-8)
-
-
-# What is the same for few nodes and for many, in 2D and in 3D.
 
 
 @pytest.fixture(params=["few", "many"])
@@ -217,9 +208,6 @@ def test_a_residual_that_is_no_number_is_not_below_the_tolerance():
     assert not solved(compliance_of(problem), problem.free, problem.friction)[0].residual <= TOLERANCE
 
 
-# Steps in 2D.
-
-
 def pulled(row, slides):
     """Yield the solution of each step of a row that is pulled sideways, with what the step before leaves."""
     (compliance, penalty, free, friction), start, past = row, None, None
@@ -238,9 +226,6 @@ def test_threads_side_by_side_find_the_same():
     for row, solutions in zip(rows, beside, strict=True):
         for solution, alone in zip(solutions, pulled(row, slides), strict=True):
             np.testing.assert_array_equal(solution.forces, alone.forces)
-
-
-# Many nodes: a working set.
 
 
 def half_space(side, depth, slide, dim=3):

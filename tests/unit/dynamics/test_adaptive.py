@@ -86,9 +86,6 @@ def test_records_end_at_a_given_end():
     assert step_times(push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))).size < 150
 
 
-# The motion.
-
-
 @pytest.mark.parametrize("changes", [{"sites": SITE}, RELAXING], ids=["elastic", "relaxing"])
 @pytest.mark.parametrize("scheme", ["quasi_static", "hht_alpha"])
 def test_shortest_steps_are_those_of_a_fixed_step(scheme, changes):

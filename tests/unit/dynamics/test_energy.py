@@ -52,9 +52,6 @@ def test_the_imbalance_is_work_and_initial_energy_less_everything_they_went_into
     assert (np.abs(dissipated[-1]) > 0.0).all()
 
 
-# Contact forces at the start of a step, at nodes that have left or turned at its end.
-
-
 def thrown(dim, alpha, ratio, friction):
     """Return the history of a soft block that is thrown obliquely at a rough plate, in steps of half a wave's time."""
     size, modulus, density = 1e-3, 1e6, 1000.0
@@ -90,9 +87,6 @@ def test_rough_impacts_make_no_energy(alpha, ratio, friction, dim):
     assert energy.max() <= (1.0 + 1e-6) * energy[0]
     assert np.abs(history.energy_imbalance.values).max() <= 1e-11 * energy[0]
     assert energy[-1] > 0.5 * energy[0]
-
-
-# Steps that make energy are warned of, and refused where that is more than was put in.
 
 
 def rod(alpha, ratio, scheme=fs.TimeStepping):

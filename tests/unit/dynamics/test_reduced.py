@@ -31,9 +31,6 @@ def with_basis(tolerance=1e-3, **changes):
     return deep_push_and_slide(basis=fs.ReducedBasis(tolerance, 0.5), **changes)
 
 
-# The motion is that of the mesh.
-
-
 def test_everything_recorded_is_that_of_the_mesh():
     full, reduced = both(deep_push_and_slide(damping=fs.RayleighDamping(mass=2.0, stiffness=1e-4)))
     compared = 0
@@ -113,9 +110,6 @@ def test_motions_together_are_those_alone_and_are_judged_by_the_worst():
         assert beside.attrs["basis_acceleration_error"] == pytest.approx(worst, rel=1e-2)
 
 
-# What the residual of the full equations excites says how far the motion is from that on the mesh.
-
-
 def errors(reduced, full):
     """Return the largest error of displacements, and the error of accelerations, at contact or sites."""
     names = "contact_displacement", "displacement"
@@ -162,9 +156,6 @@ def test_estimates_are_within_a_factor_of_three_for_any_model(caplog, monkeypatc
     assert too_large.mean() < 0.2
 
 
-# As many normal modes as the tolerances need.
-
-
 def test_a_history_says_which_basis_it_has_and_a_kept_basis_is_used_again():
     store, model = Memory(), with_basis()
     first = fs.simulate(model, bases=store)
@@ -201,9 +192,6 @@ def test_the_more_normal_modes_the_nearer(monkeypatch):
     assert moved[0] > 2.0 * moved[1] > 2.0 * moved[2]
     assert moved[2] < 1e-5
     assert difference(reduced, full, "contact_acceleration") < 1e-3
-
-
-# Bases are kept from run to run.
 
 
 class Memory:

@@ -173,9 +173,6 @@ def test_utilisation_of_anisotropic_friction_is_one_in_any_direction():
     assert history.friction_utilisation.values.max() <= 1.0 + 1e-9
 
 
-# What histories say of them.
-
-
 @pytest.mark.parametrize(("dim", "element", "up", "about"), [(2, "Q4", "y", "rz"), (3, "H8", "z", "ry")])
 def test_the_moment_of_contact_turns_the_body(dim, element, up, about):
     """An object, heavier on one side, turns between the fingers until friction holds it.
@@ -225,9 +222,6 @@ def test_a_round_object_without_friction_turns_as_if_nothing_touched_it():
     np.testing.assert_allclose(angle, 0.5 * 1e-5 / 1e-6 * turned.time.values**2, rtol=1e-2)
     force = at_rest.counterface_force.values[:, 0, 1]
     np.testing.assert_allclose(turned.counterface_force.values[:, 0, 1], force, atol=5e-3 * force.max())
-
-
-# Rotations: any about one axis, small ones about several; larger ones are refused.
 
 
 def turning(moment, *, free=("ry", "rz")):

@@ -134,9 +134,6 @@ def test_the_settings_of_a_model_make_its_scheme_and_that_of_a_user_is_taken_as_
     assert np.abs(of_user.energy_imbalance.values).max() <= 1e-12 * of_user.strain_energy.values.max()
 
 
-# The start: the acceleration of the loads, and what damping makes of it.
-
-
 def test_the_first_acceleration_is_that_of_the_loads_and_of_mass_proportional_damping():
     """A cell that is free along x falls with a = g - a_M v everywhere."""
     changes = {"supports": {"bulk": ("y",)}, "initial_velocity": (0.2, 0.0), "gravity": (0.7, 0.0), "tractions": {}}

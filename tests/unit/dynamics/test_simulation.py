@@ -17,8 +17,6 @@ from problems.pushed import pad, push_and_slide
 from problems.reduced import REDUCED, fine_pad
 from unit.dynamics.models import DEPTH, assert_same_history, contact, pressed_pad, solved_by_steps
 
-# Steps and what is told of them.
-
 
 def test_provenance_says_solver_sizes_penalties_and_seconds(history):
     attrs = history.attrs
@@ -81,9 +79,6 @@ def test_threads_follow_all_nodes_those_in_the_middle_of_edges_too(monkeypatch):
     assert raised.value.args == (3 * 5**3, 3)
 
 
-# Nodes that are no candidates must not touch.
-
-
 @pytest.mark.parametrize(("basis", "run"), [(None, fs.simulate), (REDUCED, fs.simulate), (None, solved_by_steps)])
 def test_contact_outside_the_candidates_is_refused_with_time_and_node(basis, run, caplog):
     model = push_and_slide(contacts=contact(search_distance=1e-6), basis=basis, mesh=fine_pad())
@@ -108,9 +103,6 @@ def test_a_node_that_yields_to_the_plate_is_not_reached_by_it():
     heights = mesh.p[1, np.unique(mesh.facets[:, mesh.boundaries["bottom"]])]
     assert ((heights > reached) & (heights < 0.1e-3)).any(), "or this test shows nothing"
     assert fs.simulate(model).sizes["contact_node"] == (heights <= reached).sum()
-
-
-# In 3D candidates are found in two stages: a short search, a long one where that was too short.
 
 
 @pytest.fixture(scope="module")
@@ -157,9 +149,6 @@ def test_a_counterface_that_never_comes_near_is_no_error_of_the_short_search():
     assert not fs.simulate(pressed_pad(contacts=far, programme=(fs.Press(DEPTH, 10e-3),))).contact_state.values.any()
 
 
-# Motions with an answer that is known.
-
-
 def test_two_plates_squeeze_a_free_block_with_equal_and_opposite_forces():
     """Nothing else holds the block along y, so once it is at rest the forces of the plates balance."""
     plates = contact() + contact(boundary="top", counterface=fs.Plane(normal=(0.0, -1.0)))
@@ -182,9 +171,6 @@ def test_nodes_that_a_slide_leaves_at_the_limit_stick_while_nothing_moves():
     assert (hold[:, touching] == 1).all(), "and is at rest in the hold"
     force = history["counterface_force"].values[-1, 0]
     assert abs(force[0] / force[1]) == pytest.approx(0.4), "although friction is still at its limit"
-
-
-# Laws and counterfaces of a user.
 
 
 @dataclass(frozen=True)

@@ -97,9 +97,6 @@ def test_motions_are_computed_once_until_they_part():
     assert forces[0] * forces[1] < 0.0
 
 
-# What must be the same.
-
-
 @pytest.mark.parametrize(
     ("change", "part"),
     [
@@ -154,9 +151,6 @@ def test_friction_may_have_frames_of_its_own():
     group = [pressed_pad(contacts=contact(counterface=up, friction=law, search_distance=1e-3)) for law in laws]
     for model, history in zip(group, fs.simulate_together(group, solver=EXACT), strict=True):
         assert_same_history(history, fs.simulate(model, solver=EXACT), 1e-7, names)
-
-
-# Groups of models that a study simulates together.
 
 
 @pytest.mark.parametrize(
