@@ -54,20 +54,17 @@ def test_isotropic_laws_hold_in_2d_and_3d_along_any_tangent_and_anisotropic_ones
         LAWS["coulomb"].coefficient = 1.0
 
 
-def test_conditions_at_some_nodes_keep_the_time():
-    every = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_since_contact=[7.0, 8.0, 9.0])
-    some = every.at(np.array([True, False, True]))
-    values = [array.tolist() for array in (some.pressure, some.slip_rate, some.slip_since_contact)]
-    assert values == [[1, 3], [4, 6], [7, 9]]
-    assert some.time == every.time
-
-
-def test_friction_weakens_where_it_falls_with_slip_or_its_rate():
+def test_friction_weakens_where_it_falls_with_slip_or_its_rate_under_conditions_that_may_be_of_some_nodes():
     never = fs.StaticKinetic(0.6, 0.6, 1e-3), fs.StaticKinetic(0.5, 0.6, 1e-3), fs.SlipWeakening(0.6, 0.6, 1e-5)
     others = (law for name, law in LAWS.items() if name not in {"static-kinetic", "weakening"})
     assert weakens(LAWS["static-kinetic"])
     assert weakens(LAWS["weakening"])
     assert not any(map(weakens, (*never, *others)))
+    every = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_since_contact=[7.0, 8.0, 9.0])
+    some = every.at(np.array([True, False, True]))
+    values = [array.tolist() for array in (some.pressure, some.slip_rate, some.slip_since_contact)]
+    assert values == [[1, 3], [4, 6], [7, 9]]
+    assert some.time == every.time
 
 
 @pytest.mark.parametrize(

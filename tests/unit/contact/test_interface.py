@@ -53,12 +53,7 @@ def follow(path, mu=MU, gap=0.0):
     return outcomes
 
 
-def test_histories_store_the_states_as_these_numbers():
-    assert (OPEN, STICK, SLIP) == (history.OPEN, history.STICK, history.SLIP) == (0, 1, 2)
-    assert history.VARIABLES["contact_state"].long_name == "0 open, 1 stick, 2 slip"
-
-
-def test_at_rest_and_open_a_node_has_no_force_and_no_slip_nor_traction_without_friction():
+def test_at_rest_and_open_a_node_has_no_force_and_no_slip_nor_traction_without_friction_and_states_are_numbers():
     state = rest_state(candidates(3), np.full(3, 0.2))
     np.testing.assert_array_equal(state.relative, [[0.2, 0.0]] * 3)
     assert not state.forces.any()
@@ -69,6 +64,8 @@ def test_at_rest_and_open_a_node_has_no_force_and_no_slip_nor_traction_without_f
     assert (outcome.state.slip_distance[0], outcome.stored, outcome.friction) == (0.0, 0.0, 0.0)
     smooth = follow([(-0.01, 0.0), (-0.01, 0.05)], mu=0.0)[-1]
     assert (smooth.state.forces[0, 1], smooth.friction) == (0.0, 0.0)
+    assert (OPEN, STICK, SLIP) == (history.OPEN, history.STICK, history.SLIP) == (0, 1, 2)
+    assert history.VARIABLES["contact_state"].long_name == "0 open, 1 stick, 2 slip"
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_every_phase_is_divided_evenly_into_a_whole_number(start, end, count):
     assert is_even(times)
 
 
-def test_records_in_holds_are_logarithmic_where_that_is_asked_for():
+def test_records_in_holds_are_logarithmic_where_that_is_asked_for_and_end_at_a_given_end():
     assert [records(*span).size for span in ((0.0, 0.1), (10.1, 10.235))] == [6, 8]
     times = records(0.1, 10.1) - 0.1
     lengths = np.diff(times)
@@ -60,6 +60,8 @@ def test_records_in_holds_are_logarithmic_where_that_is_asked_for():
     assert (np.diff(lengths) >= -1e-9).all(), "the last one is no remainder"
     late = times[:-1] > 0.2
     assert (lengths[late] <= times[:-1][late] * (10**0.1 - 1) * (1 + 1e-9)).all()
+    assert records(0.1, 0.31, settings={"end": 0.31})[-1] == 0.31
+    assert step_times(push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))).size < 150
 
 
 GROWS = fs.Ramp((0.1, 5.1), (0.0, 1.0))
@@ -79,11 +81,6 @@ def test_a_hold_in_which_a_load_changes_is_even_and_after_the_programme_nothing_
     evenly = [is_even(records(*span, **changes)) for span in ((0.0, 0.1), (0.1, 5.1), (5.1, 10.1), (10.1, 10.235))]
     assert evenly == [True, True, False, True]
     assert not is_even(records(10.235, 100.0, **changes))
-
-
-def test_records_end_at_a_given_end():
-    assert records(0.1, 0.31, settings={"end": 0.31})[-1] == 0.31
-    assert step_times(push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))).size < 150
 
 
 @pytest.mark.parametrize("changes", [{"sites": SITE}, RELAXING], ids=["elastic", "relaxing"])

@@ -134,7 +134,7 @@ def test_the_settings_of_a_model_make_its_scheme_and_that_of_a_user_is_taken_as_
     assert np.abs(of_user.energy_imbalance.values).max() <= 1e-12 * of_user.strain_energy.values.max()
 
 
-def test_the_first_acceleration_is_that_of_the_loads_and_of_mass_proportional_damping():
+def test_the_first_acceleration_is_that_of_loads_and_mass_damping():
     """A cell that is free along x falls with a = g - a_M v everywhere."""
     changes = {"supports": {"bulk": ("y",)}, "initial_velocity": (0.2, 0.0), "gravity": (0.7, 0.0), "tractions": {}}
     model = dataclasses.replace(oscillator(0.1, -0.05, 1.0), **changes, damping=fs.RayleighDamping(mass=3.0))

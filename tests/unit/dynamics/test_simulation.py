@@ -88,16 +88,15 @@ def test_contact_outside_the_candidates_is_refused_with_time_and_node(basis, run
     assert (f"no reduced basis: {at}" in caplog.text) == (basis is not None), "the basis sees it first, as early"
 
 
-def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_still():
-    """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch."""
+def test_nodes_beside_candidates_are_noticed_where_they_move_onto_the_plate_and_not_where_they_yield_to_it():
+    """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch.
+
+    The plate passes the places at which outer nodes began, but these rise with the skin that it presses.
+    """
     below = contact(counterface=fs.Plane(offset=-0.2e-3), search_distance=0.21e-3)
     loaded = {"supports": {"left": ("x",)}, "tractions": {"top": (0.0, -2e3)}, "programme": ()}
     with pytest.raises(fs.SlipOutsideContactError, match="reached the counterface but is no contact candidate"):
         fs.simulate(push_and_slide(contacts=below, **loaded, time=fs.TimeStepping(1e-3, end=0.2)))
-
-
-def test_a_node_that_yields_to_the_plate_is_not_reached_by_it():
-    """The plate passes the places at which outer nodes began, but these rise with the skin that it presses."""
     reached, mesh = 0.06e-3, pad("Q4", 40, 8)
     model = push_and_slide(contacts=contact(search_distance=reached), programme=(fs.Press(0.1e-3, 4e-3),), mesh=mesh)
     heights = mesh.p[1, np.unique(mesh.facets[:, mesh.boundaries["bottom"]])]
@@ -133,7 +132,8 @@ def test_faces_of_a_body_search_as_far_as_the_body_goes(pressed):
     assert (history.contact_counterface.values == 0).sum() == pressed.sizes["contact_node"]
 
 
-def test_where_a_node_outside_touches_the_simulation_starts_again_with_all(pressed, monkeypatch, caplog):
+def test_where_the_short_search_does_not_suffice_the_simulation_starts_again_with_all(pressed, monkeypatch, caplog):
+    """Its first stage finds no candidate, 1.3 times the approach away."""
     caplog.set_level("INFO")
     monkeypatch.setattr(simulation, "_NEAR", 0.3)
     again = fs.simulate(pressed_pad())
@@ -141,10 +141,6 @@ def test_where_a_node_outside_touches_the_simulation_starts_again_with_all(press
     assert "starts again with more contact candidates" in caplog.text
     assert again.sizes["contact_node"] > pressed.sizes["contact_node"]
     assert_same_history(again[["counterface_force"]], pressed[["counterface_force"]], 1e-9)
-
-
-def test_a_counterface_that_never_comes_near_is_no_error_of_the_short_search():
-    """Its first stage finds no candidate, 1.3 times the approach away."""
     far = contact(counterface=fs.Plane((0.0, 0.0, 1.0), offset=-1.3 * DEPTH))
     assert not fs.simulate(pressed_pad(contacts=far, programme=(fs.Press(DEPTH, 10e-3),))).contact_state.values.any()
 
