@@ -8,7 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.simulation import step_times
 from problems.pushed import push_and_slide
-from unit.dynamics.models import FREQUENCY, STATIC, assert_same_history, oscillator
+from unit.dynamics.models import FREQUENCY, STATIC, Watched, assert_same_history, oscillator
 
 SITE = (fs.Site("inside", "", (0.0, 1e-3)),)
 TERMS = (fs.PronyTerm(0.3, 4e-3), fs.PronyTerm(0.3, 0.07))
@@ -170,21 +170,6 @@ def test_dynamic_steps_are_judged_by_their_change_of_acceleration():
     assert 30 < errors[0] / errors[1] < 300, "of second order in a tenth of the step"
     rest = fs.simulate(dataclasses.replace(model, tractions={}, time=fs.Adaptive(1.0, 1e-3, end=20.0))).attrs
     assert (rest["longest_step"], rest["steps_rejected"]) == (1.0, 0)
-
-
-class Watched(fs.Coulomb):
-    """A friction law that remembers what it was asked, and may fail."""
-
-    def __init__(self, coefficient, fails=lambda _: False):
-        super().__init__(coefficient)
-        object.__setattr__(self, "seen", [])
-        object.__setattr__(self, "fails", fails)
-
-    def coefficients(self, conditions):
-        self.seen.append((conditions.time, float(np.max(conditions.slip_rate, initial=0.0))))
-        if self.fails(conditions.time):
-            raise fs.ConvergenceError(conditions.time, 7, 1.0, 1e-10, "try softer contact")
-        return super().coefficients(conditions)
 
 
 def watched_run(law, time):

@@ -12,7 +12,7 @@ from fingerslip.dynamics.reduced import basis as bases
 from fingerslip.history import VARIABLES
 from problems.pushed import push_and_slide
 from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, random_model
-from unit.dynamics.models import ROUNDING, assert_same_history, contact, error_of
+from unit.dynamics.models import ROUNDING, Watched, assert_same_history, contact, error_of
 
 # What shows the acceleration that few normal modes give.
 COARSE = {"velocity", "acceleration", "contact_velocity", "contact_acceleration", "snapshot_velocity"}
@@ -296,16 +296,7 @@ def test_where_a_basis_does_not_do_the_motion_is_that_on_the_mesh(model, patches
     assert not store.saves, "a basis that does not suffice is not kept"
 
 
-class Unsolved(fs.Coulomb):
-    """A friction law that fails once."""
-
-    def coefficients(self, conditions):
-        if not hasattr(self, "failed"):
-            object.__setattr__(self, "failed", True)
-            raise fs.ConvergenceError(0.1, 3, 1.0, 1e-10, "try again")
-        return super().coefficients(conditions)
-
-
 def test_contact_that_is_not_solved_in_the_basis_is_solved_on_the_mesh(caplog):
-    assert fs.simulate(with_basis(contacts=contact(friction=Unsolved(0.4)))).attrs["basis"] == "full"
-    assert "no reduced basis: contact at t = 0.1 s, node 3" in caplog.text
+    law = Watched(fails=lambda _: len(law.seen) == 1)
+    assert fs.simulate(with_basis(contacts=contact(friction=law))).attrs["basis"] == "full"
+    assert "no reduced basis: contact at t = 0.005 s, node 7" in caplog.text

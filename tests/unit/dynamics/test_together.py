@@ -13,7 +13,7 @@ from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.linear import resources as threads
 from problems.matrices import EXACT, needs_mkl
 from problems.pushed import push_and_slide
-from unit.dynamics.models import assert_same_history, contact, pressed_pad
+from unit.dynamics.models import Watched, assert_same_history, contact, pressed_pad
 
 PRESS = fs.Press(2e-4, 4e-3)
 
@@ -67,25 +67,13 @@ def test_threads_serve_a_whole_simulation_and_end_with_it(wanted, at_once, monke
     assert threading.active_count() == before
 
 
-class Counted(fs.Coulomb):
-    """A friction law that counts how often it is asked at each time."""
-
-    def __init__(self):
-        super().__init__(0.4)
-        object.__setattr__(self, "asked", Counter())
-
-    def coefficients(self, conditions):
-        self.asked[round(conditions.time, 6)] += 1
-        return super().coefficients(conditions)
-
-
 def test_motions_are_computed_once_until_they_part():
     """Three directions press alike for 0.05 s, ten steps; then there are three motions, two of them twins."""
 
     def run(*numbers):
-        law = Counted()
+        law = Watched()
         group = [dataclasses.replace(models()[number], contacts=contact(friction=law)) for number in numbers]
-        return fs.simulate_together(group), law.asked
+        return fs.simulate_together(group), Counter(round(time, 6) for time, _ in law.seen)
 
     histories, asked = run(0, 1, 0)
     _, alone = run(0)
