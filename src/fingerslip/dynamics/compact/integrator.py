@@ -28,6 +28,8 @@ __all__ = ["Compact", "is_compact"]
 
 Array = NDArray[np.float64]
 
+# What a block of steps holds as states do, time first.
+_RECORDED = ("time", "displacement", "velocity", "acceleration", "counterfaces", "iterations", "residual")
 # Unknowns of contact up to which an inverse of all of them is kept.
 _FEW = 900
 
@@ -201,21 +203,15 @@ class _Steps:
         behind = forces[size:]
         return forces[:size] + behind @ self._interface if behind.any() else forces[:size]
 
-    def _spread(self, coordinates: Array) -> Array:
-        """Return fields (k, 3, m) with the displacement of the interface behind them, (3, k, m + p)."""
-        spread = np.empty((3, len(coordinates), sum(self._interface.shape)))
-        size, fields = self._interface.shape[1], coordinates.transpose(1, 0, 2)
-        spread[..., :size] = fields
-        # One product reads the interface once for all.
-        spread[..., size:] = (fields.reshape(-1, size) @ self._interface.T).reshape(3, len(coordinates), -1)
-        return spread
-
     def _block(self, before: State, times: Array, travel: Array, records: Records) -> State:
         """Return what is recorded of steps, time first."""
         stored, spent = records.energies.T[:3], np.cumsum(records.energies.T[3:], axis=1)
         energies = dict(zip(ENERGIES[:3], stored, strict=True)), dict(zip(ENERGIES[3:], spent, strict=True))
         none, slips = np.zeros(0), records.slips
-        displacement, velocity, acceleration = self._spread(records.fields)
+        # Fields with the displacement of the interface behind them; one product reads the interface once for all.
+        fields, size = records.fields.transpose(1, 0, 2), self._interface.shape[1]
+        behind = (fields.reshape(-1, size) @ self._interface.T).reshape(3, times.size, -1)
+        displacement, velocity, acceleration = np.concatenate([fields, behind], axis=2)
         return State(
             time=times,  # type: ignore[arg-type]
             displacement=displacement,
@@ -246,6 +242,7 @@ class _Steps:
         inertia, load, unbalance, unbalance_before = forces = np.zeros((4, size + len(self._interface)))
         inertia[:size] = self.stepper.scheme.inertia_factor * motion.fields[2]
         load[:size], forces[2:, :size] = motion.load, motion.fields[3:]
+        ends: dict[str, Any] = {name: getattr(block, name)[-1] for name in _RECORDED}
         last_energies = {name: float(np.ravel(value)[-1]) for name, value in vars(block.energies).items()}
         left, cancelled = motion.release.copy()
         release = Release(left, cancelled, float(motion.largest[0])) if motion.largest[0] else None
@@ -256,23 +253,17 @@ class _Steps:
         contact_forces, contact_forces_before = motion.forces[2:].copy()
         return replace(
             before,
-            time=float(block.time[-1]),  # type: ignore[index]
-            displacement=block.displacement[-1],
-            velocity=block.velocity[-1],
-            acceleration=block.acceleration[-1],
+            **{name: end if np.ndim(end) else end.item() for name, end in ends.items()},
             inertia=inertia,
             load=load,
             unbalance=unbalance,
             unbalance_before=unbalance_before,
-            counterfaces=block.counterfaces[-1],
             moved=moved,
             contact_forces=contact_forces,
             contact_forces_before=contact_forces_before,
             interface=interface,
             energies=Energies(**last_energies),
             step=self.stepper.scheme.step,
-            iterations=int(block.iterations[-1]),  # type: ignore[index]
-            residual=float(block.residual[-1]),  # type: ignore[index]
             working_set=partition,
             release=release,
         )
