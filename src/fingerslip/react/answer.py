@@ -18,8 +18,6 @@ from fingerslip.report.tables.runs import swept_cells, swept_columns
 from fingerslip.results import RunResult
 from fingerslip.tables.table import Cell, Column, Missing, Table
 
-__all__ = ["Reactions", "answer", "cell_table", "centre_of", "paper_table", "source_table", "trial_table"]
-
 # Swept values that are axes of the map.
 _AXES = ("contact.friction_coefficient", "contact.friction.coulomb.coefficient", "reaction.load.ramp_load.rate")
 

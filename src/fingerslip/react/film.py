@@ -33,8 +33,6 @@ from fingerslip.vision.video import write_video
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SHOWN_FILM", "film_frames", "pixels", "write_film"]
-
 Array = NDArray[np.float64]
 Frame = NDArray[np.uint8]
 

@@ -13,8 +13,6 @@ import numpy as np
 from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Reaction
 
-__all__ = ["CriticalStart", "critical_start", "search_edge"]
-
 _FIRST_STEP = 4.0  # in tolerances: how far from its guess a search looks first
 
 

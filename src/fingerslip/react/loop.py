@@ -31,8 +31,6 @@ from fingerslip.react.scenario import OBJECT, HeldObject, held_model
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Grasp", "MemoryBases", "OpenLoop", "Outcome"]
-
 Array = NDArray[np.float64]
 
 _LOOKS_AHEAD = 64  # times at which a load between its knots and a grip are compared

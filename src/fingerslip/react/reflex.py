@@ -18,8 +18,6 @@ from fingerslip.parameters import Duration, Force, NonNegativeNumber, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.units import Unit
 
-__all__ = ["REACTIONS", "Actuator", "Reaction", "Reflex", "Response", "reaction", "reaction_names"]
-
 ForceRate = Annotated[float, Unit("N/s"), pydantic.Field(gt=0)]
 _PositiveForce = Annotated[Force, pydantic.Field(gt=0)]
 

@@ -24,8 +24,6 @@ from fingerslip.storage.files import write_bytes
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["compute_reactions"]
-
 
 def compute_reactions(
     settings: ReactionSettings,

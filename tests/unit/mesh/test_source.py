@@ -11,8 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.mesh.sizes import GROWTH, check_sizes, grade, size_at, subdivide
-from fingerslip.mesh.source import MeshFile, MeshSource, choose_source, inspect_mesh, mesh_size_note
+from fingerslip.mesh.source import (
+    GROWTH,
+    MeshFile,
+    MeshSource,
+    check_sizes,
+    choose_source,
+    grade,
+    inspect_mesh,
+    mesh_size_note,
+    size_at,
+    subdivide,
+)
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.verification.meshes import box
 from unit.study.block import block_mesh

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.react.closed_form import travel_after
+from fingerslip.react.scenario import travel_after
 
 
 def integrated(mass: float, latency: float, limit_rate: float, load: tuple[float, float], steps: int = 20000) -> float:

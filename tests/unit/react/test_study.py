@@ -16,8 +16,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.react import film
 from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
-from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
-from fingerslip.react.page import reaction_tables
+from fingerslip.react.figures import map_figure, margin_figure, outcome_figure, reaction_tables
 from fingerslip.react.results import read_reactions
 from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.study import convergence_figure
