@@ -98,7 +98,7 @@ def assert_nodes(mesh, sites):
     assert pytest.approx(places, abs=1e-9) == mesh.p[:, site_nodes(mesh, sites)].T
 
 
-def test_a_smooth_skin_is_a_half_ring():
+def test_smooth_skin_is_a_half_ring():
     mesh = mesh_sensor_section(PRESETS.read("tactip-smooth-2d"), SensorSectionSizes(0.4e-3, 1e-3, element="T3"))
     ring = 0.5 * np.pi * (20e-3**2 - 19e-3**2) - 9 * 1e-3 * 0.5e-3
     assert areas(mesh, "skin").sum() == pytest.approx(ring, rel=5e-3)
