@@ -95,8 +95,7 @@ def _only_cells(axes: Axes) -> None:
     """Leave out what coloured cells need not: ticks, grid and frame."""
     axes.tick_params(length=0.0)
     axes.grid(visible=False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
 
 
 def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable) -> None:
@@ -114,13 +113,10 @@ def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable
 def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], colour: str, dashes: Any) -> None:
     """Draw the edge between cells that are saved and those that are not, (n_frictions, n_rates)."""
     style: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 2.0, "solid_capstyle": "butt"}
-    rows, columns = saved.shape
-    for row in range(rows):
-        for column in range(columns):
-            if column + 1 < columns and saved[row, column] != saved[row, column + 1]:
-                axes.plot([column + 0.5] * 2, [row - 0.5, row + 0.5], **style)
-            if row + 1 < rows and saved[row, column] != saved[row + 1, column]:
-                axes.plot([column - 0.5, column + 0.5], [row + 0.5] * 2, **style)
+    for row, column in np.argwhere(saved[:, :-1] != saved[:, 1:]):
+        axes.plot([column + 0.5] * 2, [row - 0.5, row + 0.5], **style)
+    for row, column in np.argwhere(saved[:-1] != saved[1:]):
+        axes.plot([column - 0.5, column + 0.5], [row + 0.5] * 2, **style)
 
 
 @with_style
@@ -169,8 +165,7 @@ def outcome_figure(reactions: Reactions) -> Figure:
         spare = "–" if trial.spare is None else f"{1e3 * trial.spare:+.0f} ms".replace("-", "−")
         travel = f"{1e3 * trial.travel:.1f} mm" if trial.saved else "lost"
         axes.text(column, row, f"{spare}\n{travel}", ha="center", va="center", fontsize=7.5, linespacing=1.1)
-    axes.set_xlim(-0.5, len(detectors) - 0.5)
-    axes.set_ylim(-0.5, len(labels) - 0.5)
+    axes.set(xlim=(-0.5, len(detectors) - 0.5), ylim=(-0.5, len(labels) - 0.5))
     axes.set_xticks(range(len(detectors)), detectors)
     axes.set_yticks(range(len(labels)), list(labels.values()))
     _only_cells(axes)
@@ -180,14 +175,11 @@ def outcome_figure(reactions: Reactions) -> Figure:
 
 def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
     """Give critical latencies their axes, and the delays of some reactions as lines."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log", xlabel="rate of the load [N/s]", ylabel="critical latency [ms]")
     axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
     axes.set_xticks([], minor=True)
     axes.set_ylim(bottom=_LOWEST)
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("rate of the load [N/s]")
-    axes.set_ylabel("critical latency [ms]")
     for name in ("robot-piezo", "human-slip", "prosthesis"):
         delay = 1e3 * REACTIONS.read(name).delay
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
@@ -197,10 +189,7 @@ def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
 
 def _finish_travels(axes: Axes, limit: float, title: str) -> None:
     """Give travels their axes, the limit [mm], and the delays of some reactions as lines."""
-    axes.set_title(title)
-    axes.set_xlabel("latency [ms]")
-    axes.set_ylabel("largest travel [mm]")
-    axes.set_ylim(0.0, 1.08 * limit)
+    axes.set(title=title, xlabel="latency [ms]", ylabel="largest travel [mm]", ylim=(0.0, 1.08 * limit))
     axes.axhline(limit, color=VERMILLION, linewidth=0.9)
     left, right = axes.get_xlim()
     axes.text(left, limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)

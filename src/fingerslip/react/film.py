@@ -153,10 +153,8 @@ def _draw_forces(axes: Axes, run: _Run, last: float) -> Line2D:
             if high > low:
                 axes.axvspan(1e3 * low, 1e3 * min(high, last), color=colour, alpha=0.28, linewidth=0.0, label=name)
         axes.axvline(1e3 * run.alarm, color=VERMILLION, linewidth=1.2, label="alarm")
-    axes.set_xlim(-1e3 * _BEFORE, 1e3 * last)
-    axes.set_ylim(0.0, 1.1 * max(*bears, *loads))
-    axes.set_xlabel("time since the load began [ms]")
-    axes.set_ylabel("force along the object [N]")
+    axes.set(xlim=(-1e3 * _BEFORE, 1e3 * last), ylim=(0.0, 1.1 * max(*bears, *loads)))
+    axes.set(xlabel="time since the load began [ms]", ylabel="force along the object [N]")
     return axes.axvline(0.0, color=BLACK, linewidth=1.6, zorder=6)
 
 

@@ -102,7 +102,7 @@ SIZES = fs.LayerSizes(
 
 
 def test_wanted_sizes_grow_from_the_pad():
-    bodies = _bodies(SKIN, None, SIZES)
+    bodies = _bodies(SKIN, None, dataclasses.replace(SIZES, skin_thickness=2.4e-3))
     # On the pad, two millimetres and a centimetre above it; the grid of the sizes has a spacing of one.
     places = np.array([[1e-3, -7.9e-3, 0.0], [1e-3, -5.9e-3, 0.0], [1e-3, 2.1e-3, 0.0]])
     on, above, far = _wanted_sizes(places, 1e-3, bodies, SIZES)
