@@ -137,7 +137,9 @@ def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
     named = [source for source in sources if not values.keys().isdisjoint(_required_names(source))]
     of_sizes = [source for source in sources if not _required_names(source)]
     names = {name for source in of_sizes for name in marks(source)} & values.keys()
-    marked = [source for source in of_sizes if names and _allows(source, {name: values[name] for name in names})]
+    marked = [
+        source for source in of_sizes if names and all(values[name] in marks(source).get(name, ()) for name in names)
+    ]
     result = [*named, *marked, *of_sizes]
     if not result:
         needed = " or ".join(", ".join(_required_names(source)) for source in sources)
@@ -151,11 +153,6 @@ def marks(source: type) -> Mapping[str, tuple[Any, ...]]:
     hints = get_type_hints(source)
     named = {field.name: hints[field.name] for field in fields(source)}
     return {name: get_args(hint) for name, hint in named.items() if get_origin(hint) is Literal}
-
-
-def _allows(source: type, values: Mapping[str, Any]) -> bool:
-    marks_of_source = marks(source)
-    return all(value in marks_of_source.get(name, ()) for name, value in values.items())
 
 
 def _required_names(source: type) -> tuple[str, ...]:
