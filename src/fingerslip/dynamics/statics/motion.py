@@ -133,8 +133,8 @@ class StaticMotion:
     displacement: Floats  # (n_times, n_sites, dim), displacement of the recorded sites [m]
     counterface: Floats  # (n_times, dim), displacement of the counterface [m]
     force: Floats  # (n_times, dim), force on the body, in global components [N]
-    contact_area: Floats  # (n_times,), area that touches [m^2], and the share of it that sticks [-]
-    stick_ratio: Floats  # (n_times,), area that touches [m^2], and the share of it that sticks [-]
+    contact_area: Floats  # (n_times,), area that touches [m^2]
+    stick_ratio: Floats  # (n_times,), the share of it that sticks [-]
     state: NDArray[np.int8]  # (n_times, n_nodes), whether nodes are open, stick or slip
     rows: Integers  # (n_nodes,), these nodes among those of the body
     iterations: Integers  # (n_times,), iterations of the contact problem
@@ -276,16 +276,10 @@ class _Steps:
         moved = unloaded - prescribed - setting.plate.shift(unheld)
         free: Floats = np.einsum("cij,cj->ci", setting.frames, moved)
         free[:, 0] = counterfaces.gaps(nodes.positions + moved, nodes.counterface)
-        contact = solve_law(
-            (nodes, counterfaces),
-            setting.compliances[nearest],
-            setting.frames,
-            free,
-            interface,
-            over=(before.step, time),
-            warm=(interface.forces, before.working_set if nearest == before.nearest else None),
-            few=_FEW,
-        )
+        # What the contact solver keeps belongs to one compliance.
+        warm = interface.forces, before.working_set if nearest == before.nearest else None
+        problem = setting.compliances[nearest], setting.frames, free, interface
+        contact = solve_law((nodes, counterfaces), *problem, over=(before.step, time), warm=warm, few=_FEW)
         settled = settle(
             nodes,
             interface,
@@ -296,17 +290,8 @@ class _Steps:
             work=0.0,
         )
         plate = setting.plate.held(unheld, contact.forces.sum(axis=0))
-        after = _State(
-            time,
-            self._step,
-            settled.state,
-            contact.forces,
-            plate,
-            prescribed + setting.plate.shift(plate),
-            nearest,
-            contact.working_set,
-            contact.solution.iterations,
-        )
+        shift, solved = prescribed + setting.plate.shift(plate), (contact.working_set, contact.solution.iterations)
+        after = _State(time, self._step, settled.state, contact.forces, plate, shift, nearest, *solved)
         return {0: (after, [after])}
 
     def _nearest(self, state: _State) -> int:
