@@ -25,8 +25,7 @@ from fingerslip.study.storage.reporting import film_keys, read_films, report_aga
 from fingerslip.vision.cameras.camera import pixels_of
 from fingerslip.vision.tracks import make_tracks, read_tracks
 from unit.filmed import filmed_history
-from unit.study.block import NAMES, block_values
-from unit.study.told import Told
+from unit.study.block import NAMES, Told, block_values
 
 
 def planned(path):
