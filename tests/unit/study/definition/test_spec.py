@@ -388,9 +388,8 @@ def test_a_preset_in_space_is_meshed_in_space_unless_the_element_says_otherwise(
 
 
 def test_short_and_long_form_give_plate_and_law_and_values_in_every_choice_can_be_swept():
-    contact = ContactSettings(friction_coefficient=0.6, offset=-1e-3).contact(2)
-    assert contact.friction == Coulomb(0.6)
-    assert contact.counterface == fs.Plane((0.0, 1.0), -1e-3)
+    short = ContactSettings(friction_coefficient=0.6, offset=-1e-3).contact(2)
+    assert (short.friction, short.counterface) == (Coulomb(0.6), fs.Plane((0.0, 1.0), -1e-3))
     contacts = parse_study(everything(), SOURCE).contacts
     assert contacts[1].friction == Anisotropic(0.4, 0.6)
     assert contacts[1].counterface == fs.Sphere(5e-3, (0.0, 0.0, 1.0))
