@@ -216,7 +216,7 @@ def read_stored_run(folder: str | Path) -> RunResult:
 def study_tables(study: StudyResult) -> tuple[Table, ...]:
     """Return the tables that the command line prints of a study: its events, or what its samples come to."""
     if any(run.reaction for run in study.runs):
-        from fingerslip.react.page import reaction_tables
+        from fingerslip.react.figures import reaction_tables
 
         return reaction_tables(reactions_of(study))
     if study.ranges:
@@ -239,7 +239,7 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
     content = _content(study, pictures or {})
     if any(run.reaction for run in study.runs):
-        from fingerslip.react.page import reaction_report
+        from fingerslip.react.figures import reaction_report
 
         report = reaction_report(content, reactions_of(study))
     else:
