@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -103,9 +102,12 @@ def sustained_crossings(times: Floats, values: Floats, level: float, sustained: 
 
 
 #: The slip events in order of time: name in files, and in words.
-EVENTS: Mapping[str, str] = MappingProxyType(
-    {"incipient": "incipient", "noticed": "48 %", "three_quarter": "three-quarter", "overall": "overall"}
-)
+EVENTS: Mapping[str, str] = {
+    "incipient": "incipient",
+    "noticed": "48 %",
+    "three_quarter": "three-quarter",
+    "overall": "overall",
+}
 #: What stands below tables that have the second of them.
 NOTICED_NOTE = "48 %: the share of the contact that slips when people notice it (Barrea et al. 2018)."
 #: The events that every reading gives; figures mark these.
@@ -116,13 +118,13 @@ LATENCY = "latency"
 TIMES = (*EVENTS, LATENCY)
 
 #: The readings: name in files, and in words.
-READINGS: Mapping[str, str] = MappingProxyType(
-    {"slip": "accumulated slip", "displacement": "displacement", "acceleration": "acceleration peaks"}
-)
+READINGS: Mapping[str, str] = {
+    "slip": "accumulated slip",
+    "displacement": "displacement",
+    "acceleration": "acceleration peaks",
+}
 #: The readings where there is little room.
-READING_HEADINGS: Mapping[str, str] = MappingProxyType(
-    {"slip": "slip", "displacement": "displ.", "acceleration": "peaks"}
-)
+READING_HEADINGS: Mapping[str, str] = {"slip": "slip", "displacement": "displ.", "acceleration": "peaks"}
 
 
 def event_label(time: str) -> str:

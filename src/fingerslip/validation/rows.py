@@ -13,7 +13,6 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Generic, Literal, TypeVar
 
 from fingerslip.errors import FingerslipError, ResultError
@@ -242,7 +241,7 @@ def _inputs(file: RowFile[Any], studies: Path) -> dict[str, str]:
 
 
 #: The studies that sample the unknown dimensions, and what their models are called.
-GEOMETRY: Mapping[str, str] = MappingProxyType({"wang2014_geometry": "section", "wang2014_geometry_3d": "in 3D"})
+GEOMETRY: Mapping[str, str] = {"wang2014_geometry": "section", "wang2014_geometry_3d": "in 3D"}
 _GEOMETRY_NOTE = (
     "Over samples of all dimensions that the paper does not print (studies wang2014_geometry and wang2014_geometry_3d, "
     "docs/geometry.md): 5 % of the samples are earlier than the time below '5 %', and a published time 'within, at "

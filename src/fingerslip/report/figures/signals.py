@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
 
 import matplotlib as mpl
 import numpy as np
@@ -41,23 +40,19 @@ Floats = NDArray[np.float64]
 _ROUNDING = 1e-16
 # Below this share of the largest normal force the ratio of the forces is rounding.
 PRESSED = 0.02
-_LARGE_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "external_work": ("work of the plate", palette.BLACK),
-        "strain_energy": ("strain energy", palette.BLUE),
-        "friction_dissipation": ("friction", palette.ORANGE),
-        "viscous_dissipation": ("relaxation of the layers", palette.GREEN),  # where they relax
-    }
-)
-_SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "kinetic_energy": ("kinetic energy", palette.VERMILLION),
-        "numerical_dissipation": ("numerical damping", palette.PURPLE),
-        "damping_dissipation": ("material damping", palette.GREEN),
-        "contact_energy": ("contact penalty", palette.SKY),
-        "energy_imbalance": ("imbalance", palette.GREY),
-    }
-)
+_LARGE_ENERGIES: Mapping[str, tuple[str, str]] = {
+    "external_work": ("work of the plate", palette.BLACK),
+    "strain_energy": ("strain energy", palette.BLUE),
+    "friction_dissipation": ("friction", palette.ORANGE),
+    "viscous_dissipation": ("relaxation of the layers", palette.GREEN),  # where they relax
+}
+_SMALL_ENERGIES: Mapping[str, tuple[str, str]] = {
+    "kinetic_energy": ("kinetic energy", palette.VERMILLION),
+    "numerical_dissipation": ("numerical damping", palette.PURPLE),
+    "damping_dissipation": ("material damping", palette.GREEN),
+    "contact_energy": ("contact penalty", palette.SKY),
+    "energy_imbalance": ("imbalance", palette.GREY),
+}
 
 
 @style.with_style
