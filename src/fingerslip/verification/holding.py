@@ -17,12 +17,11 @@ from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.materials.prony import Prony, PronyTerm
 from fingerslip.model.model import Contact, Model, ReducedBasis
 from fingerslip.model.timing import QuasiStatic, TimeStepping
-from fingerslip.react.closed_form import travel_after
 from fingerslip.react.detectors import AtOnce
 from fingerslip.react.loads import BuiltInLoad, RampLoad, StepLoad
 from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Actuator, Reaction, Reflex
-from fingerslip.react.scenario import HeldObject, held_model
+from fingerslip.react.scenario import HeldObject, held_model, travel_after
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative
 

@@ -129,8 +129,8 @@ class StaticMotion:
     displacement: Floats  # (n_times, n_sites, 3), displacement of the recorded sites [m]
     counterface: Floats  # (n_times, 3), displacement of the counterface [m]
     force: Floats  # (n_times, 3), force on the body, in global components [N]
-    contact_area: Floats  # (n_times,), area that touches [m^2], and the share of it that sticks [-]
-    stick_ratio: Floats  # (n_times,), area that touches [m^2], and the share of it that sticks [-]
+    contact_area: Floats  # (n_times,), area that touches [m^2]
+    stick_ratio: Floats  # (n_times,), the share of it that sticks [-]
     state: NDArray[np.int8]  # (n_times, n_nodes), whether nodes are open, stick or slip
     rows: Integers  # (n_nodes,), these nodes among those of the body
     iterations: Integers  # (n_times,), iterations of the contact problem
@@ -244,16 +244,9 @@ class _Steps:
         free: Floats = np.einsum("cij,j->ci", setting.frames, -shift)
         free[:, 0] = counterfaces.gaps(nodes.positions - shift, nodes.counterface)
         interface = before.interface
-        contact = solve_law(
-            (nodes, counterfaces),
-            setting.compliance,
-            setting.frames,
-            free,
-            interface,
-            over=(before.step, time),
-            warm=(interface.forces, before.working_set),
-            few=_FEW,
-        )
+        over, warm = (before.step, time), (interface.forces, before.working_set)
+        problem = setting.compliance, setting.frames, free, interface
+        contact = solve_law((nodes, counterfaces), *problem, over=over, warm=warm, few=_FEW)
         settled = settle(
             nodes,
             interface,
@@ -264,16 +257,8 @@ class _Steps:
             work=0.0,
         )
         plate = setting.plate.held(unheld, contact.forces.sum(axis=0))
-        after = _State(
-            time,
-            self._step,
-            settled.state,
-            contact.forces,
-            plate,
-            prescribed + setting.plate.shift(plate),
-            contact.working_set,
-            contact.solution.iterations,
-        )
+        shift, solved = prescribed + setting.plate.shift(plate), (contact.working_set, contact.solution.iterations)
+        after = _State(time, self._step, settled.state, contact.forces, plate, shift, *solved)
         return {0: (after, [after])}
 
 
