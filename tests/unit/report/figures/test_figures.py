@@ -16,8 +16,10 @@ from fingerslip.errors import ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
+from fingerslip.report.content import RunSubject, StudySubject
 from fingerslip.report.figures import bodies, markers, signals, specimens, study, style
 from fingerslip.report.figures.style import figure_bytes
+from fingerslip.report.page.pictures import draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.results import RunResult
 from fingerslip.sampling.sensitivity import fits_of
@@ -111,34 +113,47 @@ AT_EVENTS = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
 LATER = Events(slip=SlipEvents(incipient=0.055, overall=0.085))
 ACROSS = [{VARIANT: name} for name in ("original", "scaled")]
 
+
+def of_run(kind, history=lambda: HISTORY, events=EVENTS, **more):
+    return lambda: draw_of_run(kind, RunSubject(history(), events, **more))
+
+
+def of_study(kind, histories=lambda: HISTORIES, runs=(), path="", reference=None):
+    return lambda: draw_of_study(kind, StudySubject(runs, histories(), ALL, reference, path=path))
+
+
 # fmt: off
 # How a figure is drawn, the titles of its panels, some of its words, and the times that its first panel marks, if any.
 FIGURES = {
-    "forces": (lambda: signals.force_figure(HISTORY, EVENTS), [], {"time [s]", "force [mN]"}, ON_SLIP),
-    "forces of runs": (lambda: signals.force_overview_figure(HISTORIES, ALL), list(HISTORIES), {"overall"}, ON_SLIP),
-    "energy": (lambda: signals.energy_figure(HISTORY, "a"), [], {"energy [µJ]", "Energy balance: a"}),
+    "forces": (of_run("forces"), [], {"time [s]", "force [mN]"}, ON_SLIP),
+    "force-ratios": (of_study("force-ratios"), list(HISTORIES), {"overall"}, ON_SLIP),
+    "energy": (of_run("energy", title="a"), [], {"energy [µJ]", "Energy balance: a"}),
     "held": (lambda: signals.held_figure({"one": NO_SLIDE, "other": NO_SLIDE}), [], {"normal force [mN]"}),
-    "slip maps": (
-        lambda: signals.slip_maps_figure(HISTORIES, ALL), list(HISTORIES),
+    "slip-map": (of_run("slip-map", title="a"), ["a"], {"time [s]", "open", "incipient"}, ON_SLIP),
+    "slip-maps": (
+        of_study("slip-maps"), list(HISTORIES),
         {"time [s]", "position along the plate [mm]", "open", "stick", "slip", "incipient"}, ON_SLIP),
     "displacement": (
-        lambda: signals.contact_displacement_figure(HISTORY, EVENTS), [], {"displacement since the slide began [mm]"},
+        of_run("displacement"), [], {"displacement since the slide began [mm]"},
         [EVENTS.displacement.incipient, EVENTS.displacement.three_quarter, EVENTS.displacement.overall]),
-    "peaks": (
-        lambda: signals.acceleration_overview_figure(HISTORIES, ALL), list(HISTORIES),
+    "acceleration-peaks": (
+        of_study("acceleration-peaks"), list(HISTORIES),
         {"acceleration along the plate [m/s²]", "peak that counts", "overall"}, ON_PEAKS),
     "acceleration": (
-        lambda: signals.acceleration_figure(HISTORY, EVENTS, "original"), list(KINDS),
+        of_run("acceleration", title="original"), list(KINDS),
         {"acceleration along the plate [m/s²]", "Acceleration at the receptors: original"}, ON_PEAKS),
-    "density": (
-        lambda: signals.strain_energy_density_figure(HISTORY, EVENTS), list(KINDS),
-        {"strain energy density [J/m³]"}, ON_SLIP),
+    "strain-energy-density": (
+        of_run("strain-energy-density"), list(KINDS), {"strain energy density [J/m³]"}, ON_SLIP),
     "events": (
-        lambda: study.event_times_figure([*swept_runs(), RunResult("other", {}, Events())], reference=TABLE2),
-        PHALANGES, {"friction coefficient", "time from the start of the run [s]", "published", "accumulated slip"}),
+        of_study("events", dict, [*swept_runs(), RunResult("other", {}, Events())], FRICTION, TABLE2), PHALANGES,
+        {"friction coefficient", "time from the start of the run [s]", "published", "accumulated slip"}),
     "latency": (
-        lambda: study.latency_figure(swept_runs(), reference=TABLE2),
+        of_study("latency", dict, swept_runs(), VARIANT, TABLE2),
         [f"friction coefficient {friction}" for friction in (0.2, 0.6, 0.8)], {"latency [ms]", "published"}),
+    "slip-onset": (of_study("slip-onset", lambda: {"a": block_history()}), ["a"], {"time into the slide [s]"}),
+    "stick-ratio": (
+        of_study("stick-ratio", lambda: dict.fromkeys(("one", "other"), block_history())), [],
+        {"tangential force / normal force"}),
     "tornado": (
         lambda: study.tornado_figure(overall_fits("original", "scaled"), {0: (1.71, 1.71), 1: (1.75, 1.77)}), PHALANGES,
         {"published", "at the smallest value", "5 to 95 % of the samples"}),
@@ -148,8 +163,8 @@ FIGURES = {
     "Morris": (
         lambda: study.indices_figure([sensitivity("morris")]), [],
         {"mean size", "standard deviation", "elementary effect [s]"}),
-    "section": (
-        lambda: bodies.deformed_figure(block_history("Q4"), AT_EVENTS),
+    "deformed": (
+        of_run("deformed", lambda: block_history("Q4"), AT_EVENTS),
         ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"],
         {"von Mises stress [kPa]", "x [mm]", "stick"}),
     "views": (
@@ -159,14 +174,16 @@ FIGURES = {
         lambda: bodies.deformed_figure(block_history(), options=VIEWED, times=[0.1]), ["0.100 s"],
         {"skin", "tissue", "stick", "slip"}),
     "cut": (
-        lambda: bodies.cut_frames_figure(block_history(), title="a"), ["0.050 s", "0.100 s"],
+        of_run("cut", block_history, Events(), title="a"), ["0.050 s", "0.100 s"],
         {"von Mises stress [kPa]", "Stress on a cut along the finger: a"}),
-    "slip frames": (
-        lambda: bodies.slip_frames_figure(block_history(), LATER, times=[0.05, 0.07, 0.1]),
+    "slip-frames": (
+        of_run("slip-frames", block_history, LATER, times=(0.05, 0.07, 0.1)),
         ["0.050 s", "0.070 s, after incipient", "0.100 s, after overall"],
         {"along the slide [mm]", "stick", "slip", "open"}),
-    "reference nodes": (
-        lambda: bodies.reference_nodes_figure(reference_nodes(), Events(SlipEvents(overall=0.09))),
+    "surface-strain": (
+        of_run("surface-strain", block_history, Events()), [], {"strain along the slide [%]", "its rate [%/s]"}),
+    "reference-nodes": (
+        of_run("reference-nodes", reference_nodes, Events(SlipEvents(overall=0.09))),
         ["h1, skin", "h2, skin", "v1, tissue"], {"displacement", "plate", "overall"}, [0.05, 0.09]),
     "marker tracks": (
         lambda: markers.marker_tracks_figure(tracks(ring=LAYOUT.ring), "slide"), ["along x", "along y"],
@@ -180,9 +197,9 @@ FIGURES = {
         lambda: markers.marker_places_figure(marker_tracks(filmed_history()), "a run"),
         ["1 internal markers, from inside", "5 external markers, from below"],
         {"centre", "ring 1", "ring 2", "Markers at rest: a run"}),
-    "markers in the slide": (
-        lambda: markers.slide_tracks_figure(marker_tracks(filmed_history()), filmed_history()),
-        ["internal markers", "external markers"], {"travel of the plate [mm]"}),
+    "markers": (
+        of_run("markers", filmed_history, Events()), ["internal markers", "external markers"],
+        {"travel of the plate [mm]"}),
     "sensor": (
         lambda: specimens.tactip_figure(PRESETS.read("tactip-ridged-2d"), "ridged"),
         ["cut open along the axis", "81 internal markers, from inside", "81 external markers, from below"],
@@ -482,10 +499,10 @@ def test_frames_end_after_overall_slip_and_strains_and_stick_ratios_have_their_r
     events = SlipEvents(incipient=times[-4] - 1e-6, overall=times[-2] - 1e-6)
     expected = {f"{times[-4]:.3f} s, after incipient", f"{times[-2]:.3f} s, after overall"}
     assert expected <= set(titles(bodies.slip_frames_figure(history, Events(events))))
-    scales = [axes for axes in panels(bodies.surface_strain_figure(block_history())) if "[" in axes.get_ylabel()]
+    scales = [axes for axes in panels(drawn("surface-strain")) if "[" in axes.get_ylabel()]
     assert [axes.get_ylabel() for axes in scales] == ["strain along the slide [%]", "its rate [%/s]"]
     assert all(axes.get_ylim()[0] == pytest.approx(-axes.get_ylim()[1]) for axes in scales)
-    (axes,) = panels(bodies.stick_ratio_figure({"one": block_history(), "other": block_history()}))
+    (axes,) = panels(drawn("stick-ratio"))
     assert axes.lines[0].get_xdata().size == 6  # records of the slide, its start included
     assert np.nanmax(axes.lines[0].get_xdata()) <= 0.5 * (1.0 + 1e-9)
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["one", "other"]
@@ -549,7 +566,7 @@ def test_reference_nodes_are_drawn_with_the_plate_and_without_the_jerk_at_the_st
     history = block_history()
     assert bodies.reference_kinds(reference_nodes()) == ["skin surface", "tissue surface"]
     assert bodies.reference_kinds(history) == bodies.reference_kinds(history.drop_dims("site")) == []
-    figure = drawn("reference nodes")
+    figure = drawn("reference-nodes")
     dotted = [item.get_ydata() for item in panels(figure)[0].lines if (item.get_linestyle(), item.get_color()) == PLATE]
     assert dotted[0][-1] == pytest.approx(1.0)
     assert "incipient" not in words(figure), "it did not happen"
@@ -623,7 +640,7 @@ def test_figures_of_detectors_draw_estimates_with_their_intervals():
 
 
 def test_the_order_of_slip_is_read_from_when_markers_leave_their_position_in_the_image():
-    figure = drawn("markers in the slide")
+    figure = drawn("markers")
     ends = [float(item.get_ydata()[-1]) for item in panels(figure)[1].lines[:5]]
     assert ends[-1] == pytest.approx(max(ends)), "the centre is drawn last and slips last"
     with pytest.raises(ValueError, match="has no slide"):
