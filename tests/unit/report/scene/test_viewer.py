@@ -44,7 +44,6 @@ def test_pictures_and_films_are_files_written_whole(history, tmp_path, monkeypat
     viewer.save_still(history, tmp_path / "block.png", 0.05)
     with Image.open(tmp_path / "block.png") as picture:
         assert picture.size == (1200, 900)
-    assert [path.name for path in tmp_path.iterdir()] == ["block.png"]
     whole = viewer.stills
     monkeypatch.setattr(viewer, "stills", lambda *asked: whole(*asked[:3], (160, 120)))
     viewer.save_movie(history, tmp_path / "block.gif", SceneOptions(cut="y"))
@@ -52,15 +51,12 @@ def test_pictures_and_films_are_files_written_whole(history, tmp_path, monkeypat
         assert film.n_frames == history.sizes["snapshot_time"]
     with pytest.raises(ResultError, match="cannot be written"):
         viewer.save_still(history, tmp_path / "nowhere" / "block.png")
-
-
-@pytest.mark.parametrize("save", [viewer.save_still, viewer.save_movie])
-def test_an_ending_that_cannot_be_written_is_refused(history, tmp_path, save):
-    with pytest.raises(InputError, match=r"ends in '\.bmp', needs one of"):
-        save(history, tmp_path / "block.bmp")
-    with pytest.raises(ResultError, match="snapshots_every"):
-        save(history.drop_dims("snapshot_time"), tmp_path / "block.webp")
-    assert list(tmp_path.iterdir()) == []
+    for save in (viewer.save_still, viewer.save_movie):
+        with pytest.raises(InputError, match=r"ends in '\.bmp', needs one of"):
+            save(history, tmp_path / "other.bmp")
+        with pytest.raises(ResultError, match="snapshots_every"):
+            save(history.drop_dims("snapshot_time"), tmp_path / "other.webp")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["block.gif", "block.png"]
 
 
 @pytest.fixture
