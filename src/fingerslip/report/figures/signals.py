@@ -313,9 +313,7 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events = style.NO_
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact."""
     time, kinds, heading = style.shown_time(history), _recorded_kinds(history), "Strain energy density"
     labels = (time.label, "strain energy density [J/m³]")
-    figure, panels = style.figure_grid(
-        len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x"
-    )
+    figure, panels = style.figure_grid(len(kinds), 2, (3.6, 2.2), style.join_title(heading, title), labels, share="x")
     signals, events_read = receptor_signals(history), events.slip
     for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind, time.values)
