@@ -1,7 +1,5 @@
 """A history in 3D whose fields are known: a block of two layers pressed flat, pushed sideways."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Verdicts, the table, and the rows from evidence."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from dataclasses import dataclass
