@@ -4,18 +4,16 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.errors import InputError, ResultError
 from fingerslip.report.content import OF_RUNS, OF_STUDIES, RUN_FIGURES, STUDY_FIGURES, STYLES, RunSubject, StudySubject
 from fingerslip.report.figures.motion import Film, film_frames
 from fingerslip.report.figures.style import LOOKS
 from fingerslip.report.page.pictures import _DRAW_RUNS, _DRAW_STUDIES, _HAS, draw_of_run, draw_of_study
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.test_figures import FIGURES
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 
-EVENTS = Events(slip=SlipEvents(incipient=0.06, overall=0.09))
+EVENTS = fs.Events(slip=fs.SlipEvents(incipient=0.06, overall=0.09))
 
 
 def test_kinds_are_those_that_can_be_drawn_and_each_is_in_the_table_of_figures():
@@ -29,15 +27,15 @@ def test_kinds_are_those_that_can_be_drawn_and_each_is_in_the_table_of_figures()
 
 
 def test_figures_that_a_run_or_a_study_cannot_have_are_refused_with_those_that_fit():
-    flat, solid = (RunSubject(history, Events()) for history in (make(Process()), block_history("T4")))
+    flat, solid = (RunSubject(history, fs.Events()) for history in (make(Process()), block_history("T4")))
     for kind, figure in RUN_FIGURES.items():
         for subject, dimensions, words in ((flat, 3, "three, this one has two"), (solid, 2, "two, this one has three")):
             if figure.dimensions == dimensions:
-                with pytest.raises(InputError, match=f"'{kind}' shows runs of {words} dimensions, needs one"):
+                with pytest.raises(fs.InputError, match=f"'{kind}' shows runs of {words} dimensions, needs one"):
                     draw_of_run(kind, subject)
-    with pytest.raises(ResultError, match="no reference nodes"):
+    with pytest.raises(fs.ResultError, match="no reference nodes"):
         draw_of_run("reference-nodes", solid)
-    with pytest.raises(InputError, match="'latency' has nothing on its axis, needs a study with a sweep"):
+    with pytest.raises(fs.InputError, match="'latency' has nothing on its axis, needs a study with a sweep"):
         draw_of_study("latency", StudySubject((), {}, {}))
 
 
@@ -70,7 +68,7 @@ def test_nothing_moves_when_the_name_of_an_event_appears(element):
     ],
 )
 def test_a_film_that_cannot_be_written_is_refused(values, words):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(fs.InputError, match=words):
         Film(**values)
 
 
@@ -89,5 +87,5 @@ def test_the_time_of_a_history_to_browse_decides_what_is_drawn(monkeypatch):
     page = plot._repr_html_()
     assert 'type="range"' in page, "notebooks get a slider that needs no kernel"
     assert page.count("data:image/png;base64") == 3
-    with pytest.raises(InputError, match="history: has no contact nodes"):
+    with pytest.raises(fs.InputError, match="history: has no contact nodes"):
         fs.plot(history.isel(contact_node=slice(0)))

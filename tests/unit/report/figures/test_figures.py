@@ -9,11 +9,9 @@ import xarray as xr
 from matplotlib.collections import PolyCollection
 from matplotlib.quiver import Quiver
 
-from fingerslip.afferents.model import Spikes
+import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.detect.evaluation.scores import Estimate
-from fingerslip.errors import ResultError
-from fingerslip.marker_layouts import ring_layout
 from fingerslip.marker_tracks import filmed_tracks, marker_tracks
 from fingerslip.published import published_set
 from fingerslip.report.content import RunSubject, StudySubject
@@ -26,9 +24,6 @@ from fingerslip.sampling.sensitivity import fits_of
 from fingerslip.slip import Events, SlipEvents, contact_patch, slide_window
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.uncertainty import Convergence, Series
-from fingerslip.vision.cameras.camera import external_camera, true_tracks
-from fingerslip.vision.fields import marker_fields
-from fingerslip.vision.tracks import make_tracks
 from unit.filmed import NODES, filmed_history
 from unit.fingers import change, change_solid
 from unit.report.figures.made import (
@@ -57,7 +52,7 @@ ON_PEAKS = [PRESS_END, READING.incipient, READING.three_quarter, READING.overall
 TABLE2 = published_set("wang2014-table2")
 FRICTION, VARIANT = "contact.friction_coefficient", "fingertip.phalanx.variant"
 SLIPPED = Events(slip=SlipEvents(1.5, None, 1.6, 1.7))
-LAYOUT, TIMES = ring_layout(1e-3, (1, 8, 16)), np.arange(31) / 30
+LAYOUT, TIMES = fs.ring_layout(1e-3, (1, 8, 16)), np.arange(31) / 30
 
 
 def swept_runs():
@@ -86,12 +81,12 @@ def tracks(units="m", **more):
     """Return markers that move apart by a tenth in a second and shift by a millimetre along y."""
     position = LAYOUT.position * (1 + 0.1 * TIMES)[:, None, None] + TIMES[:, None, None] * (0.0, 1e-3)
     position[10:20, 24] = np.nan
-    return make_tracks(position * (1.0 if units == "m" else 1e5), TIMES, units=units, **more)
+    return fs.make_tracks(position * (1.0 if units == "m" else 1e5), TIMES, units=units, **more)
 
 
 def seen():
-    camera = external_camera(30e-3, 14e-3, frame_rate=100.0, exposure=1e-3)
-    return true_tracks(camera, filmed_tracks(filmed_history(), "external", 0.5))
+    camera = fs.external_camera(30e-3, 14e-3, frame_rate=100.0, exposure=1e-3)
+    return fs.true_tracks(camera, filmed_tracks(filmed_history(), "external", 0.5))
 
 
 def reference_nodes():
@@ -189,9 +184,10 @@ FIGURES = {
         lambda: markers.marker_tracks_figure(tracks(ring=LAYOUT.ring), "slide"), ["along x", "along y"],
         {"Markers over time: slide", "displacement [mm]", "centre", "ring 2"}),
     "fields": (
-        lambda: markers.fields_figure(marker_fields(tracks()), 0.5, "slide"), FIELDS,
+        lambda: markers.fields_figure(fs.marker_fields(tracks()), 0.5, "slide"), FIELDS,
         {"Fields from markers at 0.5 s: slide", "x at rest [mm]"}),
-    "fields in an image": (lambda: markers.fields_figure(marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
+    "fields in an image": (
+        lambda: markers.fields_figure(fs.marker_fields(tracks("px")), 0.5), FIELDS, {"x at rest [px]"}),
     "robustness": (lambda: markers.robustness_figure(DISTURBED), ["lost", "noise"], {"share of positions lost"}),
     "markers at rest": (
         lambda: markers.marker_places_figure(marker_tracks(filmed_history()), "a run"),
@@ -355,7 +351,7 @@ def test_receptors_that_were_recorded_have_a_panel_each_and_peaks_that_count_are
 def test_every_type_has_its_raster_with_a_row_for_each_afferent_and_rates_come_last():
     times = (np.array([0.1, 0.2]), np.array([0.3]), np.array([0.15, 0.35]))
     slow, fast, rates = signals.spike_figure(
-        Spikes(("a", "b", "c"), ("SA-I", "SA-I", "FA-I"), times, 0.0, 0.5), block_history()
+        fs.Spikes(("a", "b", "c"), ("SA-I", "SA-I", "FA-I"), times, 0.0, 0.5), block_history()
     ).axes
     assert [len(axes.collections) for axes in (slow, fast)] == [2, 1]
     assert (slow.get_ylabel(), rates.get_ylabel()) == ("SA-I\n2 afferents", "mean rate [1/s]")
@@ -465,7 +461,7 @@ def test_a_section_is_drawn_cell_by_cell_with_any_field_and_needs_snapshots():
         assert len(cells.get_paths()) == flat.sizes["cell"]
         assert min(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) > 10.0, "the whole body, in millimetres"
     assert not bodies.has_frames(make(Process()))
-    with pytest.raises(ResultError, match="no snapshots of the whole mesh; write record"):
+    with pytest.raises(fs.ResultError, match="no snapshots of the whole mesh; write record"):
         bodies.deformed_figure(make(Process()))
 
 
@@ -588,18 +584,18 @@ def test_markers_are_lines_in_the_colours_of_their_rings_with_gaps_where_they_ar
     gaps = [int(np.isnan(np.asarray(item.get_ydata(), dtype=float)).sum()) for item in panels(figure)[0].lines]
     assert sorted(gaps) == [0] * 24 + [10]
     assert "centre" not in words(figure), "without rings there is no key"
-    assert len(panels(markers.marker_tracks_figure(make_tracks(np.empty((0, 2, 2)), [], units="px")))[0].lines) == 2
+    assert len(panels(markers.marker_tracks_figure(fs.make_tracks(np.empty((0, 2, 2)), [], units="px")))[0].lines) == 2
 
 
 def test_the_longest_arrow_is_stated_and_lost_markers_are_marked():
     # The outermost marker moves by 0.2 mm away from the centre and by 1 mm along y.
-    first = panels(markers.fields_figure(marker_fields(tracks()), 1.0))
+    first = panels(markers.fields_figure(fs.marker_fields(tracks()), 1.0))
     assert "longest 1.2 mm" in texts(first[0])
     assert sum(isinstance(artist, Quiver) for axes in first for artist in axes.get_children()) == 3
-    crosses = panels(markers.fields_figure(marker_fields(tracks()), 0.5))[1].collections[-1].get_offsets()
+    crosses = panels(markers.fields_figure(fs.marker_fields(tracks()), 0.5))[1].collections[-1].get_offsets()
     np.testing.assert_allclose(crosses, [1e3 * LAYOUT.position[24]], atol=1e-9)
-    row = make_tracks(np.tile(np.column_stack([np.arange(4.0), np.zeros(4)]), (31, 1, 1)), TIMES, units="px")
-    image = panels(markers.fields_figure(marker_fields(row), 0.0))
+    row = fs.make_tracks(np.tile(np.column_stack([np.arange(4.0), np.zeros(4)]), (31, 1, 1)), TIMES, units="px")
+    image = panels(markers.fields_figure(fs.marker_fields(row), 0.0))
     assert image[0].yaxis_inverted()
     assert [texts(axes) for axes in image[3:6]] == [["no triangle of markers"]] * 3
 
@@ -608,7 +604,7 @@ def test_quality_is_counted_lost_intervals_noise_at_rest_and_jumps():
     rest = np.array([[10.0, 10.0], [30.0, 10.0], [10.0, 30.0], [30.0, 30.0]])
     position = rest + np.random.default_rng(0).normal(0, 0.1, (12, 4, 2))
     position[4:6, 2] = np.nan
-    bare = make_tracks(position, np.arange(12) / 10.0, units="px", attributes={"rest_frames": 3, "frame_rate": 10.0})
+    bare = fs.make_tracks(position, np.arange(12) / 10.0, units="px", attributes={"rest_frames": 3, "frame_rate": 10.0})
     noise, state = np.full((4, 2), 0.1), np.eye(12, dtype=np.int8)[5]
     still = bare.assign(
         frame_state=("time", state), reference=(("marker", "axis"), rest), rest_noise=(("marker", "axis"), noise)
