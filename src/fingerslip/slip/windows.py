@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -271,11 +271,18 @@ def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> Floats:
 
 def relative_displacement(history: xr.Dataset, window: SlideWindow) -> Floats:
     """Return how far contact nodes have moved relative to the plate since the slide began, (n_times, n_nodes) [m]."""
-    counterface = history["contact_counterface"].values
-    node = history["contact_displacement"].values[window.records]
-    plate = history["counterface_displacement"].values[window.records][:, counterface]
-    relative = (node - node[0]) - (plate - plate[0])
-    _, tangential = split_along(relative, history["counterface_normal"].values[counterface])
+    return lags(history, window, history["contact_displacement"].values, history["contact_counterface"].values)
+
+
+def lags(history: xr.Dataset, window: SlideWindow, moved: Floats, counterface: Sequence[int]) -> Floats:
+    """Return how far points lag their counterfaces along the surface since the slide began, (n_times, n) [m].
+
+    `moved` (n_records, n, dim) are their displacements in the whole history [m]; all may have one counterface.
+    """
+    numbers, points = np.asarray(counterface), moved[window.records]
+    plates = history["counterface_displacement"].values[window.records][:, numbers]
+    relative = (points - points[0]) - (plates - plates[0])
+    _, tangential = split_along(relative, history["counterface_normal"].values[numbers])
     return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)
 
 
