@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError
@@ -274,7 +274,7 @@ def relative_displacement(history: xr.Dataset, window: SlideWindow) -> Floats:
     return lags(history, window, history["contact_displacement"].values, history["contact_counterface"].values)
 
 
-def lags(history: xr.Dataset, window: SlideWindow, moved: Floats, counterface: Sequence[int]) -> Floats:
+def lags(history: xr.Dataset, window: SlideWindow, moved: Floats, counterface: ArrayLike) -> Floats:
     """Return how far points lag their counterfaces along the surface since the slide began, (n_times, n) [m].
 
     `moved` (n_records, n, dim) are their displacements in the whole history [m]; all may have one counterface.
