@@ -248,7 +248,7 @@ def test_every_published_number_and_statement_has_rows_in_both_splits():
 
 
 def test_rows_of_detectors_are_computed_stored_and_read_back(tmp_path, monkeypatch):
-    slides = synthetic_slides((3e-3, 4e-3), directions=2, repeats=5, travel=8e-3)
+    slides = synthetic_slides((3e-3, 4e-3), directions=1, repeats=5, travel=5e-3)
     trials = write_trials(slides, tmp_path / "slides", "Analytic")
     monkeypatch.setattr("fingerslip.study.trials.simulate.simulate_trials", lambda *_, **__: trials)
     monkeypatch.setattr("fingerslip.detect.samples.Sampling", lambda: Sampling(least=0.0))
