@@ -203,7 +203,7 @@ def test_triangles_fill_the_layout_and_there_are_none_of_too_few_markers_or_a_li
     for points in (REST[:2], np.column_stack([np.arange(5.0), np.zeros(5)]), np.full((5, 2), np.nan)):
         assert marker_triangles(points).shape == (0, 3)
     assert triangle_gradients(REST, REST[None], np.empty((0, 3), dtype=int)).shape == (1, 0, 2, 2)
-    flat = np.array([[0.0, 0.0], [1.0, -0.001], [2.0, 0.0], [1.0, 1.0]])
+    flat = np.array([[0.0, 0.0], [1.0, 0.001], [2.0, 0.0], [1.0, 1.0]])
     assert sorted(map(sorted, marker_triangles(flat).tolist())) == [[0, 1, 3], [1, 2, 3]]
     rest = REST.copy()
     rest[3] = np.nan
