@@ -40,12 +40,7 @@ def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_classifier_without_markers_has_no_importance_of_rings(trials_folder):
-    assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
-
-
-@pytest.mark.slow
-def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(trials_folder, tmp_path):
+def test_what_is_assumed_has_tables_and_a_figure_and_rings_of_no_markers_have_none(trials_folder, tmp_path):
     more = {"conditions": ["indentation"], "each": ["indentation"], "output": tmp_path / "tables"}
     found = vary(trials_folder, ["time_threshold"], CHOICES, folds=2, **more)
     assert list(found.tables) == ["assumptions", "by-indentation"]
@@ -56,6 +51,7 @@ def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(tri
     assert [path.name for path in tmp_path.iterdir()] == ["tables"]
     tmp_path = tmp_path / "tables"
     assert {path.name for path in tmp_path.iterdir()} == {"assumptions.csv", "assumptions.png", "by-indentation.csv"}
+    assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
 
 
 def test_a_label_that_never_comes_leaves_nothing(trials_folder, tmp_path, monkeypatch):
