@@ -64,7 +64,7 @@ from .model.model import (
     Traction as Traction,
 )
 from .model.programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
-from .react.closed_form import travel_after as travel_after
+from .react.scenario import travel_after as travel_after
 from .react.detectors import (
     AtOnce as AtOnce,
     ForceRatio as ForceRatio,

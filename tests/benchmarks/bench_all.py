@@ -5,8 +5,6 @@ Each case runs in a process of its own, after what it needs was compiled. Beside
 each case, and figures of another day are scaled by it. ``--write FILE`` writes such a file.
 """
 
-from __future__ import annotations
-
 import logging
 import multiprocessing
 import statistics
@@ -38,7 +36,7 @@ class Case:
     goals: Figures
 
 
-def speed() -> float:
+def speed():
     """Return the CPU seconds of fixed work: products in the cache, and passes over more than the cache holds."""
     small, large = np.ones((400, 400)), np.ones(8_000_000)
     with threadpool_limits(limits=1):
@@ -49,7 +47,7 @@ def speed() -> float:
         return time.process_time() - start
 
 
-def plane() -> Figures:
+def plane():
     """Run the push and slide of the section, 600 steps: in a basis that is made, in one that is kept, on the mesh."""
     figures: Figures = {}
     model = replace(section(), basis=BASIS)
@@ -63,7 +61,7 @@ def plane() -> Figures:
     return figures
 
 
-def control() -> Figures:
+def control():
     """Step 1 ms at a time from outside and read the slip of each node: milliseconds a step."""
     model, store = replace(section(1e-3), basis=BASIS), Memory()
     clocks = []
@@ -76,16 +74,12 @@ def control() -> Figures:
             simulation.step()["contact_state"]
             clocks.append(1e3 * (time.perf_counter() - start))
         cpu = 1e3 * (time.process_time() - cpu) / 1500
-    centiles = statistics.quantiles(clocks, n=20)
-    return {
-        "a step [ms]": cpu,
-        "median [ms], clock": statistics.median(clocks),
-        "95 % [ms], clock": centiles[-1],
-        "largest [ms], clock": max(clocks),
-    }
+    middle, most = statistics.median(clocks), statistics.quantiles(clocks, n=20)[-1]
+    named = {"median [ms], clock": middle, "95 % [ms], clock": most, "largest [ms], clock": max(clocks)}
+    return {"a step [ms]": cpu, **named}
 
 
-def command(name: str, *arguments: str) -> Figures:
+def command(name, *arguments):
     """Run the command line once to compile, and once for the figures."""
     figures: Figures = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -96,20 +90,17 @@ def command(name: str, *arguments: str) -> Figures:
     return figures
 
 
-def sweep() -> Figures:
+def sweep():
     """Run 16 frictions and 4 depths from start to summary, without figures."""
     figures: Figures = {}
-    subprocess.run([sys.executable, str(Path(__file__).with_name("bench_sweep.py")), "--help"], check=True, stdout=-3)
+    words = [sys.executable, str(Path(__file__).with_name("bench_sweep.py"))]
+    subprocess.run([*words, "--help"], check=True, stdout=subprocess.DEVNULL)
     with seconds(figures, "64 runs and a single one"):
-        subprocess.run(
-            [sys.executable, str(Path(__file__).with_name("bench_sweep.py")), "--bases", "automatic"],
-            check=True,
-            stdout=subprocess.DEVNULL,
-        )
+        subprocess.run([*words, "--bases", "automatic"], check=True, stdout=subprocess.DEVNULL)
     return figures
 
 
-def solid() -> Figures:
+def solid():
     """Run the shipped tetrahedra in one direction, and in eight together."""
     figures: Figures = {}
     model = model_of("wang2014_3d_tetrahedra")
@@ -125,7 +116,7 @@ def solid() -> Figures:
     return figures
 
 
-def large() -> Figures:
+def large():
     """Run the study of large strain in 2D, and the same motion at small strain on the mesh."""
     figures: Figures = {}
     model = model_of("finite_strain")
@@ -148,12 +139,12 @@ CASES = {
 }
 
 
-def measured(name: str) -> tuple[float, Figures]:
+def measured(name):
     logging.disable(logging.WARNING)
     return min(speed() for _ in range(3)), CASES[name].measure()
 
 
-def main() -> None:
+def main():
     parser = options_of(__doc__, writes=True)
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
     options = parser.parse_args()

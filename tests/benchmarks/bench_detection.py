@@ -5,35 +5,31 @@ Trials are analytic ones, at 67 frames a second as filmed, with slides of 1 mm/s
 video of 640 x 480 px with 81 markers go through tracker and forest.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import tempfile
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, union_of_sets
-from fingerslip.detect.evaluation.crossval import Fold, events_of_folds, fit_fold, frames_by_sample
+from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
+from fingerslip.detect.evaluation.crossval import events_of_folds, fit_fold, frames_by_sample
 from fingerslip.detect.features import FeatureSettings, MotionSettings
 from fingerslip.detect.live import LiveDetector
 from fingerslip.detect.samples import Sampling, grouped_folds, samples_of
 from fingerslip.detect.synthetic import SyntheticSensor, film_trials, synthetic_slides
 from fingerslip.detect.training import train
-from fingerslip.detect.trials import Trial, TrialSet, open_trials, write_trials
+from fingerslip.detect.trials import Trial, open_trials, write_trials
 from fingerslip.vision.tracking.tracker import MarkerTracker
 from fingerslip.vision.video import read_frames
 
 SENSOR = SyntheticSensor(frame_rate=67.0, rest_frames=100)
 
 
-def timed(label: str, work: Callable[[], Any]) -> Any:
+def timed(label, work):
     """Do some work and print how long it took."""
     processor, wall = time.process_time(), time.perf_counter()
     found = work()
@@ -42,13 +38,13 @@ def timed(label: str, work: Callable[[], Any]) -> Any:
     return found
 
 
-def inside(trial: Trial) -> Trial:
+def inside(trial):
     """Return a trial with its internal markers alone, numbered as the tracker numbers them."""
     chosen = trial.tracks.isel(marker=np.flatnonzero(trial.tracks["kind"].values == "internal"))
     return Trial(trial.name, chosen.assign_coords(marker=np.arange(chosen.sizes["marker"])), trial.labels)
 
 
-def live(folder: Path, frames: int) -> None:
+def live(folder, frames):
     """Print how many frames a second of a video are tracked and classified on one core."""
     sensor = SyntheticSensor(frame_rate=67.0, rest_frames=100)
     slides = list(synthetic_slides((3e-3, 4e-3), 2, 2, sensor=sensor, travel=8e-3))
@@ -68,13 +64,13 @@ def live(folder: Path, frames: int) -> None:
     print(f"{len(spent)} frames: {rate:.0f} frames a processor second, median {median:.1f} ms")  # noqa: T201
 
 
-def analytic(folder: Path, repeats: int) -> TrialSet:
+def analytic(folder, repeats):
     """Return analytic trials of the size of the published ones."""
     slides = synthetic_slides(repeats=repeats, sensor=SENSOR, travel=14e-3)
     return timed("trials written", lambda: write_trials(slides, folder / "trials", "Benchmark of speed"))
 
 
-def measure(trials: TrialSet, sampling: Sampling, workers: int) -> None:
+def measure(trials, sampling, workers):
     """Print the processor time of each part."""
     onsets, motion = trials.onsets(), MotionSettings()
     settings = FeatureSettings(union_of_sets(tuple(CLASSIFIERS.values())), motion)
@@ -82,13 +78,12 @@ def measure(trials: TrialSet, sampling: Sampling, workers: int) -> None:
     print(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features")  # noqa: T201
     tests = grouped_folds(trials.names, 5, 0)
 
-    def fit_folds(candidate: Candidate) -> list[Fold]:
+    def fit_folds(candidate):
         return [fit_fold(samples, onsets, candidate, test, window=motion.window, workers=workers) for test in tests]
 
-    def folded() -> list[Fold]:
-        return [
-            fold for name, one in CLASSIFIERS.items() for fold in timed(f"{name}, 5 folds", partial(fit_folds, one))
-        ]
+    def folded():
+        found = [timed(f"{name}, 5 folds", partial(fit_folds, one)) for name, one in CLASSIFIERS.items()]
+        return list(itertools.chain.from_iterable(found))
 
     results = timed("all classifiers, 5 folds", folded)
     for name, one in CLASSIFIERS.items():

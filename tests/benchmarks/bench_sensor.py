@@ -13,26 +13,21 @@ first size, Coulomb friction 0.85 and quasi-static steps of `--part` [mm]. Force
 is the largest so far.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import resource
 import signal
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import xarray as xr
 from models import run_of
 from rows import line, options_of, table
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
-from fingerslip.dynamics.statics.body import StaticBody, static_body
+from fingerslip.dynamics.statics.body import static_body
 from fingerslip.dynamics.statics.motion import static_motion
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.resources import limited_threads
@@ -40,7 +35,6 @@ from fingerslip.marker_tracks import marker_tracks
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.sources import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
-from fingerslip.study.definition.runs import Run
 from fingerslip.study.running.build import build_mesh, build_model
 from problems.sensors import pressed_sensor
 from problems.whole_sensors import half_of, slid_beside_half
@@ -54,7 +48,7 @@ SPEED = 5e-3
 SLIPPED = (0.07e-3, 0.14e-3)
 
 
-def timed(work: Callable[[], Any]) -> tuple[Any, float]:
+def timed(work):
     """Return what a call gives, and its processor seconds on one thread."""
     start = time.process_time()
     with limited_threads(1):
@@ -62,7 +56,7 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
     return found, time.process_time() - start
 
 
-def section(_given) -> None:
+def section(_given):
     """Print what the slide in 2D costs."""
     run = run_of("tactip_slide")
     mesh, meshing = timed(lambda: build_mesh(run))
@@ -73,13 +67,13 @@ def section(_given) -> None:
     line(mesh.p.shape[1], history.sizes["time"] - 1, float(history["time"][-1]), meshing, stepping)
 
 
-def solid_mesh(sensor, sizes: tuple[float, ...]):
+def solid_mesh(sensor, sizes):
     """Return linear tetrahedra of a sensor; sizes in mm."""
     contact, bulk, rods = (1e-3 * size for size in sizes)
     return SensorSolidSizes(contact_size=contact, bulk_size=bulk, rod_size=rods).build(sensor)
 
 
-def body_of(run: Run, sizes: tuple[float, ...], deepest: float) -> tuple[StaticBody, list[object]]:
+def body_of(run, sizes, deepest):
     """Return the condensed body on a mesh, and what it cost: nodes, patches, seconds of mesh and body, memory."""
     mesh, meshing = timed(lambda: solid_mesh(run.specimen, sizes))
     model, reach = build_model(run, mesh), 1.5 * deepest
@@ -90,7 +84,7 @@ def body_of(run: Run, sizes: tuple[float, ...], deepest: float) -> tuple[StaticB
     return body, [mesh.p.shape[1], len(body.nodes), meshing, condensing, memory]
 
 
-def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
+def slide(run, body, depth):
     """Return what a slide came to: forces and area of the whole sensor, markers at some travels, when they slip."""
     study = run.study
     press, hold, along = (entry.phase for entry in study.programme)
@@ -116,12 +110,12 @@ def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
     return [1e3 * depth, force[0, 1], force[:, 0].max(), area, *np.ravel(markers).tolist(), slips[1], slips[0], seconds]
 
 
-def _when(times: np.ndarray, values: np.ndarray, limit: float) -> float:
+def _when(times, values, limit):
     over = np.flatnonzero(values > limit)
     return float(times[over[0]]) if over.size else float("nan")
 
 
-def meshes(given) -> None:
+def meshes(given):
     """Print the slides on all meshes, and what these cost."""
     run, rows = run_of("tactip_directions_3d"), []
     table("mesh", "nodes", "patches", "mesh [CPU s]", "body [CPU s]", "memory [GB]")
@@ -137,7 +131,7 @@ def meshes(given) -> None:
         line(*row)
 
 
-def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:
+def stepped(model):
     """Return the history as far as it goes, why it ended early, and processor seconds."""
     start, why = time.process_time(), ""
     stops: list[str] = []
@@ -154,7 +148,7 @@ def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:
         return sim.history(), why or "".join(stops[:1]), time.process_time() - start
 
 
-def rows_of(history: xr.Dataset, depth: float, travel: float) -> list[list[float]]:
+def rows_of(history, depth, travel):
     """Return depth, travel, normal and friction force, central marker, outermost ring along x and y [mm, N]."""
     tracks = marker_tracks(history, ("internal",))
     moved = 1e3 * (tracks["position"].values - tracks["position"].values[0])
@@ -171,13 +165,13 @@ def rows_of(history: xr.Dataset, depth: float, travel: float) -> list[list[float
     return rows
 
 
-def _is_told(length: float) -> bool:
+def _is_told(length):
     """Tell whether a length is a whole number of half millimetres above none."""
     halves = length / 0.5e-3
     return round(halves) > 0 and abs(halves - round(halves)) < 1e-6
 
 
-def large(given) -> None:
+def large(given):
     """Print the table of each skin at small and at large strain."""
     depth, travel, part = (1e-3 * value for value in (given.depths[-1], given.travel, given.part))
     programme = (fs.Press(depth, SPEED), fs.Slide(travel, SPEED))
@@ -197,7 +191,7 @@ def large(given) -> None:
             sys.stdout.flush()
 
 
-def whole(given) -> None:
+def whole(given):
     """Print a row for each skin and direction."""
     depth, travel, part = (1e-3 * value for value in (given.depths[0], given.travel, given.part))
     table("skin", "direction", "error of markers", "error of force", "friction, normal, transverse force [N]")
@@ -219,7 +213,7 @@ def whole(given) -> None:
 CASES = {"section": section, "meshes": meshes, "large": large, "whole": whole}
 
 
-def main() -> None:
+def main():
     """Print the tables that are asked for."""
     parser = options_of(__doc__)
     parser.add_argument("--cases", nargs="+", default=["section"], choices=CASES)

@@ -10,15 +10,12 @@ before, where ``results/reference/benchmark_solid.json`` has the case. ``--write
 ``--scale [NODES ...] --figure FILE`` tells instead how the cost of each part grows with the nodes of the stand-in.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import resource
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rows import line, options_of, reference, table, write
@@ -44,11 +41,11 @@ class Case:
     steps: int
 
     @property
-    def is_finger(self) -> bool:
+    def is_finger(self):
         return self.name in SIZES or not self.nodes
 
 
-def models(case: Case, mesh, steps: int):
+def models(case, mesh, steps):
     from models import model
 
     integration = "nodal" if case.name in {"coarse", "eight"} else "selective"
@@ -60,7 +57,7 @@ def models(case: Case, mesh, steps: int):
     return [model(mesh, steps=steps, integration=integration)]
 
 
-def measure(case: Case) -> dict[str, Any]:
+def measure(case):
     """Simulate a small pad for the compiled code, then the one that is asked for; peak memory is in GB."""
     from models import finger_mesh, pad_mesh
 
@@ -91,7 +88,7 @@ def measure(case: Case) -> dict[str, Any]:
     }
 
 
-def rows(timing: dict[str, Any], before: dict[str, Any] | None) -> None:
+def rows(timing, before):
     """Print a case, its seconds by the clock and those of the processor, and both as they were before."""
     line(timing["name"], *(timing[name] for name in SAID), *timing["seconds"].values(), timing["peak"], digits=3)
     line("processor", *[""] * len(SAID), *timing["processor"].values(), "", digits=3)
@@ -99,7 +96,7 @@ def rows(timing: dict[str, Any], before: dict[str, Any] | None) -> None:
         line(label, *[""] * len(SAID), *(before[kind][part] for part in PARTS), "", digits=3)
 
 
-def grow(timings: list[dict[str, Any]], steps: int, figure: Path | None) -> None:
+def grow(timings, steps, figure):
     """Print how the cost of each part grows with the nodes, and draw it where a file is given."""
     from matplotlib.figure import Figure
 
@@ -118,7 +115,7 @@ def grow(timings: list[dict[str, Any]], steps: int, figure: Path | None) -> None
         drawing.savefig(figure, dpi=150)
 
 
-def main() -> None:
+def main():
     parser = options_of(__doc__, writes=True)
     parser.add_argument("--nodes", type=int, default=34_000, help="of the stand-in; 0 for the shipped mesh")
     parser.add_argument("--steps", type=int, default=300, help="steps of 5 ms; the first 100 press")

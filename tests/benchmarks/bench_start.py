@@ -19,20 +19,15 @@ Behind them the seconds of the clock, start to end, and how many modules are loa
 CPU, the least of all repeats.
 """
 
-from __future__ import annotations
-
 import json
 import os
-import resource
 import subprocess
 import sys
 import tempfile
-import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from rows import line, options_of
+from rows import line, options_of, seconds, table
 
 # Counted in the process itself: threads that libraries start are part of it, what it starts is not.
 START = """
@@ -81,64 +76,45 @@ sweep: {contact.friction_coefficient: [0.3, 0.4, 0.5, 0.6]}
 """
 
 #: Arguments by the verb; the study, its results and one of its runs are written as S, R and R/RUN.
-VERBS = (
-    *(["--version"], ["--help"], ["run", "--help"], ["examples"], ["schema"], ["new", "made.yaml"], ["show"]),
-    *(["show", "wang2014-2d"], ["show", "S"], ["show", "R/RUN"], ["check", "S"], ["run", "S"], ["report", "R"]),
-    *(
-        ["diff", "R/RUN", "R/OTHER"],
-        ["sensitivity", "R"],
-        ["predict", "R", "--at", "contact.friction_coefficient=0.45"],
-    ),
-    *(["figure", "R", "--kind", "latency"], ["figure", "R/RUN", "--kind", "slip-map"], ["figure", "R"]),
-    *(["view", "R/RUN", "--screenshot", "p.png"], ["mesh", "S"]),
-    *(["export", "R/RUN"], ["export", "R"], ["export", "R/RUN", "--format", "vtu"], ["verify", "--only", "missing"]),
-    *(["converge", "missing.yaml"], ["validate", "--studies", "missing"], ["track", "missing.mp4"]),
-    *(["detect", "train", "missing"], ["detect", "run", "missing.csv"], ["detect", "evaluate", "missing"]),
-    *(["detect", "simulate", "missing.yaml"], ["detect", "score", "missing", "missing.csv"]),
-)
+VERBS = """
+--version | --help | run --help | examples | schema | new made.yaml | show | show wang2014-2d | show S | show R/RUN
+check S | run S | report R | diff R/RUN R/OTHER | sensitivity R | predict R --at contact.friction_coefficient=0.45
+figure R --kind latency | figure R/RUN --kind slip-map | figure R | view R/RUN --screenshot p.png | mesh S
+export R/RUN | export R | export R/RUN --format vtu | verify --only missing | converge missing.yaml
+validate --studies missing | track missing.mp4 | detect train missing | detect run missing.csv
+detect evaluate missing | detect simulate missing.yaml | detect score missing missing.csv
+"""
 
 
-@dataclass(frozen=True)
-class Measured:
-    """CPU seconds up to the first file, of imports, and of the rest; seconds of the clock; loaded modules."""
-
-    start: float
-    imports: float
-    work: float
-    clock: float
-    modules: int
+def least(call, repeat):
+    """Return the least of each of the numbers that a call gives."""
+    return np.min([call() for _ in range(repeat)], axis=0).tolist()
 
 
-def measured(arguments: list[str], given: str) -> Measured:
-    """Start a command in a process of its own."""
-    done = subprocess.run(
-        [sys.executable, "-c", START, given, *arguments], capture_output=True, text=True, check=False, encoding="utf-8"
-    )
-    found = done.stderr.rpartition("measured (")[2].rstrip(")").split(", ")
-    return Measured(*map(float, found[:4]), int(found[4]))
+def measured(arguments, given):
+    """Start a command in a process of its own; return CPU seconds, seconds of the clock and loaded modules."""
+    words = [sys.executable, "-c", START, given, *arguments]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, encoding="utf-8")
+    return [float(text) for text in done.stderr.rpartition("measured (")[2].rstrip(")").split(", ")]
 
 
-def placed(arguments: list[str]) -> list[str]:
+def placed(arguments):
     """Put the small study, its results and its runs in the place of S, R, RUN and OTHER."""
     first, second, *_ = sorted(path.parent for path in Path("results/small").glob("*/events.json"))
     names = {"S": "small.yaml", "R": "results/small", "R/RUN": str(first), "R/OTHER": str(second)}
     return [names.get(argument, argument) for argument in arguments]
 
 
-def table(repeat: int, only: str | None) -> None:
+def verbs(repeat, only):
     """Print what each verb takes."""
-    sys.stdout.write(f"{'command':<34}{'start':>7}{'imports':>9}{'work':>7}{'clock':>7}{'modules':>9}\n")
-    for verb in VERBS:
+    table("command", "start", "imports", "work", "clock", "modules")
+    for verb in (words.split() for words in VERBS.strip().replace("\n", "|").split("|")):
         if only in {None, verb[0]}:
-            given = next((one for one in placed(verb)[1:] if one.startswith(("small", "results", "missing"))), "")
-            measured(placed(verb), given)
-            found = [measured(placed(verb), given) for _ in range(repeat)]
-            start, imports, work, clock = (
-                min(getattr(one, name) for one in found) for name in ("start", "imports", "work", "clock")
-            )
-            line = f"{start:7.2f}{imports:9.2f}{work:7.2f}{clock:7.2f}{found[0].modules:9d}\n"
-            sys.stdout.write(f"{' '.join(verb):<34.34}{line}")
-            sys.stdout.flush()
+            words = placed(verb)
+            given = next((one for one in words[1:] if one.startswith(("small", "results", "missing"))), "")
+            measured(words, given)
+            *times, modules = least(lambda words=words, given=given: measured(words, given), repeat)
+            line(" ".join(verb), *times, int(modules), digits=3)
 
 
 OPEN = """
@@ -169,44 +145,40 @@ sample: {{count: {runs}, ranges: {{contact.friction_coefficient: [0.3, 0.9]}}}}
 OPENED = ("imports", "open_study", "to_dataframe")
 
 
-def computed(runs: int) -> Path:
+def computed(runs):
     """Run the study of the block in this folder, without figures."""
     import fingerslip as fs
     from fingerslip.study.running import runner
     from fingerslip.verification.meshes import box
 
-    runner.write_report = lambda *_: None  # type: ignore[assignment]
+    runner.write_report = lambda *_: None
     fs.write_mesh(box("Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)), "block.msh")
     Path("many.yaml").write_text(BLOCK.format(runs=runs), encoding="utf-8")
     fs.run_study("many.yaml", workers=2)
     return Path("results/many")
 
 
-def opened(folder: Path, runs: int, repeat: int) -> None:
+def opened(folder, runs, repeat):
     """Print what opening the results takes."""
     command = [sys.executable, "-c", OPEN, str(folder), str(runs)]
-    found = np.array(
-        [json.loads(subprocess.run(command, check=True, capture_output=True).stdout) for _ in range(repeat)]
-    )
-    for name, (clock, cpu) in zip(OPENED, found.min(axis=0), strict=True):
-        line(f"{name} [s]", float(clock), float(cpu), digits=3)
+    call = lambda: json.loads(subprocess.run(command, check=True, capture_output=True).stdout)  # noqa: E731
+    for name, (clock, cpu) in zip(OPENED, least(call, repeat), strict=True):
+        line(f"{name} [s]", clock, cpu, digits=3)
 
 
-def reported(folder: Path, repeat: int) -> None:
+def reported(folder, repeat):
     """Print what the report of a study takes."""
-    found = []
-    for _ in range(repeat):
-        begun, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
-        command = [sys.executable, "-m", "fingerslip", "report", str(folder)]
-        subprocess.run(command, check=True, capture_output=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        found.append((time.perf_counter() - begun, cpu))
-    clock, cpu = np.array(found).min(axis=0)
-    line("report [s]", float(clock), float(cpu), digits=3)
+
+    def call():
+        figures = {}
+        with seconds(figures, "report"):
+            subprocess.run([sys.executable, "-m", "fingerslip", "report", folder], check=True, capture_output=True)
+        return figures["report, clock"], figures["report"]
+
+    line("report [s]", *least(call, repeat), digits=3)
 
 
-def main() -> None:
+def main():
     """Print what is asked for."""
     parser = options_of(__doc__)
     parser.add_argument("--repeat", type=int, default=3)
@@ -224,9 +196,8 @@ def main() -> None:
             opened(computed(options.opened), options.opened, options.repeat)
         else:
             Path("small.yaml").write_text(STUDY, encoding="utf-8")
-            run = [sys.executable, "-m", "fingerslip", "run", "small.yaml"]
-            subprocess.run(run, check=True, capture_output=True)
-            table(options.repeat, options.only)
+            subprocess.run([sys.executable, "-m", "fingerslip", "run", "small.yaml"], check=True, capture_output=True)
+            verbs(options.repeat, options.only)
         os.chdir(before)
 
 

@@ -7,8 +7,6 @@ instead, whose truth nobody knows, and judges by what is known: where the sensor
 are back at their places. NAME.mask.png beside a recording is its mask.
 """
 
-from __future__ import annotations
-
 import argparse
 import functools
 import itertools
@@ -37,7 +35,7 @@ line, table = functools.partial(rows.line, digits=3), rows.table
 WORST = clips.with_look(clips.BAD, marker=150.0, background=50.0)
 
 
-def ours(frames, truth, **options) -> np.ndarray:
+def ours(frames, truth, **options):
     """Return positions of all markers of the truth; NaN where lost."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fs.TrackingWarning)
@@ -48,33 +46,27 @@ def ours(frames, truth, **options) -> np.ndarray:
     return clips.in_true_order(tracks["position"].values, truth)
 
 
-def head(cells: str) -> None:
+def head(cells):
     sys.stdout.write("\n")
     table(*cells.split(" | "))
 
 
-def percent(share: float) -> str:
+def percent(share):
     return f"{100.0 * share:.2f}"
 
 
-def both(positions, look, seed=0, layout="rings") -> tuple[clips.Score, clips.Score]:
+def both(positions, look, seed=0, layout="rings"):
     frames, truth = list(clips.filmed(positions, look, seed=seed)), clips.truth_of(positions, look)
     own = clips.scored(ours(frames, truth, n_markers=truth.shape[1], layout=layout), truth)
     plain = track_nearest(frames, truth[0], look.radius, look.marker > look.background)
     return own, clips.scored(plain, truth)
 
 
-def error() -> None:
+def error():
     """Error against blur, noise, size and contrast."""
     head("changed | value | rms [px] | largest [px] | kept [%] | swaps | plain: rms [px] | kept [%] | swaps")
-    changes = {
-        "default": (None,),
-        "blur": (0.4, 1.5, 2.5, 4.0),
-        "noise": (0.0, 5.0, 10.0, 20.0),
-        "radius": (2.0, 3.0, 8.0, 12.0),
-        "contrast": (10.0, 20.0, 40.0, 80.0),
-        "exposure": (0.5, 1.0),
-    }
+    changes = {"default": (None,), "blur": (0.4, 1.5, 2.5, 4.0), "noise": (0.0, 5.0, 10.0, 20.0)}
+    changes |= {"radius": (2.0, 3.0, 8.0, 12.0), "contrast": (10.0, 20.0, 40.0, 80.0), "exposure": (0.5, 1.0)}
     for name, values in changes.items():
         for value in values:
             look = clips.DEFAULT
@@ -87,24 +79,22 @@ def error() -> None:
                  plain.rms, percent(plain.kept), plain.swapped)  # fmt: skip
 
 
-def directions() -> None:
+def directions():
     """Identities over eight directions with 40 px of travel, slow and fast."""
     head("frames for 40 px | rms [px] | largest [px] | kept [%] | swaps | plain: kept [%] | swaps | swapped at the end")
     for count in (REST + 60, REST + 10, REST + 4, REST + 2):
-        found = [
-            both(clips.slide(clips.field(), k * np.pi / 4, count=count, rest=REST), clips.DEFAULT) for k in range(8)
-        ]
-        own, plain = ([pair[i] for pair in found] for i in (0, 1))
+        paths = (clips.slide(clips.field(), k * np.pi / 4, count=count, rest=REST) for k in range(8))
+        own, plain = zip(*(both(path, clips.DEFAULT) for path in paths), strict=True)
         line(count - REST, _rms(own), max(s.worst for s in own), percent(np.mean([s.kept for s in own])),
              sum(s.swapped for s in own), percent(np.mean([s.kept for s in plain])), sum(s.swapped for s in plain),
              sum(s.swapped_last for s in plain))  # fmt: skip
 
 
-def _rms(scores) -> float:
+def _rms(scores):
     return float(np.sqrt(np.mean([s.rms**2 for s in scores])))
 
 
-def bad(seed: int = 10) -> None:
+def bad(seed=10):
     """Share kept and identities on bad clips."""
     head("clip | clips | marker-frames | kept [%] | worst [%] | stray | swaps | rms [px] | plain: kept [%] | swaps")
     small = clips.with_look(clips.BAD, radius=4.0)
@@ -117,9 +107,8 @@ def bad(seed: int = 10) -> None:
     for name, (points, look, layout, travel) in cases.items():
         own, plain, count = [], [], 0
         for k in range(0, 8, 2):
-            path = (
-                clips.press(points, count=120) if travel is None else clips.slide(points, k * np.pi / 4, travel=travel)
-            )
+            slid = None if travel is None else clips.slide(points, k * np.pi / 4, travel=travel)
+            path = clips.press(points, count=120) if slid is None else slid
             pair = both(path, look, seed=seed + k, layout=layout)
             own.append(pair[0])
             plain.append(pair[1])
@@ -129,7 +118,7 @@ def bad(seed: int = 10) -> None:
              percent(np.mean([s.kept for s in plain])), sum(s.swapped for s in plain))  # fmt: skip
 
 
-def vanish() -> None:
+def vanish():
     """Markers that vanish for a while during a slide."""
     head("frames hidden | markers hidden | found in them | frames until found again | kept of the rest [%] | swaps")
     for frames, markers in ((1, 8), (10, 8), (30, 8), (10, 40)):
@@ -145,7 +134,7 @@ def vanish() -> None:
              percent(score.kept), score.swapped)  # fmt: skip
 
 
-def trackers() -> None:
+def trackers():
     """Trackers side by side: kept [%] / swaps, all of them started where the markers are, ours without any hint."""
     table("clip", "ours", "nearest blob", "optical flow", "trackpy")
     rings, lattice = clips.field(), clips.field(layout="hex", rings=6)
@@ -163,21 +152,16 @@ def trackers() -> None:
     for name, (path, look, hidden) in cases.items():
         frames, truth = list(clips.filmed(path, look, hidden=hidden)), clips.truth_of(path, look)
         start, bright = truth[0], look.marker > look.background
-        tracks = (
-            ours(frames, truth),
-            track_nearest(frames, start, look.radius, bright),
-            track_flow(frames, start),
-            track_trackpy(frames, start, look.radius, bright),
-        )
+        blobs, trackpy = (track(frames, start, look.radius, bright) for track in (track_nearest, track_trackpy))
+        tracks = ours(frames, truth), blobs, track_flow(frames, start), trackpy
         scores = [clips.scored(position, truth, hidden) for position in tracks]
         line(name, *(f"{percent(score.kept)} / {score.swapped}" for score in scores))
 
 
-def recordings(folder: Path) -> None:
+def recordings(folder):
     """Print for each recording which shares [%] of the markers are home at rest, wrong, and home at the last rest."""
-    table(
-        "recording", "hint", "tracker", "markers", "rest frames", "seen", "home", "wrong", "last home", "CPU ms a frame"
-    )
+    shares = "seen", "home", "wrong", "last home"
+    table("recording", "hint", "tracker", "markers", "rest frames", *shares, "CPU ms a frame")
     for video in sorted(path for path in folder.iterdir() if path.suffix in {".avi", ".mp4", ".mkv"}):
         masks = [mask for mask in [video.with_suffix(".mask.png")] if mask.exists()]
         frames = list(open_frames(video).read())
@@ -194,7 +178,7 @@ def recordings(folder: Path) -> None:
                 line(video.stem, hint, name, len(markers.position), int(rest.sum()), *judged, cost)
 
 
-def _trackers(markers, frames, mask) -> dict[str, functools.partial]:
+def _trackers(markers, frames, mask):
     start, radius, bright = markers.position, float(np.median(markers.radius)), markers.polarity > 0.0
     return {
         "ours": functools.partial(_follow, markers, frames, mask),
@@ -204,12 +188,12 @@ def _trackers(markers, frames, mask) -> dict[str, functools.partial]:
     }
 
 
-def _region(shape, points) -> np.ndarray:
+def _region(shape, points):
     hull = cv2.convexHull(points.astype(np.float32)).astype(np.int32)
     return cv2.fillConvexPoly(np.zeros(shape, dtype=np.uint8), hull, 1) > 0
 
 
-def _at_rest(frames, region) -> np.ndarray:
+def _at_rest(frames, region):
     """Tell which frames look as the first does in a region, whatever the light: what varies over a few pixels."""
     bands = []
     for frame in frames:
@@ -219,7 +203,7 @@ def _at_rest(frames, region) -> np.ndarray:
     return (np.array(alike) > 0.85) & (np.arange(len(frames)) >= 5)
 
 
-def _judged(position, rest) -> tuple[float, ...]:
+def _judged(position, rest):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of markers that are never seen
         off = np.linalg.norm(position - np.nanmean(position[:5], axis=0), axis=2)
@@ -228,26 +212,19 @@ def _judged(position, rest) -> tuple[float, ...]:
     return tuple(round(100.0 * float(share), 1) for share in shares)
 
 
-def drift() -> None:
+def drift():
     """Drift over an hour of rest at 30 frames a second, of which every 600th frame is made and tracked."""
     head("light | frames tracked | largest drift of a marker [px] | rms drift [px] | noise of a frame [px]")
-    for name, look in (
-        ("steady", clips.DEFAULT),
-        ("loses 30 %, flickers 2 %", clips.with_look(clips.DEFAULT, drift=0.3, flicker=0.02)),
-    ):
+    unsteady = clips.with_look(clips.DEFAULT, drift=0.3, flicker=0.02)
+    for name, look in (("steady", clips.DEFAULT), ("loses 30 %, flickers 2 %", unsteady)):
         positions = clips.still(clips.field(), 180)
         found = ours(list(clips.filmed(positions, look)), positions, n_markers=81)
         moved = np.nanmean(found[-36:], axis=0) - np.nanmean(found[:36], axis=0)
-        line(
-            name,
-            len(found),
-            float(np.linalg.norm(moved, axis=1).max()),
-            float(np.sqrt((moved**2).mean())),
-            float(np.nanstd(found - positions)),
-        )
+        drifts = float(np.linalg.norm(moved, axis=1).max()), float(np.sqrt((moved**2).mean()))
+        line(name, len(found), *drifts, float(np.nanstd(found - positions)))
 
 
-def speed() -> None:
+def speed():
     """CPU time of a frame of 1920 x 1080 with 81 markers."""
     look = clips.Look(shape=(1080, 1920), radius=10.0)
     positions = clips.slide(clips.field(look), 1.0, count=200, rest=REST)
@@ -260,9 +237,8 @@ def speed() -> None:
         head("part | CPU ms a frame | frames a second")
         parts = {"follow 81 markers": _timed(lambda: _follow(reference.markers, frames), len(frames))}
         rest = rest_exposure(frames[0])
-        parts["judge the exposure"] = _timed(
-            lambda: [frame_state(b, a, rest) for a, b in itertools.pairwise(frames)], len(frames)
-        )
+        judge = lambda: [frame_state(b, a, rest) for a, b in itertools.pairwise(frames)]  # noqa: E731
+        parts["judge the exposure"] = _timed(judge, len(frames))
         parts["decode MJPEG"] = _timed(lambda: sum(1 for _ in open_frames(video).read()), len(frames))
         parts["all three"] = sum(parts.values())
         for name, seconds in parts.items():
@@ -274,7 +250,7 @@ def speed() -> None:
         line("plain tracker, without decoding", 1e3 * plain, 1.0 / plain)
 
 
-def camera() -> None:
+def camera():
     """CPU time of frames that a pixel camera takes of 81 sliding markers, clean and with all faults, and of points."""
     cv2.setNumThreads(1)
     layout, times = fs.ring_layout(2.6e-3), np.arange(0.0, 5.0, 0.01)
@@ -301,7 +277,7 @@ def camera() -> None:
             line(name, f"{width} x {height}", 1e3 * seconds, 1.0 / filming.frame_rate / seconds)
 
 
-def _follow(markers, frames, mask=None) -> np.ndarray:
+def _follow(markers, frames, mask=None):
     state, course = rest_state(markers), []
     for frame in frames:
         state, position, _ = follow(markers, state, frame, mask)
@@ -309,7 +285,7 @@ def _follow(markers, frames, mask=None) -> np.ndarray:
     return np.array(course)
 
 
-def _timed(call, count) -> float:
+def _timed(call, count):
     best = np.inf
     for _ in range(3):
         start = time.process_time()
@@ -321,7 +297,7 @@ def _timed(call, count) -> float:
 CASES = {case.__name__: case for case in (error, directions, bad, vanish, trackers, drift, speed, camera)}
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", nargs="*", choices=CASES, default=list(CASES))
     parser.add_argument("--seed", type=int, default=10, help="first seed of the bad clips")

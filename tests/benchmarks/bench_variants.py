@@ -19,8 +19,6 @@ root of the mean square over that of the variable. ``--alone VARIANT`` runs one 
 ``results/reference/benchmark_large_strain.json`` says what it took before; ``--write FILE`` writes such a file.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import resource
 import sys
@@ -31,7 +29,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from bench_solid import SIZES
 from models import Memory, finger_mesh, model, model_of, section
 from rows import line, options_of, reference, table, write
@@ -40,9 +37,7 @@ import fingerslip as fs
 from fingerslip.linear.solver import known_solvers
 from fingerslip.linear.solvers.pardiso import Pardiso
 
-PARTS = (
-    *("basis", "assembly", "bulk", "tangent", "factorisation", "substitution", "contact", "recording", "stepping"),
-)
+PARTS = ("basis", "assembly", "bulk", "tangent", "factorisation", "substitution", "contact", "recording", "stepping")
 COUNTS = ("newton_iterations", "factorisations", "halved_steps", "basis_error", "basis_acceleration_error")
 COMPARED = (
     *("contact_displacement", "contact_velocity", "contact_acceleration", "normal_traction", "tangential_traction"),
@@ -57,7 +52,7 @@ class Variant:
     options: dict[str, Any] = field(default_factory=dict)
     makes_basis: bool = False
 
-    def run(self, end: float | None, threads: int | None) -> list[xr.Dataset]:
+    def run(self, end, threads):
         """Return the histories, perhaps cut short."""
         if self.makes_basis:
             self.options["bases"].stored.clear()
@@ -69,11 +64,11 @@ class Variant:
 class Exact(Pardiso):
     """MKL PARDISO, all of whose factors are of double precision."""
 
-    def rough(self) -> Pardiso:
+    def rough(self):
         return self.series()
 
 
-def bases(study: str, frictions: tuple[float, ...] = ()) -> dict[str, Variant]:
+def bases(study, frictions=()):
     whole, store = model_of(study), {"bases": Memory()}
     (contact,) = whole.contacts
     laws = [fs.Coulomb(friction) for friction in frictions] or [contact.friction]
@@ -82,32 +77,30 @@ def bases(study: str, frictions: tuple[float, ...] = ()) -> dict[str, Variant]:
     return {"mesh": Variant(models), "made": Variant(reduced, store, True), "kept": Variant(reduced, store)}
 
 
-def solvers() -> dict[str, Variant]:
+def solvers():
     return {solver.name: Variant([section()], {"solver": solver}) for solver in known_solvers()}
 
 
-def precision(size: str, integration: str) -> dict[str, Variant]:
+def precision(size, integration):
     finger = model(finger_mesh(*SIZES[size]), steps=300, integration=integration)
     solvers = {"double": Exact(), "single": Pardiso()}
     return {name: Variant([finger], {"solver": solver}) for name, solver in solvers.items()}
 
 
-def relaxing(elastic: Callable[[], fs.Model]) -> dict[str, Variant]:
+def relaxing(elastic):
     whole = elastic()
-    materials = {
-        name: layer if name == "phalanx" else dataclasses.replace(layer, prony=TERMS)
-        for name, layer in whole.materials.items()
-    }
+    soft = {name: layer for name, layer in whole.materials.items() if name != "phalanx"}
+    materials = {**whole.materials, **{name: dataclasses.replace(layer, prony=TERMS) for name, layer in soft.items()}}
     return {"elastic": Variant([whole]), "relaxing": Variant([dataclasses.replace(whole, materials=materials)])}
 
 
-def shipped() -> dict[str, Variant]:
+def shipped():
     names = {"elastic": "pulp-relaxing-prony-none", "relaxing": "pulp-relaxing"}
     run = "tissue-preset-{}_speed-5mm-per-s_step-5ms"
     return {words: Variant([model_of("viscoelastic_3d", run.format(name))]) for words, name in names.items()}
 
 
-def strains(study: str) -> dict[str, Variant]:
+def strains(study):
     whole = model_of(study)
     return {kind: Variant([dataclasses.replace(whole, kinematics=kind)]) for kind in ("small", "finite")}
 
@@ -127,7 +120,7 @@ CASES: dict[str, Callable[[], dict[str, Variant]]] = {
 }
 
 
-def measured(variant: Variant, end: float | None, threads: int | None) -> tuple[list[xr.Dataset], dict[str, float]]:
+def measured(variant, end, threads):
     """Return histories, and seconds of everything and of the parts."""
     clock, cpu = time.perf_counter(), time.process_time()
     histories = variant.run(end, threads)
@@ -137,7 +130,7 @@ def measured(variant: Variant, end: float | None, threads: int | None) -> tuple[
     return histories, seconds
 
 
-def differences(histories: list[xr.Dataset], expected: list[xr.Dataset]) -> str:
+def differences(histories, expected):
     """Return how much variables and the time of overall slip differ, the largest of all runs."""
     pairs, texts = list(zip(histories, expected, strict=True)), []
     for name in (name for name in COMPARED if name in expected[0] and expected[0][name].size):
@@ -152,7 +145,7 @@ def differences(histories: list[xr.Dataset], expected: list[xr.Dataset]) -> str:
     return ", ".join([*texts, f"overall slip {1e3 * max(moved, default=float('nan')):.1e} ms"])
 
 
-def compare(case: str, options) -> dict[str, float]:
+def compare(case, options):
     """Print what each variant of a case takes, and return it."""
     variants = CASES[case]()
     chosen = {name: variants[name] for name in options.alone or variants}
@@ -183,7 +176,7 @@ def compare(case: str, options) -> dict[str, float]:
     return {f"{name}, {key}": round(value, 3) for name, seconds in least.items() for key, value in seconds.items()}
 
 
-def main() -> None:
+def main():
     parser = options_of(__doc__, writes=True)
     parser.add_argument("--cases", nargs="+", choices=CASES, default=["section", "frictions", "solid"])
     parser.add_argument("--repeat", type=int, default=1)

@@ -3,8 +3,6 @@
 The stand-in is a half-ellipsoid of any number of nodes, pressed and slid on a plate.
 """
 
-from __future__ import annotations
-
 import contextlib
 from pathlib import Path
 
@@ -16,7 +14,7 @@ PRESS_DEPTH, PRESS_SPEED, SLIDE_SPEED = 2e-3, 4e-3, 5e-3
 _HALF_WIDTH, _HALF_LENGTH, _HEIGHT = 8e-3, 10e-3, 8e-3
 
 
-def pad_mesh(nodes: int) -> skfem.MeshTet1:
+def pad_mesh(nodes):
     """Return linear tetrahedra with about `nodes` nodes, finer below; boundaries `skin` and `top`.
 
     The block of 16 by 20 by 8 mm is bulged below to an ellipsoid, held at its flat upper side.
@@ -34,7 +32,7 @@ def pad_mesh(nodes: int) -> skfem.MeshTet1:
     return mesh.with_subdomains({"pulp": np.arange(mesh.nelements)})
 
 
-def finger_mesh(contact_size: float, bulk_size: float, contact_reach: float) -> skfem.MeshTet1:
+def finger_mesh(contact_size, bulk_size, contact_reach):
     """Return the fingertip of the preset `wang2014-3d` in linear tetrahedra, of given sizes [m]."""
     import fingerslip as fs
 
@@ -43,9 +41,7 @@ def finger_mesh(contact_size: float, bulk_size: float, contact_reach: float) -> 
     return sizes.build(finger)
 
 
-def model(
-    mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction: float = 0.6, integration: str = "selective"
-):
+def model(mesh, *, steps, direction=0.0, friction=0.6, integration="selective"):
     """Return the model: press by 2 mm in 100 steps of 5 ms, then slide at 5 mm/s in a direction [rad]."""
     import fingerslip as fs
 
@@ -82,14 +78,14 @@ class Memory:
         return contextlib.nullcontext()
 
 
-def run_of(study: str, name: str | None = None):
+def run_of(study, name=None):
     """Return a run of a shipped study by its name; the first without."""
     from fingerslip.study.definition.runs import read_runs
 
     return next(run for run in read_runs(STUDIES / f"{study}.yaml").runs if name in {None, run.name})
 
 
-def model_of(study: str, name: str | None = None):
+def model_of(study, name=None):
     """Return the model of a run, on the mesh."""
     from dataclasses import replace
 
@@ -99,7 +95,7 @@ def model_of(study: str, name: str | None = None):
     return replace(build_model(run, build_mesh(run)), basis=None)
 
 
-def section(step: float = 5e-3):
+def section(step=5e-3):
     """Return the push and slide of the paper's section on elements of 0.15 mm."""
     import fingerslip as fs
 

@@ -10,16 +10,8 @@ from typing import Any
 FRAGMENTS = (
     *("!!int x", '!!bool ""', "!!timestamp abc", "!!timestamp 2020-01-01", "!!float 0x1", "!!null x", "!!set {a, b}"),
     *("!!binary aGVsbG8=", "!!python/object:os.system x", "!custom 1", "!!str 5 mm", "!!omap [a: 1]", "!!seq {}"),
-    *(
-        "1" * 5000,
-        "-" + "9" * 400,
-        "0x" + "f" * 5000,
-        "0o" + "7" * 400,
-        "1_000",
-        "1e400",
-        "-1e-400",
-        "0.1" + "0" * 5000,
-    ),
+    *("1" * 5000, "-" + "9" * 400, "0x" + "f" * 5000, "0o" + "7" * 400),
+    *("1_000", "1e400", "-1e-400", "0.1" + "0" * 5000),
     *("[" * 1000, "[" * 1000 + "]" * 1000, "{a: " * 300 + "1" + "}" * 300, "- - - -"),
     *("*a", "&a [*a]", "&a 5 mm", "5 mm/0", "5 m^9^9^9", "1 mm*9**9**9", "5 mm*0", "5 mm/mm*mm"),
     *("1e99999999999999999999 mm", "-1e99999999999999999999 mm", "1e-99999999999999999999 mm", "1e308 km"),
@@ -29,19 +21,8 @@ FRAGMENTS = (
     *("2020-01-01", "12:30:45", "[]", "{}", "[x, y, z, w]", "[1, 2, 3]", "{x: 1}", "{<<: {a: 1}}", "<<", "=", "? x"),
     *("|\n  text", ">-\n\n", "'", '"', '"\\ud800"', '"\\0"', "@", "`", "%", "\t5 mm", "é", "\x85", "\u2028", "\ufeff"),
     *("original", "slide", "press", "hold", "solid", "plane_stress", "skin", "phalanx", "x", "nodal", "T10", "0.6"),
-    *(
-        "1 mm",
-        "1 s",
-        "1 kPa",
-        "1 mm/s",
-        "1 kg/m^3",
-        "1e-15 mm",
-        "1e12 mm",
-        "1e-12 mm/s",
-        "1e15 Pa",
-        "90 deg",
-        "1e9 deg",
-    ),
+    *("1 mm", "1 s", "1 kPa", "1 mm/s", "1 kg/m^3", "1e-15 mm", "1e12 mm", "1e-12 mm/s", "1e15 Pa"),
+    *("90 deg", "1e9 deg"),
 )
 #: Names that other programs, people and languages give: quotes, formulas, controls, direction marks, half characters.
 FOREIGN = (

@@ -24,14 +24,14 @@ KINDS: list[tuple[Kind, int, int, int]] = [
 ]
 
 
-def check(kind: Kind, numbers: range, folder: Path) -> None:
+def check(kind, numbers, folder):
     cases = kind(folder)
     stored = kind in {result_cases, forged_cases}
     assert faults(cases, numbers, (lambda: unfinished(folder)) if stored else newcomers(folder)) == []
 
 
 @pytest.mark.parametrize(("kind", "count"), [pytest.param(*row[:2], id=row[0].__name__) for row in KINDS])
-def test_a_few_damaged_ones(tmp_path: Path, kind: Kind, count: int) -> None:
+def test_a_few_damaged_ones(tmp_path, kind, count):
     check(kind, range(count), tmp_path)
 
 
@@ -44,5 +44,5 @@ def test_a_few_damaged_ones(tmp_path: Path, kind: Kind, count: int) -> None:
         for part in range(parts)
     ],
 )
-def test_damaged_ones(tmp_path: Path, kind: Kind, numbers: range) -> None:
+def test_damaged_ones(tmp_path, kind, numbers):
     check(kind, numbers, tmp_path)

@@ -5,7 +5,6 @@ import random
 import shutil
 import signal
 import time
-from pathlib import Path
 
 import pytest
 
@@ -18,12 +17,12 @@ _ENDINGS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def study(tmp_path_factory):
     return write_block(tmp_path_factory.mktemp("study"), **TWO_RUNS)
 
 
 @pytest.fixture(scope="module")
-def undisturbed(study: Path) -> tuple[Path, float]:
+def undisturbed(study):
     """Return the results of a run that nothing disturbs, and the seconds that it takes."""
     folder = study.parent / "undisturbed"
     finish(study, folder)  # compiles
@@ -32,7 +31,7 @@ def undisturbed(study: Path) -> tuple[Path, float]:
     return folder, time.perf_counter() - started
 
 
-def finish(study: Path, results: Path) -> None:
+def finish(study, results):
     """Run a study to its end."""
     errors = results.with_name(f"{results.name} errors")
     process = begin(study, results, errors)
@@ -42,9 +41,7 @@ def finish(study: Path, results: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(_PARTS))
-def test_runs_that_are_ended_go_on_to_the_same_results(
-    study: Path, undisturbed: tuple[Path, float], tmp_path: Path, part: int
-) -> None:
+def test_runs_that_are_ended_go_on_to_the_same_results(study, undisturbed, tmp_path, part):
     whole, seconds = undisturbed
     chance = random.Random(SEED + part)
     for number in range(_KILLS // _PARTS // _IN_A_ROW):
@@ -68,9 +65,7 @@ def test_runs_that_are_ended_go_on_to_the_same_results(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.0, 0.02, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
-def test_two_processes_on_one_folder_leave_whole_results(
-    study: Path, undisturbed: tuple[Path, float], tmp_path: Path, delay: float
-) -> None:
+def test_two_processes_on_one_folder_leave_whole_results(study, undisturbed, tmp_path, delay):
     whole, seconds = undisturbed
     results, errors = tmp_path / "results", [tmp_path / name for name in ("one", "other")]
     processes = [begin(study, results, errors[0])]

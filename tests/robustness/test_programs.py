@@ -6,8 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
@@ -25,36 +23,28 @@ DISK_BYTES = 600_000  # a study needs more
 RUN = ("run", "block.yaml", "--quiet", "--workers")
 
 
-def start(folder: Path, *arguments: str | Path, limit: Callable[[], None] | None = None) -> subprocess.Popen[str]:
+def start(folder, *arguments, limit=None):
     """Start the program in a folder; `limit` is called in its process before."""
     words = [sys.executable, "-m", "fingerslip", *map(str, arguments)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    pipe = subprocess.PIPE
-    return subprocess.Popen(
-        words,
-        cwd=folder,
-        env=environment,
-        stdout=pipe,
-        stderr=pipe,
-        text=True,
-        start_new_session=True,
-        preexec_fn=limit,  # noqa: PLW1509  no threads here
-    )
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
+    # No threads here.
+    return subprocess.Popen(words, cwd=folder, env=environment, preexec_fn=limit, **pipes)  # noqa: PLW1509
 
 
-def ended(program: subprocess.Popen[str]) -> tuple[int, str]:
+def ended(program):
     """Return the exit code of a program at its end, and its errors."""
     _, errors = program.communicate()
     return program.returncode, errors
 
 
-def finished(study: Path) -> dict[str, int]:
+def finished(study):
     """Return when the history of each finished run was written, by its name."""
     names = [run.name for run in study.iterdir() if run.is_dir()] if study.is_dir() else []
     return {name: (study / name / "history.nc").stat().st_mtime_ns for name in names if read_result(study / name)}
 
 
-def test_a_killed_program_is_continued_and_what_was_finished_stays(tmp_path: Path) -> None:
+def test_a_killed_program_is_continued_and_what_was_finished_stays(tmp_path):
     sweep = {"contact.friction_coefficient": MANY_FRICTIONS}
     write_block(tmp_path, sweep=sweep, time={"step": "0.5 ms"})
     study, chance, kept = tmp_path / "results" / "block", random.Random(14), dict[str, int]()
@@ -76,7 +66,7 @@ def test_a_killed_program_is_continued_and_what_was_finished_stays(tmp_path: Pat
     assert not [left for left in study.iterdir() if "partial" in left.name]
 
 
-def test_files_that_may_not_grow(tmp_path: Path) -> None:
+def test_files_that_may_not_grow(tmp_path):
     """The system refuses to write more than some bytes into any file of the program."""
     write_block(tmp_path)
     most = (MOST_BYTES, MOST_BYTES)
@@ -91,7 +81,7 @@ def test_files_that_may_not_grow(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def disk(tmp_path: Path) -> Iterator[Path]:
+def disk(tmp_path):
     """Mount a small disk, where that is allowed."""
     folder = tmp_path / "disk"
     folder.mkdir()
@@ -106,20 +96,20 @@ def disk(tmp_path: Path) -> Iterator[Path]:
     subprocess.run(["umount", str(folder)], check=True)
 
 
-def fill(disk: Path, left: int) -> None:
+def fill(disk, left):
     """Fill a disk but for some bytes."""
     room = os.statvfs(disk)
     (disk / "filler").write_bytes(bytes(max(room.f_bavail * room.f_frsize - left, 0)))
 
 
-def refused(program: subprocess.Popen[str]) -> None:
+def refused(program):
     code, errors = ended(program)
     assert code == 2, errors
     assert "cannot be written (No space left on device)" in errors
     assert all(line.startswith("error: ") for line in errors.splitlines())
 
 
-def test_a_full_disk_is_said_and_the_study_goes_on_after_it(tmp_path: Path, disk: Path) -> None:
+def test_a_full_disk_is_said_and_the_study_goes_on_after_it(tmp_path, disk):
     write_block(tmp_path)
     for left in (0, 16_384):
         fill(disk, left)

@@ -2,8 +2,6 @@
 
 import json
 import shutil
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,11 +16,12 @@ from fingerslip.vision.tracks import write_tracks
 
 SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
 TRAIN = ("train", "slides", "--classifier", "time_threshold", "--output", "made", *SETTINGS)
+FOREST = ("train", "slides", "--classifier", "forest", "--output", "made", *SETTINGS)
 EVALUATE = ("evaluate", "slides", "--classifier", "time_threshold", "--output", "made", *SETTINGS)
 
 
 @pytest.fixture(scope="module")
-def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def shipped(tmp_path_factory):
     """Return a folder with a data set of four trials and a detector."""
     folder = tmp_path_factory.mktemp("shipped")
     write_trials(synthetic_slides((3e-3,), directions=4, repeats=1, seed=1, travel=8e-3), folder / "slides", "Slides")
@@ -33,24 +32,24 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def place(shipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def place(shipped, tmp_path, monkeypatch):
     """Return a copy of that folder, in which commands work."""
     shutil.copytree(shipped, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def changed(place: Path, change: Callable[[Trial], Trial]) -> None:
+def changed(place, change):
     """Write the data set again, its first trial changed."""
 
-    def trials() -> Iterator[Trial]:
+    def trials():
         first, *others = synthetic_slides((3e-3,), directions=4, repeats=1, seed=1, travel=8e-3)
         yield from (change(first), *others)
 
     write_trials(trials(), place / "slides", "Slides")
 
 
-def refused(place: Path, arguments: tuple[str, ...], *parts: str) -> None:
+def refused(place, arguments, *parts):
     """Check that a command gives one error with all of its parts, and leaves no file behind."""
     before = sorted(place.rglob("*"))
     found = CliRunner().invoke(app, ["detect", *arguments], env={"COLUMNS": "200"})
@@ -61,33 +60,16 @@ def refused(place: Path, arguments: tuple[str, ...], *parts: str) -> None:
     assert sorted(place.rglob("*")) == before
 
 
-def test_trials_of_different_layouts(place: Path) -> None:
+def test_trials_that_nothing_can_be_learned_from(place):
     changed(place, lambda trial: Trial(trial.name, trial.tracks.isel(marker=slice(0, 60)), trial.labels))
-    refused(
-        place,
-        ("train", "slides", "--classifier", "forest", "--output", "made", *SETTINGS),
-        "trial slide-0001: has 162 features beside 82 of trial slide-0000",
-        "needs the same markers and rings",
-        "take features that need no layout, such as forest:field",
-    )
-
-
-@pytest.mark.parametrize("arguments", [TRAIN, (*EVALUATE, "--folds", "2")])
-def test_a_label_that_never_comes(arguments: tuple[str, ...], place: Path) -> None:
+    fault = "trial slide-0001: has 162 features beside 82 of trial slide-0000", "needs the same markers and rings"
+    refused(place, FOREST, *fault, "take features that need no layout, such as forest:field")
     changed(place, lambda trial: Trial(trial.name, trial.tracks, {"external_markers": Onsets(2.0, None)}))
-    needed = "needs both onsets here", "leave the trial out, or slide it farther"
-    refused(place, arguments, "trial slide-0000: has no gross slip", *needed)
+    for arguments in (TRAIN, (*EVALUATE, "--folds", "2")):
+        needed = "needs both onsets here", "leave the trial out, or slide it farther"
+        refused(place, arguments, "trial slide-0000: has no gross slip", *needed)
 
-
-def test_classes_that_are_missing_in_a_fold(place: Path) -> None:
-    # Three of the trials are gross from their second frame on, so two folds of two leave no other class to one of them.
-    write_onsets({f"slide-{number:04d}": Onsets(0.0, 1 / 30.0) for number in range(4)}, place / "labels.csv")
-    arguments = (*EVALUATE, "--labels", "labels.csv", "--folds", "2", "--least", "0")
-    refused(place, arguments, "has no frame of", "needs frames of all classes", "take more trials")
-
-
-def test_features_that_are_no_numbers(place: Path) -> None:
-    def never_seen(trial: Trial) -> Trial:
+    def never_seen(trial):
         tracks = trial.tracks.copy(deep=True)
         tracks["position"].values[:20, 40] = np.nan
         tracks["quality"].values[:20, 40] = 0.0
@@ -98,31 +80,34 @@ def test_features_that_are_no_numbers(place: Path) -> None:
     refused(place, TRAIN, "marker 40: is seen in none of the frames at rest", *needed)
 
 
-def test_a_model_for_other_features(place: Path) -> None:
+def test_classes_that_are_missing_in_a_fold(place):
+    # Three of the trials are gross from their second frame on, so two folds of two leave no other class to one of them.
+    write_onsets({f"slide-{number:04d}": Onsets(0.0, 1 / 30.0) for number in range(4)}, place / "labels.csv")
+    arguments = (*EVALUATE, "--labels", "labels.csv", "--folds", "2", "--least", "0")
+    refused(place, arguments, "has no frame of", "needs frames of all classes", "take more trials")
+
+
+def test_a_model_for_other_features_and_one_for_other_markers(place):
     described = json.loads((place / "detector" / "detector.json").read_text())
     described.pop("checksum")
     write_json(place / "detector" / "detector.json", {**described, "features": ["time/seconds", "mean/displacement"]})
     run = ("run", "slides/slide-0000/tracks.nc", "--detector", "detector")
     refused(place, run, "sees 1 features and 3 classes, not 2 and 3", "train the detector again")
-
-
-def test_a_model_for_other_markers(place: Path) -> None:
     (trial,) = synthetic_slides((3e-3,), directions=1, repeats=1, travel=2e-3)
     write_tracks(trial.tracks.isel(marker=slice(0, 60)), place / "few.nc")
+    assert CliRunner().invoke(app, ["detect", *FOREST]).exit_code == 0
     needed = "needs the markers that the detector learned from", "train a detector"
-    forest = ("train", "slides", "--classifier", "forest", "--output", "forest", *SETTINGS)
-    assert CliRunner().invoke(app, ["detect", *forest]).exit_code == 0
-    refused(place, ("run", "few.nc", "--detector", "forest"), "tracks: have 41 internal markers in px", *needed)
+    refused(place, ("run", "few.nc", "--detector", "made"), "tracks: have 41 internal markers in px", *needed)
 
 
-def test_a_manifest_that_does_not_match(place: Path) -> None:
+def test_a_manifest_that_does_not_match(place):
     shutil.copy(place / "slides" / "slide-0001" / "labels.csv", place / "slides" / "slide-0000" / "labels.csv")
     for arguments in (TRAIN, EVALUATE, ("score", "slides", "none.csv")):
         fault = "is not the file of manifest.json", "write the data set again"
         refused(place, arguments, "slide-0000/labels.csv", *fault)
 
 
-def test_folders_of_something_else_are_not_replaced(place: Path) -> None:
+def test_folders_of_something_else_are_not_replaced(place):
     (place / "thesis").mkdir()
     (place / "thesis" / "chapter.tex").write_text("words")
     refused(

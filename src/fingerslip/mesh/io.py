@@ -137,21 +137,17 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
         has signs that the format does not keep.
     """
     file = Path(path)
-    _check_names(file, mesh)
-    data = _physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh)
-    if mesh.dim() == 2:
-        data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
-    write_file(file, data, ".msh, .vtu, .xdmf")
-
-
-def _check_names(file: Path, mesh: skfem.Mesh) -> None:
-    """Refuse names that would not be read back: formats put them between quotes, scikit-fem between colons."""
+    # Formats put names between quotes, scikit-fem between colons.
     unkept = re.compile(r'["\x00-\x1f]|\\(\\|$)' if file.suffix == ".msh" else r'["<>&:\x00-\x1f]')
     for name in [*(mesh.subdomains or {}), *(mesh.boundaries or {})]:
         sign = unkept.search(name)
         if sign:
             allowed = f"needs names without {sign[0]!r} in {file.suffix}"
             raise MeshError(str(file), f"has the name {shorten(repr(name))}", allowed, "rename it")
+    data = _physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh)
+    if mesh.dim() == 2:
+        data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
+    write_file(file, data, ".msh, .vtu, .xdmf")
 
 
 def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:

@@ -18,8 +18,6 @@ from fingerslip.report.tables.runs import swept_cells, swept_columns
 from fingerslip.results import RunResult
 from fingerslip.tables.table import Cell, Column, Missing, Table
 
-__all__ = ["Reactions", "answer", "cell_table", "centre_of", "paper_table", "source_table", "trial_table"]
-
 # Swept values that are axes of the map.
 _AXES = ("contact.friction_coefficient", "contact.friction.coulomb.coefficient", "reaction.load.ramp_load.rate")
 
@@ -98,11 +96,11 @@ def answer(reactions: Reactions) -> tuple[str, ...]:
     longest, lost = 1e3 * critical, 1e3 * (critical + result.error)
     first = f"{where} a grip that rises at {settings.actuator.force_rate:g} N/s from {longest:.0f} ms after"
     tried = [trial for trial in result.trials if trial.detector == settings.detector]
-    texts = [
-        f"{verb} {', '.join(map(_name, trials))}"
-        for verb, trials in (("saved by", _of(tried, True)), ("lost by", _of(tried, False)))
-        if trials
-    ]
+    texts = []
+    for verb, saved in (("saved by", True), ("lost by", False)):
+        trials = sorted((trial for trial in tried if trial.saved == saved), key=lambda trial: trial.delay)
+        if trials:
+            texts.append(f"{verb} {', '.join(map(_name, trials))}")
     said = "The grip of each reaction has its own rate, so each has its own longest latency, which stands second:"
     return (
         f"{first} '{settings.detector}' on saves the object, {lost:.0f} ms loses it (± {1e3 * error:.0f} ms of {of}).",
@@ -127,11 +125,6 @@ def _name(trial: Trial) -> str:
     return f"{trial.reaction} ({1e3 * trial.delay:.0f}{longest}{trial.since})"
 
 
-def _of(trials: list[Trial], saved: bool) -> list[Trial]:
-    """Return those that saved the object, or lost it, the quickest first."""
-    return sorted((trial for trial in trials if trial.saved == saved), key=lambda trial: trial.delay)
-
-
 def trial_table(reactions: Reactions) -> Table:
     """Return every reaction at the centre after every detector."""
     columns = (
@@ -139,17 +132,14 @@ def trial_table(reactions: Reactions) -> Table:
         *(Column("saved"), Column("chance", "%", 0), Column("travel", "mm", 1), Column("slip", "mm", 1)),
         *(Column("grip added", "N", 1), Column("false grip")),
     )
-    is_held = reactions.result.lost is None
-    rows = tuple(
-        (
-            *(trial.reaction, trial.detector, 1e3 * trial.delay, _milliseconds(trial.critical, is_held)),
-            *(trial.saved, 100.0 * (is_held or trial.chance or 0.0), 1e3 * trial.travel, 1e3 * trial.slip),
-            *(trial.grip_added, trial.false_grip),
-        )
-        for trial in reactions.result.trials
-    )
+    is_held, rows = reactions.result.lost is None, []
+    for trial in reactions.result.trials:
+        times = 1e3 * trial.delay, _milliseconds(trial.critical, is_held)
+        chance, ways = 100.0 * (is_held or trial.chance or 0.0), (1e3 * trial.travel, 1e3 * trial.slip)
+        grip = trial.grip_added, trial.false_grip
+        rows.append((trial.reaction, trial.detector, *times, trial.saved, chance, *ways, *grip))
     note = "delay: from the alarm, or the load, to the first change of the force; chance: by the jitter of the reflex."
-    return Table(f"Reactions at {reactions.where}", columns, rows, note)
+    return Table(f"Reactions at {reactions.where}", columns, tuple(rows), note)
 
 
 def cell_table(reactions: Reactions) -> Table:
@@ -186,10 +176,8 @@ def source_table() -> Table:
 
 def paper_table() -> Table:
     """Return where each reaction comes from, and what it does not claim."""
-    headers = {name: REACTIONS.header(name) for name in REACTIONS.names}
-    rows = tuple(
-        (name, *(header[key] for key in ("citation", "published", "claims_not"))) for name, header in headers.items()
-    )
+    keys = ("citation", "published", "claims_not")
+    rows = tuple((name, *map(REACTIONS.header(name).get, keys)) for name in REACTIONS.names)
     return Table("Where they come from", tuple(map(Column, ("reaction", "citation", "published", "not claimed"))), rows)
 
 

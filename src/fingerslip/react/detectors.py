@@ -10,8 +10,6 @@ from fingerslip.parameters import Duration, Fraction, PositiveDuration, Positive
 from fingerslip.react.moment import SLIPPED, Alarm, Moment, Watch
 from fingerslip.sites import ReceptorKind
 
-__all__ = ["AtOnce", "DetectorChoice", "ForceRatio", "Never", "SlippedArea", "SpikeCount", "StickRatio"]
-
 
 class _Stateless:
     """A detector that remembers nothing from step to step, and needs no sites."""

@@ -1,8 +1,11 @@
-"""Figures of reactions: critical latencies over friction and rate of the load, and what a latency costs."""
+"""Figures of reactions: critical latencies over friction and rate of the load, what a latency costs; and their page."""
 
 from __future__ import annotations
 
+import base64
+import dataclasses
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -18,12 +21,16 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import SLIP, STICK
-from fingerslip.react.answer import Reactions
+from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
 from fingerslip.react.reflex import REACTIONS
+from fingerslip.react.results import FILM, STILL
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, STATE_COLOURS, VERMILLION
+from fingerslip.report.content import ReportContent
 from fingerslip.report.figures.style import add_legend, figure_grid, with_style
-
-__all__ = ["map_figure", "margin_figure", "outcome_figure"]
+from fingerslip.report.page.assemble import bibtex_entries, uncertainty_section
+from fingerslip.report.page.page import Picture, Report, ReportSection
+from fingerslip.report.tables.parameters import value_tables
+from fingerslip.tables.table import Table
 
 _PANEL, _PANEL_OF_LINES = (2.6, 2.2), (3.6, 2.8)  # inch
 _MAP_COLOURS = "cividis"
@@ -88,8 +95,7 @@ def _only_cells(axes: Axes) -> None:
     """Leave out what coloured cells need not: ticks, grid and frame."""
     axes.tick_params(length=0.0)
     axes.grid(visible=False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.spines[:].set_visible(False)
 
 
 def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable) -> None:
@@ -107,13 +113,10 @@ def _draw_cells(axes: Axes, values: NDArray[np.float64], colours: ScalarMappable
 def _draw_frontier(axes: Axes, saved: NDArray[np.bool_], colour: str, dashes: Any) -> None:
     """Draw the edge between cells that are saved and those that are not, (n_frictions, n_rates)."""
     style: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 2.0, "solid_capstyle": "butt"}
-    rows, columns = saved.shape
-    for row in range(rows):
-        for column in range(columns):
-            if column + 1 < columns and saved[row, column] != saved[row, column + 1]:
-                axes.plot([column + 0.5] * 2, [row - 0.5, row + 0.5], **style)
-            if row + 1 < rows and saved[row, column] != saved[row + 1, column]:
-                axes.plot([column - 0.5, column + 0.5], [row + 0.5] * 2, **style)
+    for row, column in np.argwhere(saved[:, :-1] != saved[:, 1:]):
+        axes.plot([column + 0.5] * 2, [row - 0.5, row + 0.5], **style)
+    for row, column in np.argwhere(saved[:-1] != saved[1:]):
+        axes.plot([column - 0.5, column + 0.5], [row + 0.5] * 2, **style)
 
 
 @with_style
@@ -162,8 +165,7 @@ def outcome_figure(reactions: Reactions) -> Figure:
         spare = "–" if trial.spare is None else f"{1e3 * trial.spare:+.0f} ms".replace("-", "−")
         travel = f"{1e3 * trial.travel:.1f} mm" if trial.saved else "lost"
         axes.text(column, row, f"{spare}\n{travel}", ha="center", va="center", fontsize=7.5, linespacing=1.1)
-    axes.set_xlim(-0.5, len(detectors) - 0.5)
-    axes.set_ylim(-0.5, len(labels) - 0.5)
+    axes.set(xlim=(-0.5, len(detectors) - 0.5), ylim=(-0.5, len(labels) - 0.5))
     axes.set_xticks(range(len(detectors)), detectors)
     axes.set_yticks(range(len(labels)), list(labels.values()))
     _only_cells(axes)
@@ -173,14 +175,11 @@ def outcome_figure(reactions: Reactions) -> Figure:
 
 def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
     """Give critical latencies their axes, and the delays of some reactions as lines."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log", xlabel="rate of the load [N/s]", ylabel="critical latency [ms]")
     axes.set_xticks(rates, [f"{rate:g}" for rate in rates], minor=False)
     axes.set_xticks([], minor=True)
     axes.set_ylim(bottom=_LOWEST)
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("rate of the load [N/s]")
-    axes.set_ylabel("critical latency [ms]")
     for name in ("robot-piezo", "human-slip", "prosthesis"):
         delay = 1e3 * REACTIONS.read(name).delay
         axes.axhline(delay, color=GREY, linewidth=0.8, zorder=1)
@@ -190,10 +189,7 @@ def _finish_rates(axes: Axes, rates: Sequence[float]) -> None:
 
 def _finish_travels(axes: Axes, limit: float, title: str) -> None:
     """Give travels their axes, the limit [mm], and the delays of some reactions as lines."""
-    axes.set_title(title)
-    axes.set_xlabel("latency [ms]")
-    axes.set_ylabel("largest travel [mm]")
-    axes.set_ylim(0.0, 1.08 * limit)
+    axes.set(title=title, xlabel="latency [ms]", ylabel="largest travel [mm]", ylim=(0.0, 1.08 * limit))
     axes.axhline(limit, color=VERMILLION, linewidth=0.9)
     left, right = axes.get_xlim()
     axes.text(left, limit, "  lost", va="bottom", color=VERMILLION, fontsize=7.5)
@@ -203,3 +199,65 @@ def _finish_travels(axes: Axes, limit: float, title: str) -> None:
             axes.axvline(delay, color=GREY, linewidth=0.8, zorder=1)
             label = f" {name}"
             axes.text(delay, 0.93 * limit, label, rotation=90, ha="right", va="top", color=GREY, fontsize=7.0)
+
+
+_FILM_WORDS = (
+    "The object between two fingers; colours are stress, dots on the skin stick or slip. Below: what the load pulls,"
+    " and what friction bears; the object slides where the load is more. Slowed down."
+)
+
+
+def reaction_tables(reactions: Reactions) -> tuple[Table, ...]:
+    """Return the tables that the command line prints: all runs, and the answer with the reactions at the centre."""
+    trials, said = trial_table(reactions), " ".join(answer(reactions))
+    tables = (cell_table(reactions), *((trials,) if trials.rows else ()))
+    return (*tables[:-1], dataclasses.replace(tables[-1], note=f"{said} {tables[-1].note}"))
+
+
+def reaction_report(content: ReportContent, reactions: Reactions) -> Report:
+    """Assemble the page of a study with reactions."""
+    settings, study = reactions.settings, content.study
+    centre = study.folder / reactions.runs[reactions.centre].name
+    trials, has_map = trial_table(reactions), bool(reactions.panels(settings.detector))
+    map_words = (
+        f"Longest latency after '{settings.detector}' that saves the object; lines bound what some reactions save."
+    )
+    margin_words = "Critical latency against the rate of the load, and the travel that a latency costs."
+    outcome_words = f"What comes of each reaction after each detector, at {reactions.where}: time to spare, and travel."
+    margin = has_map or reactions.result.travels
+    sections = (
+        ReportSection("Saved and lost", body=_film_html(centre / FILM, centre / STILL)),
+        ReportSection(
+            "What a latency costs",
+            pictures=(Picture("reaction-margin", margin_words, margin_figure(reactions)),) if margin else (),
+        ),
+        ReportSection(
+            "Which reactions save it",
+            tables=(trials,) if trials.rows else (),
+            pictures=(Picture("reaction-outcome", outcome_words, outcome_figure(reactions)),) if trials.rows else (),
+        ),
+        uncertainty_section(content),
+        ReportSection("Reactions and their sources", tables=(source_table(), paper_table()), folded=True),
+        ReportSection("All runs", tables=(cell_table(reactions),), folded=has_map),
+        ReportSection("Notes", body=content.notes),
+        ReportSection("Values and their sources", tables=tuple(value_tables(content.values)), folded=True),
+        ReportSection("Citations", code=bibtex_entries(content.values, ()), folded=True),
+    )
+    return Report(
+        content.title,
+        tuple(section for section in sections if not section.is_empty),
+        content.provenance,
+        question=study.description,
+        answer=answer(reactions),
+        hero=(Picture("reaction-map", map_words, map_figure(reactions)),) if has_map else (),
+    )
+
+
+def _film_html(film: Path, still: Path) -> str:
+    """Return a film and its last frame as HTML without any file beside it; nothing without a film."""
+    if not film.is_file():
+        return ""
+    video, poster = (base64.b64encode(path.read_bytes()).decode("ascii") for path in (film, still))
+    look = 'style="width:100%" controls muted loop playsinline'
+    player = f'<video {look} poster="data:image/png;base64,{poster}" src="data:video/mp4;base64,{video}"></video>'
+    return f"<figure>{player}<figcaption>{_FILM_WORDS}</figcaption></figure>"

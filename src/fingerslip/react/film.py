@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import PathCollection, PolyCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -32,8 +32,6 @@ from fingerslip.vision.video import write_video
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["SHOWN_FILM", "film_frames", "pixels", "write_film"]
 
 Array = NDArray[np.float64]
 Frame = NDArray[np.uint8]
@@ -146,23 +144,18 @@ def _draw_forces(axes: Axes, run: _Run, last: float) -> Line2D:
     axes.plot(1e3 * times, bears, color=BLUE, label="what friction bears")
     axes.plot(1e3 * times, loads, color=BLACK, label="load")
     if run.alarm is not None and run.response is not None:
-        start, full = run.response.start, run.response.start + _rise_time(run.response)
+        start = run.response.start
+        # Up to 99 % of what is added.
+        rises = np.linspace(0.0, 2.0, 2001)
+        added = np.array([run.response.force(start + time) - run.response.grip for time in rises.tolist()])
+        full = start + float(rises[min(int(np.searchsorted(added, 0.99 * run.response.addition)), rises.size - 1)])
         for low, high, colour, name in ((run.alarm, start, YELLOW, "latency"), (start, full, SKY, "grip rises")):
             if high > low:
                 axes.axvspan(1e3 * low, 1e3 * min(high, last), color=colour, alpha=0.28, linewidth=0.0, label=name)
         axes.axvline(1e3 * run.alarm, color=VERMILLION, linewidth=1.2, label="alarm")
-    axes.set_xlim(-1e3 * _BEFORE, 1e3 * last)
-    axes.set_ylim(0.0, 1.1 * max(*bears, *loads))
-    axes.set_xlabel("time since the load began [ms]")
-    axes.set_ylabel("force along the object [N]")
+    axes.set(xlim=(-1e3 * _BEFORE, 1e3 * last), ylim=(0.0, 1.1 * max(*bears, *loads)))
+    axes.set(xlabel="time since the load began [ms]", ylabel="force along the object [N]")
     return axes.axvline(0.0, color=BLACK, linewidth=1.6, zorder=6)
-
-
-def _rise_time(response: Response) -> float:
-    """Return how long the grip rises, up to 99 % of what is added [s]."""
-    times = np.linspace(0.0, 2.0, 2001)
-    risen = np.array([response.force(response.start + time) - response.grip for time in times.tolist()])
-    return float(times[min(int(np.searchsorted(risen, 0.99 * response.addition)), times.size - 1)])
 
 
 class _View:
@@ -177,21 +170,12 @@ class _View:
         self._object = Rectangle((-_HALF_WIDTH, 0.0), 2 * _HALF_WIDTH, _LENGTH, facecolor="#d9d9d9", edgecolor=BLACK)
         axes.add_patch(self._object)
         self._bodies = [PolyCollection([], edgecolors="none", antialiaseds=False, zorder=3) for _ in range(2)]
-        self._skins: list[PathCollection] = [
-            axes.scatter([], [], s=14.0, zorder=4, edgecolors="none") for _ in range(2)
-        ]
+        self._skins = [axes.scatter([], [], s=14.0, zorder=4, edgecolors="none") for _ in range(2)]
         for body in self._bodies:
             axes.add_collection(body)
-        look: dict[str, Any] = {
-            "arrowstyle": "-|>",
-            "mutation_scale": 14.0,
-            "linewidth": 2.0,
-            "shrinkA": 0.0,
-            "shrinkB": 0.0,
-        }
-        self._arrows = [
-            FancyArrowPatch((0, 0), (0, 0), color=colour, zorder=5, **look) for colour in (BLACK, BLUE, BLUE)
-        ]
+        look: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 14.0, "linewidth": 2.0}
+        look |= {"shrinkA": 0.0, "shrinkB": 0.0, "zorder": 5}
+        self._arrows = [FancyArrowPatch((0, 0), (0, 0), color=colour, **look) for colour in (BLACK, BLUE, BLUE)]
         for arrow in self._arrows:
             axes.add_patch(arrow)
         self._grip = axes.text(0.0, 1.0, "grip", ha="center", va="bottom", color=BLUE)

@@ -13,8 +13,6 @@ import numpy as np
 from fingerslip.react.loop import Grasp
 from fingerslip.react.reflex import Reaction
 
-__all__ = ["CriticalStart", "critical_start", "search_edge"]
-
 _FIRST_STEP = 4.0  # in tolerances: how far from its guess a search looks first
 
 
@@ -104,23 +102,19 @@ def critical_start(grasp: Grasp, reaction: Reaction, tolerance: float = 1e-3) ->
     loop = grasp.open_loop
     if loop.lost is None:
         return CriticalStart(np.inf, 0.0, 0)
+    # A good guess is the latest start that saves a rigid object which moves as in the open loop until then.
+    low, high = 0, loop.times.size - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if _saves_rigid(grasp, reaction, middle) else (low, middle)
     starts: list[float] = []
 
     def saves(start: float) -> bool:
         starts.append(start)
         return grasp.saves(reaction.response(start, grasp.held.first_grip))
 
-    time, error = search_edge(saves, 0.0, loop.lost, _guess(grasp, reaction), tolerance)
+    time, error = search_edge(saves, 0.0, loop.lost, float(loop.times[low]), tolerance)
     return CriticalStart(time, error, len(starts))
-
-
-def _guess(grasp: Grasp, reaction: Reaction) -> float:
-    """Return the latest start [s] that saves a rigid object which moves as in the open loop until then."""
-    low, high = 0, grasp.open_loop.times.size - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if _saves_rigid(grasp, reaction, middle) else (low, middle)
-    return float(grasp.open_loop.times[low])
 
 
 def _saves_rigid(grasp: Grasp, reaction: Reaction, record: int) -> bool:

@@ -15,8 +15,6 @@ from fingerslip.react.reflex import ForceRate
 from fingerslip.units import Unit
 from fingerslip.vision.tracks import read_csv
 
-__all__ = ["BuiltInLoad", "DroppedBall", "FilledVessel", "Load", "LoadChoice", "LoadSeries", "RampLoad", "StepLoad"]
-
 GRAVITY = 9.81
 _PULSE_KNOTS = 9
 _COLUMNS = ("time [s]", "force [N]")

@@ -31,8 +31,6 @@ from fingerslip.react.scenario import OBJECT, HeldObject, held_model
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Grasp", "MemoryBases", "OpenLoop", "Outcome"]
-
 Array = NDArray[np.float64]
 
 _LOOKS_AHEAD = 64  # times at which a load between its knots and a grip are compared
@@ -362,14 +360,11 @@ class Grasp:
             travels.append(position - self._origin)
             if travels[-1] > held.travel_limit:
                 break
-            if time >= max(earliest, response.start) and speed <= 0.0 and self._is_safe(response, time):
-                break
+            if time >= max(earliest, response.start) and speed <= 0.0:
+                # Whether friction bears the load now and ever after.
+                later = np.linspace(time, max(held.duration, time), _LOOKS_AHEAD).tolist()
+                later += [knot for knot in held.load.series()[0] if knot > time]
+                if all(2.0 * held.friction * response.force(moment) > held.total_load(moment) for moment in later):
+                    break
         slip = float((observation["slip_distance"] - self._first_slips).max())
         return self._outcome(np.array(times), np.array(travels), slip, grip, response.start)
-
-    def _is_safe(self, response: Response, time: float) -> bool:
-        """Tell whether friction bears the load at a time [s] and ever after."""
-        held = self.held
-        even = np.linspace(time, max(held.duration, time), _LOOKS_AHEAD).tolist()
-        later = [*even, *(knot for knot in held.load.series()[0] if knot > time)]
-        return all(2.0 * held.friction * response.force(moment) > held.total_load(moment) for moment in later)

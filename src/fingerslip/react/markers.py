@@ -14,8 +14,6 @@ from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.react.moment import Alarm, Moment
 
-__all__ = ["LearnedMarkers"]
-
 _RECORDS = ("site", "site_kind", "site_position", "displacement")
 
 

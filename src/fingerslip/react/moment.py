@@ -18,8 +18,6 @@ from fingerslip.slip.settings import EventSettings
 if TYPE_CHECKING:
     from fingerslip.dynamics.steering.steering import Observation
 
-__all__ = ["SLIPPED", "Alarm", "Detector", "Moment", "Watch", "require_sites"]
-
 Array = NDArray[np.float64]
 
 #: Slip from which a node counts as slipped [m].

@@ -6,9 +6,7 @@ The grip force is a function of time in seconds; it may begin to rise inside a s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Annotated, Literal
 
 import pydantic
@@ -17,8 +15,6 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import Duration, Force, NonNegativeNumber, parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.units import Unit
-
-__all__ = ["REACTIONS", "Actuator", "Reaction", "Reflex", "Response", "reaction", "reaction_names"]
 
 ForceRate = Annotated[float, Unit("N/s"), pydantic.Field(gt=0)]
 _PositiveForce = Annotated[Force, pydantic.Field(gt=0)]
@@ -159,27 +155,17 @@ class Response:
             return self.grip
         if period > 0.0:
             since = math.floor(since / period + _ROUNDING) * period
-        return self.grip + self.addition * _SHAPES[self.reflex.shape](since * self.actuator.force_rate / self.addition)
+        # Time over the shortest one that the actuator needs for all that is added: no share of it grows faster.
+        progress = since * self.actuator.force_rate / self.addition
+        if self.reflex.shape == "ramp":
+            share = min(progress, 1.0)
+        elif self.reflex.shape == "smooth":
+            way = min(progress / 1.5, 1.0)  # as the slope of 3 s^2 - 2 s^3 is at most 3/2
+            share = way * way * (3.0 - 2.0 * way)
+        else:
+            share = -math.expm1(-progress)
+        return self.grip + self.addition * share
 
-
-def _ramp(progress: float) -> float:
-    return min(progress, 1.0)
-
-
-def _smooth(progress: float) -> float:
-    # The slope of 3 s^2 - 2 s^3 is at most 3/2.
-    share = min(progress / 1.5, 1.0)
-    return share * share * (3.0 - 2.0 * share)
-
-
-def _exponential(progress: float) -> float:
-    return -math.expm1(-progress)
-
-
-# Share of the added force by time over the shortest time that the actuator needs for it; no slope exceeds one.
-_SHAPES: Mapping[str, Callable[[float], float]] = MappingProxyType(
-    {"ramp": _ramp, "smooth": _smooth, "exponential": _exponential}
-)
 
 #: Reactions that ship, every value with its source.
 REACTIONS = Presets(Reaction, "fingerslip.react")

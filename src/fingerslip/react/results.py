@@ -12,8 +12,6 @@ import pydantic
 from fingerslip.errors import DamagedError
 from fingerslip.storage.files import write_text
 
-__all__ = ["FILM", "STILL", "ReactionResult", "Trial", "read_reactions", "write_reactions"]
-
 #: Files in the folder of a run: what came of its reactions, and the film of two of them with its last frame.
 REACTIONS, FILM, STILL = "reactions.json", "reaction-film.mp4", "reaction-film.png"
 

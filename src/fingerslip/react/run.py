@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
@@ -23,8 +24,6 @@ from fingerslip.storage.files import write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
-
-__all__ = ["compute_reactions"]
 
 
 def compute_reactions(
@@ -52,12 +51,16 @@ def compute_reactions(
 
 def _result(settings: ReactionSettings, grasp: Grasp, progress: Callable[[float], None]) -> ReactionResult:
     held, loop = grasp.held, grasp.open_loop
-    searches = _Searches(grasp, settings.tolerance)
-    critical, trials, travels = searches.of(settings.rise), list[Trial](), dict[float, float]()
+
+    @functools.cache
+    def critical_of(rise: Reaction) -> CriticalStart:
+        return critical_start(grasp, rise, settings.tolerance)
+
+    critical, trials, travels = critical_of(_with_delay(settings.rise, 0.0)), list[Trial](), dict[float, float]()
     steps = 1 + len(settings.named_reactions) + len(settings.latencies)
     for number, (name, reaction) in enumerate(settings.named_reactions.items(), start=1):
         progress(number / steps)
-        trials += _trials(name, reaction, settings, searches)
+        trials += _trials(name, reaction, grasp, critical_of(_with_delay(reaction, 0.0)))
     for number, latency in enumerate(settings.latencies, start=1 + len(settings.named_reactions)):
         progress(number / steps)
         travels[latency] = grasp.react(_with_delay(settings.rise, latency), settings.detector).travel
@@ -75,25 +78,10 @@ def _result(settings: ReactionSettings, grasp: Grasp, progress: Callable[[float]
     )
 
 
-class _Searches:
-    """Searches for critical latencies, one for all reactions whose grip rises alike."""
-
-    def __init__(self, grasp: Grasp, tolerance: float) -> None:
-        self.grasp, self._tolerance, self._starts = grasp, tolerance, dict[Reaction, CriticalStart]()
-
-    def of(self, reaction: Reaction) -> CriticalStart:
-        """Return the latest start of the grip that saves the object."""
-        rise = _with_delay(reaction, 0.0)
-        if rise not in self._starts:
-            self._starts[rise] = critical_start(self.grasp, rise, self._tolerance)
-        return self._starts[rise]
-
-
-def _trials(name: str, reaction: Reaction, settings: ReactionSettings, searches: _Searches) -> list[Trial]:
+def _trials(name: str, reaction: Reaction, grasp: Grasp, critical: CriticalStart) -> list[Trial]:
     """Try a reaction after every detector."""
-    grasp, critical, since_load = searches.grasp, searches.of(reaction), reaction.reflex.since == "load"
-    trials = []
-    for detector in settings.detectors:
+    trials, since_load = [], reaction.reflex.since == "load"
+    for detector in grasp.detectors:
         longest = _finite(critical.time if since_load else critical.latency(grasp, detector))
         outcome = grasp.react(reaction, detector)
         trials.append(

@@ -7,6 +7,7 @@ fingertip rests and the half object moves, so along the grip its inertia stands 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal
@@ -26,8 +27,6 @@ from fingerslip.model.timing import TimeStepping
 from fingerslip.parameters import Duration, Force, Mass, NonNegativeNumber, PositiveDuration, PositiveLength, parameters
 from fingerslip.react.loads import GRAVITY, LoadChoice, RampLoad
 from fingerslip.specimens.protocol import Specimen
-
-__all__ = ["OBJECT", "HeldObject", "ObjectSettings", "held_model", "holder_of"]
 
 #: Name of the rigid body.
 OBJECT = "object"
@@ -259,3 +258,47 @@ def _settling(duration: float, force: float) -> Ramp:
     """Return a rise from zero to a force [N] that hardly excites vibrations: half a cosine."""
     shares = np.linspace(0.0, 1.0, _SETTLING_KNOTS)
     return Ramp(tuple((duration * shares).tolist()), tuple((0.5 * force * (1.0 - np.cos(np.pi * shares))).tolist()))
+
+
+def travel_after(
+    mass: float, latency: float, limit_rate: float, *, excess: float = 0.0, load_rate: float = 0.0
+) -> float:
+    """Return the travel [m] of an object whose load exceeds the slip limit, and that a growing grip stops.
+
+    Two pads press an object of mass m; friction bears the limit 2 mu N. The load exceeds it by e at once, and grows on
+    at the rate rho. After the latency tau the limit grows at R = 2 mu dN/dt; from then on, with q = R - rho, ::
+
+        v0 = (e tau + rho tau^2 / 2) / m,    m dv/ds = e + rho tau - q s,    v(s) = 0
+
+    Parameters
+    ----------
+    mass : float
+        Mass of the object [kg].
+    latency : float
+        Time from when the load reaches the limit to the growth of the grip [s].
+    limit_rate : float
+        Rate at which the limit grows after the latency [N/s].
+    excess : float, optional
+        Load less the limit after a step of the load [N].
+    load_rate : float, optional
+        Rate at which the load grows on [N/s].
+
+    Returns
+    -------
+    float
+        The travel; infinite where the limit does not grow faster than the load.
+
+    Examples
+    --------
+    >>> [f"{1e3 * travel_after(0.2, latency, 20.0, excess=0.5):.2f} mm" for latency in (74e-3, 20e-3)]
+    ['21.47 mm', '4.45 mm']
+    >>> [f"{1e3 * travel_after(0.2, latency, 20.0, load_rate=4.0):.3f} mm" for latency in (74e-3, 20e-3)]
+    ['4.420 mm', '0.087 mm']
+    """
+    relief, force = limit_rate - load_rate, excess + load_rate * latency
+    if relief <= 0.0:
+        return math.inf
+    speed = (excess * latency + load_rate * latency**2 / 2.0) / mass
+    before = (excess * latency**2 / 2.0 + load_rate * latency**3 / 6.0) / mass
+    duration = (force + math.sqrt(force**2 + 2.0 * relief * mass * speed)) / relief
+    return before + speed * duration + (force * duration**2 / 2.0 - relief * duration**3 / 6.0) / mass

@@ -19,8 +19,6 @@ from fingerslip.react.loads import LoadSeries
 from fingerslip.react.reflex import REACTIONS, Actuator, Reaction, Reflex, require_whole_step
 from fingerslip.react.scenario import HeldObject, ObjectSettings
 
-__all__ = ["ReactionSettings"]
-
 _DETECTORS = {"48 % slipped": SlippedArea()}
 # Where a study has what a held object has beside its settings.
 _IN_STUDY = {"friction": "contact.friction_coefficient", "step": "time.step"}

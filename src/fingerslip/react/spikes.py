@@ -21,8 +21,6 @@ from fingerslip.history import VARIABLES
 from fingerslip.react.moment import Alarm, Moment
 from fingerslip.sites import ReceptorKind
 
-__all__ = ["SpikeStream", "SpikeWatch", "stimulus_of"]
-
 Array = NDArray[np.float64]
 
 # The longest substep, as shares of the membrane's time constant and of the rest after a spike.

@@ -2,6 +2,7 @@
 
 import signal
 from pathlib import Path
+from unittest.mock import Mock
 
 import gmsh
 import numpy as np
@@ -107,9 +108,6 @@ def test_a_ball_and_half_of_it_are_meshed_in_the_wanted_size(is_open, size):
 
 
 def test_failure_of_gmsh_is_ours(monkeypatch):
-    def fail(*_):
-        raise RuntimeError("no")
-
-    monkeypatch.setattr(gmsh.model.mesh, "createGeometry", fail)
+    monkeypatch.setattr(gmsh.model.mesh, "createGeometry", Mock(side_effect=RuntimeError("no")))
     with pytest.raises(MeshError, match="surface: Gmsh says 'no'"):
         mesh_surface(ball(), False, 20, np.full((41, 48), 1e-3))

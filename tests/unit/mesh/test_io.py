@@ -1,7 +1,9 @@
-"""Mesh files in and out: every name and cell comes back, and a faulty file is one clear error."""
+"""Mesh files in and out, of any format: every name and cell comes back, a faulty file is one clear error."""
 
 import contextlib
-from pathlib import Path
+import errno
+import os
+from unittest.mock import Mock
 
 import gmsh
 import meshio
@@ -9,9 +11,10 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.errors import InputError, MeshError
+from fingerslip.errors import InputError, MeshError, ResultError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh import io
+from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.verification.meshes import box, dimension
 from places import ROOT
@@ -133,13 +136,7 @@ def test_hexahedra_of_gmsh(tmp_path):
     assert mesh.p[2, mesh.facets[:, mesh.boundaries["plate"]]].max() == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem == "wang2014-3d"))
-        for path in sorted((ROOT / "meshes").glob("*.msh"))
-    ],
-)
+@pytest.mark.parametrize("path", sorted((ROOT / "meshes").glob("*.msh")), ids=lambda path: path.stem)
 def test_shipped_meshes_are_read(path):
     mesh = read_mesh(path)
     assert mesh.subdomains
@@ -157,21 +154,15 @@ def test_lengths_of_a_file_have_a_unit(unit, metres, tmp_path):
         read_mesh(tmp_path / "block.vtu", "inch")
 
 
-def test_regions_that_overlap_do_not_fit_a_msh_file(tmp_path):
+def test_regions_that_overlap_or_do_not_fit_the_cells_of_a_file_are_refused(tmp_path, monkeypatch):
     mesh = skfem.MeshQuad1().refined(1).with_subdomains({"all": np.arange(4), "one": np.array([0])})
     with pytest.raises(MeshError, match="region 'one' shares cells with another"):
         write_mesh(mesh, tmp_path / "a.msh")
     write_mesh(mesh, tmp_path / "a.vtu")
     assert read_mesh(tmp_path / "a.vtu").subdomains["one"].tolist() == [0]
-
-
-def test_groups_that_do_not_fit_the_cells_of_a_file_are_refused(tmp_path, monkeypatch):
     write_mesh(read_mesh(ROOT / "meshes" / "block.msh"), tmp_path / "own.vtu")
 
-    def misfit(_):
-        raise IndexError("index 128 is out of bounds")
-
-    monkeypatch.setattr(io, "from_meshio", misfit)
+    monkeypatch.setattr(io, "from_meshio", Mock(side_effect=IndexError("index 128 is out of bounds")))
     with pytest.raises(MeshError, match=r"own\.vtu: is damaged: its groups do not fit its cells \(index 128 is out"):
         read_mesh(tmp_path / "own.vtu")
 
@@ -183,9 +174,7 @@ SQUARE = skfem.MeshQuad1().refined(1)
 @pytest.mark.parametrize(
     "name", ["a b", "a'b", "=1+1", "ü", "a\\b", 'a"b', "a\nb", "a<b>&", "a:b", "a\\", "a\\\\b", "x/y", "[0]", "#", "%s"]
 )
-def test_names_are_read_back_as_they_are_or_refused_before_anything_is_written(
-    tmp_path: Path, name: str, suffix: str
-) -> None:
+def test_names_are_read_back_as_they_are_or_refused_before_anything_is_written(tmp_path, name, suffix):
     named = {name: np.arange(SQUARE.nelements)}, {f"{name}s": SQUARE.boundary_facets()}
     file = tmp_path / f"a{suffix}"
     try:
@@ -265,21 +254,14 @@ def test_regions_inside_out_are_turned_round(content, size, tmp_path):
     assert build_space(read_mesh(save(tmp_path / "block.msh", **content))).full.dx.sum() == pytest.approx(size)
 
 
+MIXED = {"cells": CELLS[:1], "more": ("triangle", [[1, 2, 4]])}
 RAISED = np.column_stack([SQUARES, np.arange(6.0)])
 CROSSED = {"cells": np.array([[0, 1, 4, 3], [1, 5, 2, 4]])}
 # Each region is drawn one way round, and so turned round as a whole; where they meet tells that one is folded.
-FLAP = {
-    "points": np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.2, 0.2]]),
-    "cells": np.array([[0, 1, 2], [1, 2, 3]]),
-    "kind": "triangle",
-    "tags": [1, 3],
-}
-FLAT = {
-    "points": np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]]),
-    "cells": np.array([[0, 1, 2, 3], [0, 1, 2, 4]]),
-    "kind": "tetra",
-    "lines": (),
-}
+FLAP = {"points": np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.2, 0.2]]), "cells": [[0, 1, 2], [1, 2, 3]]}
+FLAP |= {"kind": "triangle", "tags": [1, 3]}
+FLAT = {"points": np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0]]), "kind": "tetra", "lines": ()}
+FLAT["cells"] = [[0, 1, 2, 3], [0, 1, 2, 4]]
 TWISTED = {"points": CUBE, "cells": [[0, 1, 2, 3, 5, 4, 7, 6]], "kind": "hexahedron", "lines": ()}
 WEDGE = {"cells": np.arange(6)[None], "kind": "wedge"}
 FOLDED = "has cells that fold over each other: 0 and 1 at x = {} mm, y = {} mm, "
@@ -304,11 +286,7 @@ FOLDED = "has cells that fold over each other: 0 and 1 at x = {} mm, y = {} mm, 
         (None, None, "no such file"),
         ({}, None, r"has no named groups.*in Gmsh as physical groups"),
         ({"cells": CELLS[:1], "lines": ()}, None, "has no named groups"),
-        (
-            {"cells": CELLS[:1], "lines": (), "more": ("triangle", [[1, 2, 4]])},
-            None,
-            "has cells of type quad, triangle",
-        ),
+        ({**MIXED, "lines": ()}, None, "has cells of type quad, triangle"),
     ],
 )
 def test_faulty_meshes_are_one_clear_error(change, unit, message, tmp_path):
@@ -328,3 +306,90 @@ def test_tetrahedra_that_fold_over_their_neighbours_are_refused(element, suffix,
     write_mesh(box(element, *[np.linspace(0.0, 1.0, 5)] * 3, shift=folded), tmp_path / f"block{suffix}")
     with pytest.raises(MeshError, match=rf"block\{suffix}: has cells that fold over each other: .* needs .* a face"):
         read_mesh(tmp_path / f"block{suffix}")
+
+
+CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+TRIANGLE = meshio.Mesh(CORNERS, [("triangle", np.array([[0, 1, 2]]))])
+# The first bytes of what each suffix is written as: binary, and Gmsh's version two.
+STARTS = {".stl": b"\0", ".ply": b"ply", ".vtu": b"<?xml", ".msh": b"$MeshFormat\n2.2"}
+
+
+@pytest.mark.parametrize("suffix", STARTS)
+def test_what_is_written_is_read_back(tmp_path, suffix, capfd):
+    file = tmp_path / f"triangle{suffix}"
+    write_file(file, TRIANGLE, ".stl")
+    np.testing.assert_allclose(read_file(file, "needs a file").points, CORNERS)
+    assert capfd.readouterr() == ("", "")
+    content = file.read_bytes().replace(b"\r\n", b"\n")
+    assert not content.startswith(b"solid") if suffix == ".stl" else content.startswith(STARTS[suffix])
+
+
+WHOLE = ", ".join(["((0.125 0.25 0.5, 1.125 0.25 0.5, 0.125 1.25 0.5, 0.125 0.25 0.5))"] * 30)
+ENDS = r"cannot be read \(.*it ends too early.*look whether it is whole"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("none.stl", None, "no such file, needs a surface"),
+        ("bad.stl", b"nothing", r"cannot be read \(.+\), needs a surface"),
+        ("empty.stl", b"", "is empty, needs a surface; look whether it is whole, and export"),
+        ("bad.nix", b"nothing", "cannot be read"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n", ENDS),
+        ("a.off", b"OFF\n# made by\n", ENDS),
+        ("a.nas", b"CEND\nBEGIN BULK\n", ENDS),
+        ("a.mdpa", b"Begin Nodes\n1 0 0 0\n", ENDS),
+        ("a.node", b"# nodes\n", ENDS),
+        ("a.msh", b'(1 "meshio")\n(2 3)\n(10 (1 1 8 1 3)(', ENDS),
+        ("a.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n$NodeData\n99999999999\n", ENDS),
+        ("cut.wkt", f"TIN ({WHOLE}".encode(), "cannot be read"),
+    ],
+)
+def test_missing_damaged_and_cut_files_are_named(tmp_path, name, content, message, capfd):
+    file = tmp_path / name
+    for path in {file, file.with_suffix(".ele") if file.suffix == ".node" else file} if content is not None else ():
+        path.write_bytes(content)
+    with pytest.raises(MeshError, match=rf"{name}: {message}"):
+        read_file(file, "needs a surface")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_text_of_triangles_and_a_point_that_no_cell_uses_are_read(tmp_path):
+    (tmp_path / "whole.wkt").write_text(f"TIN ({WHOLE})")
+    assert len(read_file(tmp_path / "whole.wkt", "").cells_dict["triangle"]) == 30
+    points = np.vstack([CORNERS, np.full(3, np.nan)])
+    meshio.write(tmp_path / "good.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
+    assert len(read_file(tmp_path / "good.vtu", "").points) == 4
+
+
+@pytest.mark.parametrize(("name", "count"), [("a.stl", 1), ("a.xdmf", 2)])
+def test_a_file_that_is_not_written_to_its_end_leaves_the_old_one(tmp_path, monkeypatch, name, count):
+    write_file(tmp_path / name, TRIANGLE, ".stl")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    write = meshio.write
+
+    def full(file, data, **options):
+        write(file, meshio.Mesh(2.0 * data.points, data.cells), **options)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(meshio, "write", full)
+    with pytest.raises(ResultError, match=r"No space left on device.*free some space"):
+        write_file(tmp_path / name, TRIANGLE, ".stl")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert len(before) == count
+
+
+@pytest.mark.parametrize(
+    ("points", "nodes", "message"),
+    [
+        (CORNERS, [0, 1, 3], "is damaged: a cell has point 3 of 3, needs points from 0 to 2"),
+        (CORNERS, [0, -1, 2], "is damaged: a cell has point -1 of 3"),
+        (np.full((3, 3), np.nan), [0, 1, 2], "has coordinates that are no numbers, needs finite ones"),
+        (np.full((3, 3), np.inf), [0, 1, 2], "has coordinates that are no numbers"),
+        (CORNERS * 1e200, [0, 1, 2], r"has a coordinate of 1e\+200, needs at most 1e\+09"),
+    ],
+)
+def test_numbers_that_do_not_fit_together_are_named(tmp_path, points, nodes, message):
+    meshio.write(tmp_path / "bad.vtu", meshio.Mesh(points, [("triangle", [nodes])]))
+    with pytest.raises(MeshError, match=rf"bad\.vtu: {message}"):
+        read_file(tmp_path / "bad.vtu", "needs a mesh file")

@@ -1,13 +1,9 @@
 """Studies with the block `reaction`: what may stand in them, what they come to, and how that is written down."""
 
-from __future__ import annotations
-
 import html
 import re
 from dataclasses import replace
 from importlib import metadata
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,13 +11,12 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.react import film
-from fingerslip.react.answer import Reactions, answer, cell_table, paper_table, source_table, trial_table
-from fingerslip.react.figures import map_figure, margin_figure, outcome_figure
-from fingerslip.react.page import reaction_tables
+from fingerslip.react.answer import answer, cell_table, paper_table, source_table, trial_table
+from fingerslip.react.figures import map_figure, margin_figure, outcome_figure, reaction_tables
 from fingerslip.react.results import read_reactions
 from fingerslip.report.figures.motion import Film
 from fingerslip.report.figures.study import convergence_figure
-from fingerslip.results import StudyResult, quantities
+from fingerslip.results import quantities
 from fingerslip.study.convergence import Level, run_at
 from fingerslip.study.definition.runs import plan_study, read_runs
 from fingerslip.study.running.build import build_model
@@ -34,6 +29,7 @@ from places import ROOT
 from unit.pads import pad
 
 CONTACT = "contact: {boundary: bottom, friction_coefficient: 0.4, search_distance: 4 mm}"
+RAMP = "ramp_load: {rate: 4 N/s, force: 2 N}"
 SMALL = f"""\
 title: Pads
 mesh: {{file: pad.msh, length_unit: m}}
@@ -47,7 +43,7 @@ time: {{step: 4 ms}}
 dynamics: {{basis: reduced, acceleration_tolerance: 0.1}}
 reaction:
   margin: 0.3
-  load: {{ramp_load: {{rate: 4 N/s, force: 2 N}}}}
+  load: {{{RAMP}}}
   settle: 0.15 s
   rest: 0.02 s
   after: 0.3 s
@@ -64,7 +60,7 @@ LATENCY = "reaction.critical latency after force"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study")
     write_mesh(pad().mesh, folder / "pad.msh")
     (folder / "small.yaml").write_text(SMALL + SWEEP)
@@ -73,7 +69,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def study(folder: Path) -> StudyResult:
+def study(folder):
     """Return the results of four runs; their film is short and small."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(film, "SHOWN_FILM", Film(size=(640, 480), frame_rate=5.0, seconds=1.0))
@@ -81,11 +77,11 @@ def study(folder: Path) -> StudyResult:
 
 
 @pytest.fixture(scope="module")
-def reactions(study: StudyResult) -> Reactions:
+def reactions(study):
     return reactions_of(study)
 
 
-def test_map_that_ships_is_complete() -> None:
+def test_map_that_ships_is_complete():
     runs = read_runs(ROOT / "studies" / "reaction_map.yaml").runs
     assert len(runs) == 5 * 6 * 3
     (centre,) = (run for run in runs if run.study.reaction and run.study.reaction.reactions)
@@ -96,26 +92,22 @@ def test_map_that_ships_is_complete() -> None:
     }
 
 
-def test_quick_loads_leave_less_time_than_slow_ones(reactions: Reactions) -> None:
+def test_reactions_save_within_the_critical_latency_and_quick_loads_leave_less_time(reactions):
     (latencies,) = reactions.panels("force").values()
     assert latencies.shape == (2, 2)
     assert np.all(np.nan_to_num(latencies[:, 1]) < latencies[:, 0])
     assert np.isnan(reactions.panels("never")[""]).all()
 
-
-def test_reactions_are_saved_within_the_critical_latency_and_no_longer(reactions: Reactions) -> None:
     trials = reactions.result.trials
     assert {trial.saved for trial in trials} == {True, False}
     assert all(trial.saved == (trial.spare is not None and trial.spare >= 0.0) for trial in trials)
     assert sum(bool(result.trials) for result in reactions.results) == 1
 
-
-def test_travel_grows_with_latency_up_to_the_loss(reactions: Reactions) -> None:
     travels = list(reactions.result.travels.values())
     assert travels[0] < travels[1] < reactions.settings.travel_limit < travels[2]
 
 
-def test_results_are_those_of_any_study(study: StudyResult, folder: Path) -> None:
+def test_results_are_those_of_any_study(study, folder):
     assert run_study(folder / "small.yaml", results_dir=folder / "results").unchanged == study.computed
     (run, *_) = read_results(study.folder).runs
     assert run.reaction == read_reactions(study.folder / run.name).times
@@ -125,7 +117,7 @@ def test_results_are_those_of_any_study(study: StudyResult, folder: Path) -> Non
     assert model.coefficient == run.swept["contact.friction_coefficient"]
 
 
-def test_answer_names_who_saves_the_object_and_who_loses_it(reactions: Reactions) -> None:
+def test_answer_names_who_saves_the_object_and_who_loses_it(reactions):
     first, second = answer(reactions)
     assert first.startswith("At friction 0.4 and 4 N/s a grip that rises at 20 N/s from ")
     assert first.endswith("(± 4 ms of search).")
@@ -139,31 +131,22 @@ def test_answer_names_who_saves_the_object_and_who_loses_it(reactions: Reactions
     assert "ms of search, step and mesh)." in answer(replace(reactions, runs=(refined, *reactions.runs[1:])))[0]
 
 
-def test_the_answer_of_samples_is_over_all_of_them(reactions):
+def test_answer_of_samples_is_over_all_of_them_and_says_where_nothing_helps_or_is_needed(reactions):
     detector, latencies = reactions.settings.detector, (0.05, 0.254, 0.09, None, None)
     lost = (0.2, 0.2, 0.2, 0.2, None)
-    results = [
-        replace(reactions.result, lost=time, critical={detector: value})
-        for time, value in zip(lost, latencies, strict=True)
-    ]
+    pairs = zip(lost, latencies, strict=True)
+    results = tuple(replace(reactions.result, lost=time, critical={detector: value}) for time, value in pairs)
     runs = tuple(replace(reactions.runs[0], sampled={"reaction.mass": 0.1}) for _ in results)
-    first, second = answer(replace(reactions, runs=runs, results=tuple(results)))
+    first, second = answer(replace(reactions, runs=runs, results=results))
     assert first == "4 of 5 objects are lost without a reaction."
     assert f"saves 3 of them where it begins in time: 50 to 254 ms after '{detector}', 90 ms in the middle." in second
     none = tuple(replace(result, critical={detector: None}) for result in results)
     assert answer(replace(reactions, runs=runs, results=none)) == (first,)
+    for changes, expected in (({"critical": {"force": None}}, "no reflex saves"), ({"lost": None}, "no reflex is nee")):
+        assert expected in answer(replace(reactions, results=(replace(reactions.result, **changes),)))[0]
 
 
-@pytest.mark.parametrize(
-    ("changes", "expected"), [({"critical": {"force": None}}, "no reflex saves"), ({"lost": None}, "no reflex is nee")]
-)
-def test_answer_says_where_nothing_helps_or_nothing_is_needed(
-    reactions: Reactions, changes: dict[str, Any], expected: str
-) -> None:
-    assert expected in answer(replace(reactions, results=(replace(reactions.result, **changes),)))[0]
-
-
-def test_tables_have_a_row_for_each_run_and_trial(reactions: Reactions, study: StudyResult) -> None:
+def test_tables_have_a_row_for_each_run_and_trial(reactions, study):
     assert [len(table.rows) for table in (cell_table(reactions), trial_table(reactions))] == [4, 4]
     assert study_tables(study) == reaction_tables(reactions)
     assert study_tables(study)[-1].note.startswith(answer(reactions)[0])
@@ -171,7 +154,7 @@ def test_tables_have_a_row_for_each_run_and_trial(reactions: Reactions, study: S
     assert {row[0] for row in paper_table().rows} == {row[0] for row in source_table().rows}
 
 
-def test_figures_say_every_latency_and_time_to_spare(reactions: Reactions) -> None:
+def test_figures_say_latencies_time_to_spare_error_bars_and_what_another_controller_saves(reactions):
     (axes, *_) = map_figure(reactions).axes
     latencies = reactions.panels("force")[""]
     expected = ["–" if np.isnan(value) else f"{1e3 * value:.0f}" for value in latencies.ravel()]
@@ -183,9 +166,16 @@ def test_figures_say_every_latency_and_time_to_spare(reactions: Reactions) -> No
     trial, texts = reactions.result.trials[0], [text.get_text() for text in axes.texts]
     assert texts[0] == f"{1e3 * (trial.spare or 0.0):+.0f} ms\n{1e3 * trial.travel:.1f} mm"
     assert texts[1::2] == ["–\nlost", "–\nlost"]
+    series = {"step": Series("step", (1.0, 0.5, 0.25), (0.09, 0.092, 0.093))}
+    axes, *_ = convergence_figure({LATENCY: Convergence("critical latency", "s", 0.09, series)}, "run").axes
+    assert np.asarray(axes.lines[1].get_ydata()) == pytest.approx([3.0, 2.0, 0.0])
+    saves = np.array([[True, False], [False, False]])
+    axes, *_ = map_figure(reactions, saves={"mine": saves}).axes
+    dots = [line for line in axes.lines if line.get_linestyle() == "None"]
+    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in dots] == [([0], [-0.28])]
 
 
-def test_page_holds_answer_figures_and_film(study: StudyResult, reactions: Reactions) -> None:
+def test_page_holds_answer_figures_and_film(study, reactions):
     text = html.unescape((study.folder / "report.html").read_text())
     assert all(sentence in text for sentence in answer(reactions))
     assert (text.count("<video"), text.count("<img")) == (1, 3)
@@ -194,7 +184,7 @@ def test_page_holds_answer_figures_and_film(study: StudyResult, reactions: React
     assert [frame.shape for frame in open_frames(path).read()] == [(480, 640)] * 5
 
 
-def test_refined_and_distant_runs_are_those_of_any_study(folder: Path, study: StudyResult) -> None:
+def test_refined_and_distant_runs_are_those_of_any_study(folder, study):
     centre = plan_study(folder / "small.yaml").runs[0]
     model = build_model(centre)
     refined = run_at(centre, Level("step", 0.5), model).study
@@ -202,24 +192,12 @@ def test_refined_and_distant_runs_are_those_of_any_study(folder: Path, study: St
     search = plan_study(folder / "small.yaml").runs[1]
     task = Task((search,), (search.identity,), metadata.version("fingerslip"))
     files = compute_task(task, model.mesh)[search.name]
-    assert files["reactions.json"] == (study.folder / search.name / "reactions.json").read_bytes()  # type: ignore[index]
+    assert files["reactions.json"] == (study.folder / search.name / "reactions.json").read_bytes()
 
 
-def test_error_bars_and_what_another_controller_saves_are_drawn(reactions: Reactions) -> None:
-    series = {"step": Series("step", (1.0, 0.5, 0.25), (0.09, 0.092, 0.093))}
-    axes, *_ = convergence_figure({LATENCY: Convergence("critical latency", "s", 0.09, series)}, "run").axes
-    assert np.asarray(axes.lines[1].get_ydata()) == pytest.approx([3.0, 2.0, 0.0])
-    saves = np.array([[True, False], [False, False]])
-    axes, *_ = map_figure(reactions, saves={"mine": saves}).axes
-    dots = [line for line in axes.lines if line.get_linestyle() == "None"]
-    assert [(list(line.get_xdata()), list(line.get_ydata())) for line in dots] == [([0], [-0.28])]  # type: ignore[arg-type]
-
-
-def test_detector_that_needs_what_the_body_has_not_is_refused_before_anything_runs(folder: Path) -> None:
+def test_detector_that_needs_what_the_body_has_not_is_refused_before_anything_runs(folder):
     (folder / "spikes.yaml").write_text(SMALL.replace("never: {}", "spike_count: {kind: FA-I}"))
-    with pytest.raises(
-        InputError, match=r"spikes.yaml: reaction.detectors.never: needs sites of the kind FA-I, the hold"
-    ):
+    with pytest.raises(InputError, match=r"spikes.yaml: reaction.detectors.never: needs sites of the kind FA-I, the"):
         build_model(read_runs(folder / "spikes.yaml").runs[0])
 
 
@@ -234,11 +212,10 @@ def test_detector_that_needs_what_the_body_has_not_is_refused_before_anything_ru
         ("load_series: {times: [0 s, 1 s], forces: [0 N, 3 N]}", 3.0),
     ],
 )
-def test_every_load_may_stand_in_a_study(folder: Path, load: str, last: float) -> None:
+def test_every_load_may_stand_in_a_study(folder, load, last):
     path = folder / "load.yaml"
-    path.write_text(SMALL.replace("ramp_load: {rate: 4 N/s, force: 2 N}", load))
+    path.write_text(SMALL.replace(RAMP, load))
     (run,) = read_runs(path).runs
-    assert run.study.held_object is not None
     assert run.study.held_object.load.series()[1][-1] == pytest.approx(last)
     # The file of a run needs no other.
     (folder / "again.yaml").write_text((folder / "load.yaml").read_text())
@@ -250,13 +227,8 @@ def test_every_load_may_stand_in_a_study(folder: Path, load: str, last: float) -
     ("old", "new", "line", "message"),
     [
         (CONTACT, "", 11, "reaction: is given without contact, needs the friction of a contact; write "),
-        (
-            "margin: 0.3",
-            "margin: 0",
-            11,
-            "reaction.grip: got 2.453 N, needs more than 2.453 N to hold 1.962 N; ",
-        ),
-        ("ramp_load: {rate: 4 N/s, force: 2 N}", "load_series: {file: no.csv}", 13, "reaction.load.load_series.file: "),
+        ("margin: 0.3", "margin: 0", 11, "reaction.grip: got 2.453 N, needs more than 2.453 N to hold 1.962 N; "),
+        (RAMP, "load_series: {file: no.csv}", 13, "reaction.load.load_series.file: "),
         ("margin: 0.3", "margn: 0.3", 12, "reaction.margn: "),
         ("margin: 0.3", "mass: 100 N", 12, "reaction.mass: got '100 N', needs a unit of [kg]"),
         ("ramp_load: {rate", "tide: {rate", 13, "reaction.load.tide: "),
@@ -269,33 +241,12 @@ def test_every_load_may_stand_in_a_study(folder: Path, load: str, last: float) -
         ("step: 4 ms", "step: 0.2 s", 9, "time.step: got 0.2 s, needs to be shorter than settle and rest"),
         ("step: 4 ms", "step: 4 ms, end: 1 s", 9, "time.end: is given with reaction, needs none: it follows from the"),
         ("step: 4 ms", "scheme: quasi_static, step: 4 ms", 9, "time: is QuasiStatic, needs fixed steps with inertia"),
-        (
-            "  margin: 0.3",
-            "  margin: 0.3\n  mass: 2 kg\n  actuator: {largest_force: 20 N}",
-            14,
-            "reaction.actuator.larg",
-        ),
-        (
-            "friction_coefficient: 0.4",
-            "friction_coefficient: 0",
-            8,
-            "contact.friction_coefficient: got 0.0, needs ",
-        ),
-        (
-            "contact: {boundary: bottom, friction_coefficient: 0.4, search_distance: 4 mm}",
-            "",
-            11,
-            "reaction: is given without contact, needs the ",
-        ),
-        (
-            "time: {",
-            "programme: [{hold: {duration: 1 s}}]\ntime: {",
-            9,
-            "programme: is given with reaction, needs",
-        ),
+        ("settle:", "mass: 2 kg\n  actuator: {largest_force: 20 N}\n  settle:", 15, "reaction.actuator.larg"),
+        ("coefficient: 0.4", "coefficient: 0", 8, "contact.friction_coefficient: got 0.0, needs "),
+        ("time: {", "programme: [{hold: {duration: 1 s}}]\ntime: {", 9, "programme: is given with reaction, needs"),
     ],
 )
-def test_study_with_a_mistake_is_refused(folder: Path, old: str, new: str, line: int, message: str) -> None:
+def test_study_with_a_mistake_is_refused(folder, old, new, line, message):
     path = folder / "wrong.yaml"
     assert old in SMALL
     path.write_text(SMALL.replace(old, new))

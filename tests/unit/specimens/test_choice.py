@@ -28,17 +28,6 @@ from fingerslip.specimens.tactip.sites import GROUPS
 FINGER = {"preset": "wang2014-2d"}
 
 
-def test_the_key_that_is_given_names_the_kind() -> None:
-    assert set(SpecimenChoice.__dataclass_fields__) == set(SPECIMENS)
-    assert SpecimenChoice().specimen_kind is None
-    assert SpecimenChoice().specimen("x.yaml") is None
-    chosen = SpecimenChoice(fingertip=FINGER)
-    assert chosen.specimen_kind == "fingertip"
-    assert chosen.specimen("x.yaml") == preset("wang2014-2d")
-    with pytest.raises(InputError, match=r"^SpecimenChoice\.fingertip\.preset: 'nobody' is not known"):
-        SpecimenChoice(fingertip={"preset": "nobody"})
-
-
 @parameters
 class WithSensor(SpecimenChoice):
     """A choice with a second kind of specimen."""
@@ -46,7 +35,13 @@ class WithSensor(SpecimenChoice):
     sensor: Mapping[str, Any] | None = dataclasses.field(default=None, kw_only=True)
 
 
-def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_key_that_is_given_names_the_kind_and_two_are_refused(monkeypatch):
+    assert set(SpecimenChoice.__dataclass_fields__) == set(SPECIMENS)
+    empty, chosen = SpecimenChoice(), SpecimenChoice(fingertip=FINGER)
+    assert (empty.specimen_kind, empty.specimen("x.yaml")) == (None, None)
+    assert (chosen.specimen_kind, chosen.specimen("x.yaml")) == ("fingertip", preset("wang2014-2d"))
+    with pytest.raises(InputError, match=r"^SpecimenChoice\.fingertip\.preset: 'nobody' is not known"):
+        SpecimenChoice(fingertip={"preset": "nobody"})
     monkeypatch.setattr(choice, "SPECIMENS", {**SPECIMENS, "sensor": SPECIMENS["fingertip"]})
     assert given_specimen({"fingertip": None, "tactip": None, "sensor": None}) is None
     assert given_specimen({"fingertip": None, "tactip": None, "sensor": FINGER}) == "sensor"
@@ -55,7 +50,7 @@ def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         given_specimen({"fingertip": FINGER, "tactip": None, "sensor": FINGER})
 
 
-def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_has_to_suit_the_specimen(monkeypatch):
     check_mesh("fingertip", MeshSizes())
     check_mesh(None, MeshFile("a.msh"))
     with pytest.raises(InputError, match=r"fingertip or tactip: is missing, needs a preset, or mesh.file for a body"):
@@ -65,7 +60,7 @@ def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> Non
         check_mesh("fingertip", MeshSizes())
 
 
-def test_presets_and_mesh_sources_of_all_kinds_are_found_by_names_of_their_own() -> None:
+def test_presets_and_mesh_sources_of_all_kinds_are_found_by_names_of_their_own():
     tips = tuple(f"tactip-{skin}-{dim}d" for skin in ("ridged", "smooth") for dim in (2, 3))
     assert preset_names() == ("wang2014-2d", "wang2014-3d", *tips)
     assert presets_of("wang2014-3d").read("wang2014-3d") == preset("wang2014-3d")
@@ -84,9 +79,8 @@ def test_a_model_can_be_made_of_every_preset(kind, name):
     specimen: Specimen = SPECIMENS[kind].read(name)
     assert dataclasses.is_dataclass(specimen)
     assert type(specimen.default_mesh) in specimen.mesh_sources
-    assert specimen.depth > 0
-    assert 0 < specimen.largest_extent < 1
     assert specimen.formulation in ("plane_strain", "plane_stress")
+    assert specimen.depth > 0 < specimen.largest_extent < 1
     assert specimen.materials
     dim = specimen.default_mesh.dim
     assert all(set(axes) <= set("xyz"[:dim]) for axes in specimen.supports(dim).values())

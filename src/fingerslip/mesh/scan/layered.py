@@ -16,7 +16,7 @@ from fingerslip.mesh.facets import connected_pieces, with_groups
 from fingerslip.mesh.quality import positive_tetrahedra
 from fingerslip.mesh.scan.repair import closed_where
 from fingerslip.mesh.scan.surfaces import Surface, check_enclosure, clip_surface, contains, distances, offset_inwards
-from fingerslip.mesh.sizes import check_sizes
+from fingerslip.mesh.source import check_sizes
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.units import coordinates, millimetres
 

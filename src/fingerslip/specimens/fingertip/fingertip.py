@@ -111,7 +111,18 @@ class Fingertip(FingertipNumbers):
 
     def unused_reason(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``phalanx.tissue_thickness``, makes no difference to a model; see `ModelUse`."""
-        return next((reason for rule in _RULES for reason in (rule(self, path, use),) if reason), "")
+        kind = _KIND_OF_DEPTH.get(path)
+        if kind is not None:
+            return "" if kind in use.groups else f"no {kind} receptors are recorded"
+        if path == "phalanx.rigid":
+            return "" if use.held else "the study gives its own supports"
+        return (
+            _of_another_model(self, path, use)
+            or _of_another_mesh(path, use)
+            or _of_another_phalanx(self, path)
+            or _switched_off(self, path, use)
+            or _of_an_empty_zone(self, path, use)
+        )
 
 
 def _has_receptors(use: ModelUse) -> bool:
@@ -131,16 +142,16 @@ def _of_another_model(fingertip: FingertipNumbers, path: str, use: ModelUse) -> 
     return f"of the {other} section only" if of_other and not (is_cut and ".zone." not in path) else ""
 
 
-def _of_another_mesh(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
+def _of_another_mesh(path: str, use: ModelUse) -> str:
     """Look at a mesh from a file, for which the shape gives the recorded sites at most."""
     group = path.partition(".")[0]
-    if use.meshed or group not in _SHAPE or path == "phalanx.rigid":
+    if use.meshed or group not in _SHAPE:
         return ""
     bare = group in ("phalanx", "fingerprint") or path.startswith(("solid.phalanx.", "solid.nail."))
     return "the mesh comes from a file" if bare or not use.groups else ""
 
 
-def _of_another_phalanx(fingertip: FingertipNumbers, path: str, _use: ModelUse) -> str:
+def _of_another_phalanx(fingertip: FingertipNumbers, path: str) -> str:
     variant = fingertip.phalanx.variant
     if variant == "scaled":
         shaped = path.startswith(("phalanx.sagittal.", "phalanx.transverse.", "solid.phalanx."))
@@ -151,10 +162,6 @@ def _of_another_phalanx(fingertip: FingertipNumbers, path: str, _use: ModelUse) 
         return "of the original phalanx only"
     flattened = path == "phalanx.transverse.palmar_level"
     return "of the flattened phalanx only" if flattened and variant == "original" else ""
-
-
-def _of_other_supports(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
-    return "the study gives its own supports" if path == "phalanx.rigid" and not use.held else ""
 
 
 def _switched_off(fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
@@ -178,21 +185,6 @@ def _of_an_empty_zone(fingertip: FingertipNumbers, path: str, use: ModelUse) -> 
     receptors = _has_receptors(use) and not (use.dim == 3 and outline == "transverse")
     return "" if (relief and use.meshed) or receptors else "nothing lies in the zone"
 
-
-def _recording_reason(_fingertip: FingertipNumbers, path: str, use: ModelUse) -> str:
-    kind = _KIND_OF_DEPTH.get(path)
-    return f"no {kind} receptors are recorded" if kind and kind not in use.groups else ""
-
-
-_RULES: tuple[Callable[[FingertipNumbers, str, ModelUse], str], ...] = (
-    _of_another_model,
-    _of_another_mesh,
-    _of_another_phalanx,
-    _of_other_supports,
-    _switched_off,
-    _of_an_empty_zone,
-    _recording_reason,
-)
 
 PRESETS = Presets(Fingertip, "fingerslip.specimens.fingertip", kept_values)
 

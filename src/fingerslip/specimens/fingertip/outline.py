@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.numbers import FingertipNumbers, RidgeZone, SagittalOutline, TransverseOutline
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers, RidgeZone, SagittalOutline
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,10 @@ def outline_curve(fingertip: FingertipNumbers) -> Curve:
     the cut.
     """
     outline = fingertip.outline
-    return _sagittal(outline) if isinstance(outline, SagittalOutline) else _transverse(outline)
+    if isinstance(outline, SagittalOutline):
+        return _sagittal(outline)
+    points, tangents = _ellipse(outline.half_width, outline.half_height, -1.5 * np.pi, 0.5 * np.pi)
+    return _curve(points, tangents, start=(len(points) - 1) // 2, closed=True)
 
 
 def _sagittal(outline: SagittalOutline) -> Curve:
@@ -46,11 +49,6 @@ def _sagittal(outline: SagittalOutline) -> Curve:
     points = np.vstack([pad[:-1], tip[:-1], back])
     tangents = np.vstack([pad_tangents[:-1], tip_tangents[:-1], np.tile([-1.0, 0.0], (len(x), 1))])
     return _curve(points, tangents, start=len(pad) - 1, closed=False)
-
-
-def _transverse(outline: TransverseOutline) -> Curve:
-    points, tangents = _ellipse(outline.half_width, outline.half_height, -1.5 * np.pi, 0.5 * np.pi)
-    return _curve(points, tangents, start=(len(points) - 1) // 2, closed=True)
 
 
 def _ellipse(width: float, height: float, first: float, last: float) -> tuple[Floats, Floats]:

@@ -1,7 +1,5 @@
 """Surfaces from files: units, holes, repair, distances, decimation, and the surface below them."""
 
-from pathlib import Path
-
 import meshio
 import numpy as np
 import pytest
@@ -19,7 +17,7 @@ VOLUME = 4 / 3 * np.pi * 12e-3 * 8e-3 * 7e-3
 
 @pytest.mark.parametrize("suffix", ["stl", "ply", "obj", "vtu"])
 @pytest.mark.parametrize("unit", ["mm", "m", "um"])
-def test_file_comes_back_in_metres(tmp_path: Path, suffix: str, unit):
+def test_file_comes_back_in_metres(tmp_path, suffix, unit):
     surface = ellipsoid()
     fs.write_surface(surface, tmp_path / f"skin.{suffix}", unit)
     back = fs.read_surface(tmp_path / f"skin.{suffix}", unit)
@@ -28,21 +26,19 @@ def test_file_comes_back_in_metres(tmp_path: Path, suffix: str, unit):
     assert fs.Surface(back.points, back.triangles[:, ::-1]).volume == pytest.approx(-back.volume)
     assert len(back.points) == len(surface.points)
     assert boundary_loops(back) == ()
-    squares = [("quad", [[0, 1, 2, 3]])]
-    meshio.write(
-        tmp_path / "plane.vtu", meshio.Mesh(10.0 * np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), squares)
-    )
+    square = meshio.Mesh(10.0 * np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]), [("quad", [[0, 1, 2, 3]])])
+    meshio.write(tmp_path / "plane.vtu", square)
     assert fs.read_surface(tmp_path / "plane.vtu").area == pytest.approx(1e-4), "quadrilaterals are cut in two"
 
 
 @pytest.mark.parametrize(("written", "read", "repair"), [("mm", "m", "'mm'"), ("m", "mm", "'m'"), ("um", "mm", "'um'")])
-def test_wrong_unit_names_the_right_one(tmp_path: Path, written, read, repair: str):
+def test_wrong_unit_names_the_right_one(tmp_path, written, read, repair):
     fs.write_surface(ellipsoid(), tmp_path / "skin.stl", written)
     with pytest.raises(fs.MeshError, match=f"skin.stl: is .* m long when its unit is '{read}', .*is its unit {repair}"):
         fs.read_surface(tmp_path / "skin.stl", read)
 
 
-def test_loop_goes_around_the_hole():
+def test_loop_goes_around_the_hole_and_two_holes_that_meet_in_a_point_are_two_loops():
     holed = with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3)
     (loop,) = boundary_loops(holed)
     assert np.linalg.norm(holed.points[loop].mean(axis=0)[:2]) < 0.5e-3
@@ -50,9 +46,6 @@ def test_loop_goes_around_the_hole():
     middle = holed.points[loop].mean(axis=0)
     closed = fs.Surface(np.vstack([holed.points, middle]), np.vstack([holed.triangles, lid]))
     check_enclosure(closed)
-
-
-def test_two_holes_that_meet_in_a_point_are_two_loops():
     node = np.arange(36).reshape(6, 6)
     a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
     squares = np.stack([a, b, c, a, c, d], axis=-1)
@@ -107,8 +100,8 @@ def test_decimation_keeps_the_shape_and_distances_count_on_both_sides():
     assert fewer.volume == pytest.approx(SPHERE.volume, rel=0.01)
 
 
-@pytest.mark.parametrize(("thickness", "inside"), [(1.2e-3, None), (3e-3, (2e-3, 2e-3, 2e-3))])
-def test_inner_sphere_has_the_smaller_radius_whatever_piece_is_inside(thickness: float, inside):
+@pytest.mark.parametrize(("thickness", "inside"), [(2e-3, None), (3e-3, (2e-3, 2e-3, 2e-3))])
+def test_inner_sphere_has_the_smaller_radius_whatever_piece_is_inside(thickness, inside):
     body = SPHERE if inside is None else together(SPHERE, ellipsoid(inside))
     inner = fs.offset_inwards(body, thickness)
     check_enclosure(inner)
@@ -130,7 +123,7 @@ WHOLE = ellipsoid()
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
-def test_any_turned_triangles_are_turned_back(seed: int, share: float):
+def test_any_turned_triangles_are_turned_back(seed, share):
     turned = np.random.default_rng(seed).random(len(WHOLE.triangles)) < share
     dirty = np.where(turned[:, None], WHOLE.triangles[:, ::-1], WHOLE.triangles)
     repaired, repairs = fs.repair_surface(fs.Surface(WHOLE.points, dirty))
@@ -191,7 +184,7 @@ def test_proximal_end_is_closed_whatever_its_size():
         check_enclosure(closed_where(stump, -9e-3))
 
 
-def flat(shape: str) -> np.ndarray:
+def flat(shape):
     """Return points of triangles without an area."""
     points = np.outer(np.arange(6.0), [5.0, 0.0, 0.0] if shape == "line" else [1e-9, 0.0, 0.0])
     points[-1, 0] += 5.0
@@ -206,7 +199,7 @@ def flat(shape: str) -> np.ndarray:
         ((flat("line"), "triangle", [[0, 1, 2], [1, 2, 5]]), "has no triangle with an area"),
     ],
 )
-def test_files_that_are_no_surface(tmp_path: Path, content, message: str):
+def test_files_that_are_no_surface(tmp_path, content, message):
     file = tmp_path / "skin.vtu"
     meshio.write(file, meshio.Mesh(content[0], [content[1:]]))
     with pytest.raises(fs.MeshError, match=message):
@@ -214,6 +207,7 @@ def test_files_that_are_no_surface(tmp_path: Path, content, message: str):
 
 
 HOLED = with_hole(ellipsoid(), (0.0, 0.0, 7e-3), 3e-3)
+NOTHING = fs.Surface(np.zeros((3, 3)), np.empty((0, 3), dtype=np.int64))
 TURNED = fs.Surface(WHOLE.points, WHOLE.triangles[:, ::-1])
 
 
@@ -221,24 +215,16 @@ TURNED = fs.Surface(WHOLE.points, WHOLE.triangles[:, ::-1])
     ("call", "error", "message"),
     [
         (lambda: fs.read_surface("skin.stl", "inch"), fs.InputError, "unit: got 'inch', needs one of m, cm, mm, um"),
-        (
-            lambda: check_enclosure(HOLED),
-            fs.MeshError,
-            r"holed: is open: 1 hole, the largest .* mm wide at .*repair it",
-        ),
+        (lambda: check_enclosure(HOLED), fs.MeshError, r"holed: is open: 1 hole, the largest .* mm wide at .*repair"),
         (lambda: check_enclosure(TURNED), fs.MeshError, r"inside out.*repair_surface"),
         (lambda: fs.offset_inwards(SPHERE, 8.5e-3), fs.MeshError, r"is nowhere 8.5 mm deep.*smaller skin_thickness"),
         (lambda: fs.offset_inwards(SPHERE, 0.05e-3), fs.MeshError, "needs a thicker skin"),
         (lambda: fs.offset_inwards(SPHERE, 0.0), fs.InputError, "thickness"),
         (lambda: fs.decimate_surface(SPHERE, -1.0), fs.InputError, "edge_length"),
         (lambda: fs.decimate_surface(ellipsoid(), 1e3), fs.MeshError, "has no triangle with an area"),
-        (
-            lambda: fs.repair_surface(fs.Surface(np.zeros((3, 3)), np.empty((0, 3), dtype=np.int64))),
-            fs.MeshError,
-            "has no triangle with an area",
-        ),
+        (lambda: fs.repair_surface(NOTHING), fs.MeshError, "has no triangle with an area"),
     ],
 )
-def test_surfaces_and_lengths_that_do_not_fit(call, error, message: str):
+def test_surfaces_and_lengths_that_do_not_fit(call, error, message):
     with pytest.raises(error, match=message):
         call()

@@ -13,7 +13,7 @@ from fingerslip.specimens.protocol import ModelUse
 from unit.fingers import change, change_solid
 
 
-def test_it_is_meshed_in_sections_and_in_3d_and_materials_and_receptors_change_no_mesh():
+def test_it_is_meshed_in_sections_and_in_3d_and_only_its_shape_changes_the_mesh():
     assert fs.Fingertip.mesh_sources == (fs.MeshSizes, fs.SolidSizes)
     assert change().default_mesh == fs.MeshSizes()
     assert change_solid().default_mesh == fs.SolidSizes()
@@ -23,30 +23,16 @@ def test_it_is_meshed_in_sections_and_in_3d_and_materials_and_receptors_change_n
     assert change(**softer) != change()
     thicker = dataclasses.replace(change(), depth=2e-3)
     assert (type(thicker), thicker.depth) == (fs.Fingertip, 2e-3)
+    shaped = {"phalanx": {"variant": "scaled"}}, {"layers": {"skin_thickness": "1.4 mm"}}, {"section": "transverse"}
+    for groups in (*shaped, {"ridges": {"enabled": False}}):
+        assert change(**groups).shape != change().shape, groups
+        assert fs.MeshSizes().key(change(**groups)) != fs.MeshSizes().key(change()), groups
 
 
-@pytest.mark.parametrize(
-    "groups",
-    [
-        {"phalanx": {"variant": "scaled"}},
-        {"layers": {"skin_thickness": "1.4 mm"}},
-        {"section": "transverse"},
-        {"ridges": {"enabled": False}},
-    ],
-)
-def test_other_values_do(groups):
-    assert change(**groups).shape != change().shape
-    assert fs.MeshSizes().key(change(**groups)) != fs.MeshSizes().key(change())
-
-
-@pytest.mark.parametrize("dim", [2, 3])
-def test_a_rigid_phalanx_is_held_as_a_whole_and_an_elastic_one_at_its_back(dim):
-    axes = ("x", "y", "z")[:dim]
-    assert change(phalanx={"rigid": True}).supports(dim) == {"phalanx": axes}
-    assert change(phalanx={"rigid": False}).supports(dim) == {"phalanx_dorsal": axes}
-
-
-def test_only_the_groups_asked_for_are_sites_reference_nodes_last():
+def test_a_rigid_phalanx_is_held_as_a_whole_an_elastic_one_at_its_back_and_sites_are_those_asked_for():
+    for axes in (("x", "y"), ("x", "y", "z")):
+        assert change(phalanx={"rigid": True}).supports(len(axes)) == {"phalanx": axes}
+        assert change(phalanx={"rigid": False}).supports(len(axes)) == {"phalanx_dorsal": axes}
     finger, solid = change(), change_solid()
     assert finger.sites((), 2) == ()
     assert finger.sites(RECEPTOR_KINDS, 2) == fs.receptor_sites(finger)
@@ -57,17 +43,10 @@ def test_only_the_groups_asked_for_are_sites_reference_nodes_last():
 
 
 COARSE = fs.MeshSizes(contact_size=0.15e-3, bulk_size=0.9e-3)
-
 EVERYTHING = frozenset(RECEPTOR_KINDS)
 
 
-def unused(finger: fs.Fingertip, use: ModelUse) -> dict[str, str]:
-    """Return the reason for every value that is called unused."""
-    reasons = {leaf.path: finger.unused_reason(leaf.path, use) for leaf in walk_values(finger)}
-    return {path: reason for path, reason in reasons.items() if reason}
-
-
-def with_smaller(finger: fs.Fingertip, path: str) -> fs.Fingertip:
+def with_smaller(finger, path):
     """Return a finger with another value at a path: a smaller number, the other truth value."""
     values = as_mapping(finger)
     *groups, last = path.split(".")
@@ -89,9 +68,7 @@ SECTIONS = {
     "smooth": {"ridges": {"enabled": False}, "fingerprint": {"enabled": False}},
     "printed": {"ridges": {"enabled": False}, "fingerprint": {"enabled": True}},
 }
-
 GROUPS = {"no sites": frozenset(), "SA-I": frozenset({"SA-I"}), "all": EVERYTHING}
-
 # All sections and all choices of sites are in the fast cases.
 FAST = {
     *(("as it ships", "no sites"), ("across", "SA-I"), ("scaled", "all"), ("flattened", "SA-I")),
@@ -107,11 +84,10 @@ CASES = [
 
 @pytest.mark.parametrize(("changes", "groups"), CASES)
 def test_a_section_stays_the_same_when_all_unused_values_change(changes, groups):
-    finger = change(**changes)
-    use = ModelUse(dim=2, groups=groups)
-    others, paths = finger, unused(finger, use)
+    finger, use = change(**changes), ModelUse(dim=2, groups=groups)
+    leaves = [leaf.path for leaf in walk_values(finger)]
+    others, paths, tried = finger, [path for path in leaves if finger.unused_reason(path, use)], 0
     assert "section" not in paths
-    tried = 0
     for path in paths:
         try:
             others = with_smaller(others, path)

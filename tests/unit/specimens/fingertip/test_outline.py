@@ -13,7 +13,7 @@ from unit.fingers import SECTIONS, change, shoelace
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_lowest_point_is_the_origin_of_arc_length_and_tangents_are_those_of_the_points(section):
+def test_arc_length_begins_at_the_lowest_point_and_tangents_and_normals_are_those_of_the_points(section):
     finger = change(section=section)
     curve = outline_curve(finger)
     lowest = int(curve.points[:, 1].argmin())
@@ -24,6 +24,14 @@ def test_lowest_point_is_the_origin_of_arc_length_and_tangents_are_those_of_the_
     assert np.linalg.norm(curve.tangents, axis=1) == pytest.approx(1.0)
     # The parabola of the pad has no curvature break at its lowest point large enough to show over one chord.
     assert np.abs(0.5 * (curve.tangents[1:] + curve.tangents[:-1]) - chords).max() < 2e-3
+    s = np.linspace(-10e-3, 15e-3, 200)
+    normals = inward_normal(curve, s)
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0)
+    assert inward_normal(curve, np.array([0.0])) == pytest.approx(np.array([[0.0, 1.0]]), abs=1e-9)
+    ahead, behind = position(curve, s + 1e-6), position(curve, s - 1e-6)
+    assert np.sum(normals * (ahead - behind), axis=1) == pytest.approx(0.0, abs=2e-9)
+    centre = np.array([-3e-3, 0.0])
+    assert np.all(np.sum(normals * (centre - position(curve, s)), axis=1) > 0.0)
 
 
 def test_outlines_go_through_their_dimensions_and_the_transverse_one_has_the_area_of_its_ellipse():
@@ -50,19 +58,6 @@ def test_offset_curve_keeps_its_distance(section, depth):
     inner = at_depth(curve, np.linspace(-15e-3, 20e-3, 100), depth)
     distance, _ = cKDTree(curve.points).query(inner)
     assert distance == pytest.approx(depth, rel=1e-3, abs=2e-6)
-
-
-@pytest.mark.parametrize("section", SECTIONS)
-def test_normals_are_upright_and_point_into_the_finger(section):
-    curve = outline_curve(change(section=section))
-    s = np.linspace(-10e-3, 15e-3, 200)
-    normals = inward_normal(curve, s)
-    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0)
-    assert inward_normal(curve, np.array([0.0])) == pytest.approx(np.array([[0.0, 1.0]]), abs=1e-9)
-    ahead, behind = position(curve, s + 1e-6), position(curve, s - 1e-6)
-    assert np.sum(normals * (ahead - behind), axis=1) == pytest.approx(0.0, abs=2e-9)
-    centre = np.array([-3e-3, 0.0])
-    assert np.all(np.sum(normals * (centre - position(curve, s)), axis=1) > 0.0)
 
 
 @given(s=st.floats(-17e-3, 15e-3), way=st.floats(1e-5, 1e-3))
@@ -101,15 +96,12 @@ def test_ridges_repeat_with_their_pitch(s, pitch):
     assert here == pytest.approx(there, abs=1e-12)
 
 
-def test_fingerprint_crests_are_above_the_intermediate_ridges():
+def test_fingerprint_crests_are_above_the_intermediate_ridges_and_layers_plain_outside_the_zone_and_without_them():
     fingertip = change(fingerprint={"enabled": True})
     crest, groove = surface_depth(fingertip, np.array([0.0, 0.235e-3]))
     assert (crest, groove) == pytest.approx((-0.05e-3, 0.05e-3))
     shifted = change(fingerprint={"enabled": True, "phase": "180 deg"})
     assert surface_depth(shifted, np.array([0.0]))[0] == pytest.approx(0.05e-3)
-
-
-def test_layers_are_plain_outside_the_zone_and_where_ridges_and_ripples_are_off():
     within, outside = np.linspace(-10e-3, 5e-3, 50), np.array([-20e-3, -12e-3, 7e-3, 15e-3])
     plain = change(ridges={"enabled": False})
     for fingertip, s in ((change(fingerprint={"enabled": True}), outside), (plain, within)):

@@ -15,14 +15,13 @@ from fingerslip.specimens.fingertip.meshing.section import (
     NAIL,
     PHALANX,
     TISSUE,
-    SkinGrid,
     mesh_core,
     mesh_ring,
     mesh_section,
     sweep_skin,
     with_names,
 )
-from fingerslip.specimens.fingertip.outline import Curve, arc_length_at_cut
+from fingerslip.specimens.fingertip.outline import arc_length_at_cut
 from unit.fingers import SECTIONS, change, shoelace
 
 
@@ -45,11 +44,11 @@ def test_number_of_cells_is_foreseen(section, element, sizes):
     assert sum(row[1] for row in rows) == count
 
 
-def swept(fingertip: fs.Fingertip, sizes: fs.MeshSizes | None = None) -> SkinGrid:
-    return sweep_skin(fingertip, sizes or fs.MeshSizes(), phalanx_contour(fingertip))
+def swept(fingertip, **sizes):
+    return sweep_skin(fingertip, fs.MeshSizes(**sizes), phalanx_contour(fingertip))
 
 
-def depths(curve: Curve, points: np.ndarray) -> np.ndarray:
+def depths(curve, points):
     """Return the depths below the outline, negative outside the finger."""
     _, nearest = cKDTree(curve.points).query(points)
     inward = np.column_stack([-curve.tangents[nearest, 1], curve.tangents[nearest, 0]])
@@ -57,7 +56,7 @@ def depths(curve: Curve, points: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_rows_are_the_surfaces_of_the_layers(section: str) -> None:
+def test_rows_are_the_surfaces_of_the_layers(section):
     fingertip = change(section=section, fingerprint={"enabled": True})
     grid, curve = swept(fingertip), outline_curve(fingertip)
     assert grid.closed == (section == "transverse")
@@ -68,10 +67,10 @@ def test_rows_are_the_surfaces_of_the_layers(section: str) -> None:
 
 
 @pytest.mark.parametrize(("size", "rows"), [(0.12e-3, (4, 7)), (0.15e-3, (3, 5)), (0.5e-3, (1, 2)), (2e-3, (1, 1))])
-def test_rows_are_evenly_spaced_and_their_number_follows_the_contact_size(size: float, rows: tuple[int, int]) -> None:
+def test_rows_are_evenly_spaced_and_their_number_follows_the_contact_size(size, rows):
     """Epidermis: thickness over size; dermis: thickness over one and a quarter of the size; never none."""
     fingertip = change(ridges={"enabled": False})
-    grid = swept(fingertip, fs.MeshSizes(contact_size=size, bulk_size=3e-3))
+    grid = swept(fingertip, contact_size=size, bulk_size=3e-3)
     middle, curve = np.abs(grid.arc_length) < 3e-3, outline_curve(fingertip)
     thickness = np.diff([depths(curve, row[middle]).mean() for row in grid.points])
     epidermis, dermis = thickness[: grid.epidermis_rows], thickness[grid.epidermis_rows :]
@@ -81,8 +80,8 @@ def test_rows_are_evenly_spaced_and_their_number_follows_the_contact_size(size: 
 
 
 @pytest.mark.parametrize("size", [0.08e-3, 0.12e-3, 0.15e-3])
-def test_every_ridge_tip_has_a_column_and_columns_in_the_contact_are_even(size: float) -> None:
-    grid = swept(fs.preset("wang2014-2d"), fs.MeshSizes(contact_size=size))
+def test_every_ridge_tip_has_a_column_and_columns_in_the_contact_are_even(size):
+    grid = swept(fs.preset("wang2014-2d"), contact_size=size)
     within = (grid.arc_length >= grid.contact[0]) & (grid.arc_length <= grid.contact[1])
     spacing = np.diff(grid.arc_length[within])
     assert spacing == pytest.approx(spacing[0])
@@ -91,10 +90,10 @@ def test_every_ridge_tip_has_a_column_and_columns_in_the_contact_are_even(size: 
     assert np.abs(tips[:, None] - grid.arc_length).min(axis=1).max() < 1e-12
 
 
-def test_the_contact_reaches_as_high_as_asked_for_and_rows_end_on_the_cut() -> None:
+def test_the_contact_reaches_as_high_as_asked_for_and_rows_end_on_the_cut():
     curve = outline_curve(fs.preset("wang2014-2d"))
     for reach in (1e-3, 2e-3):
-        grid = swept(fs.preset("wang2014-2d"), fs.MeshSizes(contact_reach=reach))
+        grid = swept(fs.preset("wang2014-2d"), contact_reach=reach)
         heights = np.interp(grid.contact, curve.arc_length, curve.points[:, 1])
         assert heights == pytest.approx(-7e-3 + reach, abs=2e-5)
         assert np.all(grid.points[:, [0, -1], 0] == -16e-3)
@@ -103,8 +102,8 @@ def test_the_contact_reaches_as_high_as_asked_for_and_rows_end_on_the_cut() -> N
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_columns_widen_outside_the_contact_but_keep_their_shape(section: str) -> None:
-    grid = swept(change(section=section), fs.MeshSizes(bulk_size=2e-3))
+def test_columns_widen_outside_the_contact_but_keep_their_shape(section):
+    grid = swept(change(section=section), bulk_size=2e-3)
     width = np.diff(grid.arc_length)
     height = np.linalg.norm(np.diff(grid.points, axis=0), axis=2).min(axis=0)
     beside = np.minimum(height[1:], height[:-1])[: len(width)]
@@ -203,13 +202,12 @@ def test_poor_cells_are_refused_with_their_place(monkeypatch):
         return core
 
     monkeypatch.setattr(section_module, "mesh_core", spoilt)
-    with pytest.raises(
-        fs.MeshError, match=r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
-    ):
+    place = r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
+    with pytest.raises(fs.MeshError, match=place):
         fs.build_section(PLAIN, **COARSE)
 
 
-def strip(dim: int) -> tuple[skfem.Mesh, np.ndarray, np.ndarray]:
+def strip(dim):
     """Return four layers of one cell each, their regions, and which nodes of the lowest row are fine."""
     grid = [np.linspace(0.0, 1.0, 4)] * (dim - 1)
     kind = skfem.MeshQuad1 if dim == 2 else skfem.MeshTet1
@@ -227,7 +225,7 @@ def strip(dim: int) -> tuple[skfem.Mesh, np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-def test_names_of_a_strip(dim: int) -> None:
+def test_names_of_a_strip(dim):
     """Regions and interfaces, the skin first and the rest of the outside the cut, faces of the phalanx."""
     mesh, region, fine = strip(dim)
     named = with_names(mesh, region, fine)
@@ -245,9 +243,6 @@ def test_names_of_a_strip(dim: int) -> None:
     upside_down = with_names(mesh, np.array([PHALANX, TISSUE, DERMIS, EPIDERMIS])[region], fine)
     np.testing.assert_array_equal(upside_down.boundaries["phalanx_dorsal"], upside_down.boundaries["phalanx_surface"])
 
-
-def test_a_nail_is_a_region_with_its_part_of_the_skin() -> None:
-    mesh, region, fine = strip(2)
     nailed = with_names(mesh, np.where(region == EPIDERMIS, NAIL, region), fine)
-    assert set(nailed.subdomains) == {"dermis", "tissue", "phalanx", "nail"}
+    assert set(nailed.subdomains) == {"dermis", "tissue", "phalanx", "nail"}, "a nail has its part of the skin"
     np.testing.assert_array_equal(nailed.boundaries["nail"], nailed.boundaries["skin"])

@@ -1,6 +1,7 @@
 """The fingertip in 3D as a mesh: skin, phalanx, tissue by Gmsh, and what is refused."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -70,23 +71,19 @@ def test_tetrahedra_fill_the_rows_and_conform(skin):
     assert list(np.unique(row)) == [0, 1]
 
 
-def test_triangles_are_fine_near_the_contact_and_never_wider_than_the_tissue(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_triangles_are_fine_near_the_contact_and_never_wider_than_the_tissue(monkeypatch):
     finger, sizes = change_solid(), SolidSizes("T4", contact_size=0.4e-3, bulk_size=2e-3)
-    given = {}
-
-    def keep(grid, is_open, divide_at, wanted):
-        given.update(grid=grid, is_open=is_open, divide_at=divide_at, wanted=wanted)
-
-    monkeypatch.setattr(solid, "mesh_surface", keep)
+    monkeypatch.setattr(solid, "mesh_surface", mesher := Mock())
     skin = skin_grid(finger).reshape(-1, 3)
     inner = below_skin(finger, skin, finger.layers.skin_thickness)
     surface = phalanx_surface(finger)
     mesh_phalanx(finger, surface, sizes, SimpleNamespace(points=inner[None]))
-    assert given["is_open"]
-    assert given["grid"] is surface.points
-    assert surface.points[given["divide_at"], 0, 0] == pytest.approx(0.0)
+    grid, is_open, divide_at, wanted = mesher.call_args.args
+    assert is_open
+    assert grid is surface.points
+    assert surface.points[divide_at, 0, 0] == pytest.approx(0.0)
     tissue = np.linalg.norm(surface.points[::6, ::6, None] - inner[None, None, ::20], axis=-1).min(axis=-1)
-    wanted = given["wanted"][::6, ::6]
+    wanted = wanted[::6, ::6]
     assert np.all(wanted >= sizes.contact_size)
     assert np.all(wanted <= np.maximum(0.75 * tissue, sizes.contact_size))
     palmar, dorsal = wanted[:, 0], wanted[:, wanted.shape[1] // 2]
@@ -122,16 +119,13 @@ def test_cells_fill_the_hull_whose_rim_runs_round_once(reaching):
     assert np.array_equal(core.points[: len(skin.points)], skin.points)
 
 
-def test_sizes_have_defaults_that_do_not_lock_and_are_refined_together():
+def test_sizes_have_defaults_are_refined_together_and_foresee_the_number_of_cells():
     sizes = SolidSizes()
     assert sizes == SolidSizes("T10", 0.8e-3, 1.3e-3, 1.5e-3)
     assert read_study(STUDIES / "wang2014_3d.yaml").mesh == sizes, "the shipped run has the defaults"
     assert (sizes.dim, sizes.element, sizes.needs_specimen, sizes.assumes_metres) == (3, "T10", True, False)
     assert sizes.refined(2.0) == SolidSizes("T10", 1.6e-3, 2.6e-3, 1.5e-3)
-
-
-def test_coarse_finger_has_about_as_many_cells_as_foreseen():
-    """Coarse meshes have more than fill the body, because layers and contact are finer."""
+    # Coarse meshes have more than fill the body, because layers and contact are finer.
     mesh, finger = coarse_solid(), change_solid()
     assert type(mesh) is skfem.MeshTet1
     assert 0.2 * mesh.t.shape[1] < SIZES.estimated_cells(finger) < mesh.t.shape[1]
@@ -142,10 +136,7 @@ def test_coarse_finger_has_about_as_many_cells_as_foreseen():
 
 
 def test_failure_of_gmsh_is_ours(monkeypatch):
-    def fail(*_):
-        raise RuntimeError("no")
-
     skin, phalanx = shell(True), shell(True, 0.5)
-    monkeypatch.setattr(solid.gmsh.model.mesh, "optimize", fail)
+    monkeypatch.setattr(solid.gmsh.model.mesh, "optimize", Mock(side_effect=RuntimeError("no")))
     with pytest.raises(MeshError, match="tissue and phalanx: Gmsh says 'no'"):
         mesh_solid_core(skin, phalanx, 1.2e-3)

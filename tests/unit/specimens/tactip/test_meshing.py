@@ -2,21 +2,15 @@
 
 import dataclasses
 
-import gmsh
 import numpy as np
 import pytest
-import skfem
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.facets import site_nodes
-from fingerslip.mesh.gmsh_session import gmsh_session
 from fingerslip.mesh.quality import quality_table
 from fingerslip.specimens.tactip.meshing.build import (
     mesh_sensor_section,
-    polygon,
     size_function,
-    smooth_curves,
-    with_names,
 )
 from fingerslip.specimens.tactip.meshing.sources import SensorSectionSizes, SensorSolidSizes
 from fingerslip.specimens.tactip.sites import GROUPS
@@ -42,30 +36,6 @@ def test_sizes_at_skin_rod_gel_and_far_away():
     assert size(19.5e-3, 19e-3, 0.0) == pytest.approx(0.6e-3, rel=0.1)
 
 
-def test_a_polygon_has_its_area_and_a_circle_in_two_pieces_its_length():
-    angle = np.linspace(0.0, np.pi, 13)
-    with gmsh_session():
-        tag = polygon(1e-3 * np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]))
-        assert gmsh.model.occ.getMass(2, tag) == pytest.approx(2.0)
-        drawn = smooth_curves(1e-3 * np.column_stack([np.cos(angle), np.sin(angle)]), np.array([0, 6, 12]))
-        assert len(drawn.points) == 3
-        assert sum(gmsh.model.occ.getMass(1, tag) for tag in drawn.curves) == pytest.approx(np.pi, rel=1e-3)
-
-
-def test_outside_of_the_skin_face_of_the_window_and_plane_of_symmetry_of_a_half():
-    mesh = skfem.MeshQuad.init_tensor(np.linspace(0.0, 1.0, 3), np.array([0.0, 1.0, 2.0, 3.0]))
-    height = mesh.p[1, mesh.t].mean(axis=0)
-    named = with_names(mesh, np.where(height < 1.0, 0, np.where(height < 2.0, 1, 3)), half=False)
-    assert {name: len(facets) for name, facets in named.boundaries.items()} == {"window_face": 2, "contact": 4}
-    assert set(named.subdomains) == {"skin", "gel", "window"}
-    mesh = skfem.MeshTet.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
-    named = with_names(mesh, np.zeros(mesh.t.shape[1], dtype=np.int64), half=True)
-    symmetry = named.boundaries["symmetry"]
-    assert np.all(mesh.p[2, mesh.facets[:, symmetry]] == 0.0)
-    assert len(symmetry) == 8
-    assert not np.isin(named.boundaries["contact"], symmetry).any()
-
-
 SIZES = SensorSectionSizes(contact_size=0.5e-3, bulk_size=2e-3)
 
 
@@ -83,6 +53,9 @@ def test_names_quality_and_every_marker_is_a_node(ridged):
     """Regions share nodes and leave no gaps: outside are the skin and three sides of the window."""
     assert set(ridged.subdomains) == {"skin", "gel", "rods", "window"}
     assert set(ridged.boundaries) == {"contact", "window_face"}
+    at = {name: ridged.p[:, ridged.facets[:, facets]] for name, facets in ridged.boundaries.items()}
+    assert np.ptp(at["window_face"][1]) == 0.0
+    assert at["contact"][1].min() == pytest.approx(0.0, abs=1e-9)
     assert all(row.scaled_jacobian > 0.25 for row in quality_table(ridged))
     assert_nodes(ridged, PRESETS.read("tactip-ridged-2d").sites(tuple(GROUPS), 2))
     outer = ridged.boundary_facets()
@@ -98,7 +71,7 @@ def assert_nodes(mesh, sites):
     assert pytest.approx(places, abs=1e-9) == mesh.p[:, site_nodes(mesh, sites)].T
 
 
-def test_a_smooth_skin_is_a_half_ring():
+def test_smooth_skin_is_a_half_ring():
     mesh = mesh_sensor_section(PRESETS.read("tactip-smooth-2d"), SensorSectionSizes(0.4e-3, 1e-3, element="T3"))
     ring = 0.5 * np.pi * (20e-3**2 - 19e-3**2) - 9 * 1e-3 * 0.5e-3
     assert areas(mesh, "skin").sum() == pytest.approx(ring, rel=5e-3)
@@ -137,6 +110,10 @@ def mesh(small):
 def test_half_of_a_dome(small, mesh):
     assert set(mesh.boundaries) == {"contact", "window_face", "symmetry"}
     assert mesh.p[2].min() == 0.0
+    outer = mesh.boundary_facets()
+    flat = outer[(mesh.p[2, mesh.facets[:, outer]] == 0.0).all(axis=0)]
+    assert set(mesh.boundaries["symmetry"]) == set(flat)
+    assert not np.isin(mesh.boundaries["contact"], flat).any()
     corners = mesh.p[:, mesh.t].transpose(2, 1, 0)
     volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
     below = volume[np.concatenate([mesh.subdomains[name] for name in ("skin", "gel", "rods")])].sum()

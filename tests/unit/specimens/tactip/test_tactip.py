@@ -1,6 +1,7 @@
 """The TacTip: its numbers and presets, where its skin and markers are, and what a model takes from it."""
 
 import dataclasses
+from functools import partial
 
 import numpy as np
 import pytest
@@ -30,18 +31,12 @@ def changed(**changes):
     ("make", "message"),
     [
         (lambda: Skin(1.7e-3, Ridges(True, 3.3e-3, 3e-3, 4)), "fills its grooves"),
-        *(
-            (lambda rings=rings: Markers("rings", rings, 1, 1e-3), "needs 1 on the axis")
-            for rings in ((), (2, 8), (1, 7))
-        ),
+        *((partial(Markers, "rings", rings, 1, 1e-3), "needs 1 on the axis") for rings in ((), (2, 8), (1, 7))),
         (lambda: changed(rods={"embedding": "1 mm"}), "rods.embedding: got 1 mm"),
         (lambda: changed(rods={"radius": "1.3 mm"}), "inside its ridge"),
         (lambda: changed(rods={"length": "10 mm"}), "make the rods shorter or thinner"),
         (lambda: changed(rods={"length": "16 mm"}), r"needs < 20 mm \(dome.radius\)"),
-        (
-            lambda: changed(markers={"layout": "hexagonal"}),
-            "needs rings, as a rod begins in the crown.* take a smooth skin",
-        ),
+        (lambda: changed(markers={"layout": "hexagonal"}), "needs rings, as a rod begins in the crown.* smooth skin"),
         (lambda: changed(markers={"spacing": "3 mm"}), "as a ridge has each ring"),
         (lambda: changed(markers={"rings": [1, 8, 16, 24, 32, 40]}), "has 5 rings"),
         (lambda: changed(dome={"height": "4 mm"}), "from crowns to its inside"),
@@ -84,10 +79,7 @@ def test_hexagonal_counts_and_rings_of_the_paper(layers, count):
     assert rings.on_plane(3.3e-3).sum() == 9
 
 
-DOME = Dome(20e-3, 20e-3)
-
-FLAT = Dome(5e-3, 8e-3, 15e-3)
-
+DOME, FLAT = Dome(20e-3, 20e-3), Dome(5e-3, 8e-3, 15e-3)
 RIDGES = Ridges(True, 3.3e-3, 3e-3, 4)
 
 
@@ -124,14 +116,11 @@ def test_ridges_of_a_wide_dome_have_the_thickness_and_the_height_of_the_paper():
     assert valleys - crowns == pytest.approx(3e-3, rel=0.02)
 
 
-@pytest.mark.parametrize(("part", "count"), [("section", 9), ("half", 45), ("whole", 81)])
-def test_a_part_has_its_own_markers(part, count):
-    sensor = dataclasses.replace(SENSOR, part=part)
-    assert len(modelled_places(sensor).ring) == count
-    assert len({site.name for site in marker_sites(sensor, "internal_markers")}) == count
-
-
-def test_rods_stand_upright_on_the_dome_and_external_markers_are_flush_with_the_skin():
+def test_every_part_has_its_own_markers_and_rods_stand_upright_on_the_dome():
+    for part, count in (("section", 9), ("half", 45), ("whole", 81)):
+        sensor = dataclasses.replace(SENSOR, part=part)
+        names = {site.name for site in marker_sites(sensor, "internal_markers")}
+        assert len(modelled_places(sensor).ring) == len(names) == count
     feet, ends = (
         np.array([site.position for site in marker_sites(dataclasses.replace(SENSOR, part="whole"), group)])
         for group in ("rod_feet", "internal_markers")
@@ -141,9 +130,8 @@ def test_rods_stand_upright_on_the_dome_and_external_markers_are_flush_with_the_
     centre = np.array([0.0, radius, 0.0])
     assert np.cross(ends - centre, feet - centre) == pytest.approx(0.0, abs=1e-12)
     outer = marker_sites(SENSOR, "external_markers")
-    assert [np.hypot(x, y - radius) for x, y in (site.position for site in outer)] == pytest.approx(
-        [radius] * len(outer)
-    )
+    away = [np.hypot(x, y - radius) for x, y in (site.position for site in outer)]
+    assert away == pytest.approx([radius] * len(outer))
     assert {site.kind for site in outer} == {GROUPS["external_markers"]}
 
 

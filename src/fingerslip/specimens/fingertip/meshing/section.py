@@ -23,7 +23,7 @@ from fingerslip.mesh.gmsh_session import (
 )
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import smooth
-from fingerslip.mesh.sizes import GROWTH, GradedMesh, grade, size_at, subdivide
+from fingerslip.mesh.source import GROWTH, GradedMesh, grade, size_at, subdivide
 from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
 from fingerslip.specimens.fingertip.outline import (
     Curve,

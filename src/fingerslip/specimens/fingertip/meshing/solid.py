@@ -23,7 +23,7 @@ from fingerslip.mesh.gmsh_session import (
     node_positions,
 )
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.sizes import GROWTH, GradedMesh
+from fingerslip.mesh.source import GROWTH, GradedMesh
 from fingerslip.specimens.fingertip.meshing.section import (
     BLEND,
     DERMIS,

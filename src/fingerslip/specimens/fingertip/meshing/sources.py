@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from fingerslip.mesh.sizes import GradedMesh
+from fingerslip.mesh.source import GradedMesh
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.parameters.schema import require_kind
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers

@@ -22,7 +22,7 @@ from fingerslip.mesh.facets import Mesh, are_between, with_groups
 from fingerslip.mesh.gmsh_session import MILLIMETRES, Fragments, fragment, generate, gmsh_session, read_fragments
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import repair_tetrahedra, smooth
-from fingerslip.mesh.sizes import GROWTH, GradedMesh
+from fingerslip.mesh.source import GROWTH, GradedMesh
 from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import GradedMesh
+from fingerslip.mesh.source import GradedMesh
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 

@@ -1,5 +1,6 @@
-"""Cells that fold over their neighbours are refused with their places, and facets face away from their cells."""
+"""Facets and nodes: cells that fold over each other are refused, bodies are joined, nodes stand for sites."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -9,18 +10,23 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fingerslip.errors import MeshError
+import fingerslip as fs
+from fingerslip.errors import InputError, MeshError
 from fingerslip.fe.space import build_space
-from fingerslip.mesh.facets import are_between, outward_normals
+from fingerslip.mesh.facets import are_between, outward_normals, site_nodes
 from fingerslip.mesh.joining import join_meshes
 from fingerslip.mesh.quality import check_folds, turned_cells
+from fingerslip.parameters import from_mapping
+from fingerslip.sites import Site
 from fingerslip.verification.meshes import box, dimension, jiggle
 from problems.blocks import EVERY_ELEMENT, distorted
+from problems.held import held
+from problems.pushed import curved, push_and_slide
 
 GRID = np.linspace(0.0, 1.0, 4)
 
 
-def check(mesh) -> None:
+def check(mesh):
     check_folds(mesh, turned_cells(mesh))
 
 
@@ -42,21 +48,13 @@ def through_a_facet(points):
     return moved
 
 
-@pytest.mark.parametrize("element", ["T3", "T6", "T4", "T10"])
-def test_a_node_that_is_moved_through_a_facet_is_refused(element):
-    message = r"^mesh: has cells that fold over each other: \d+ and \d+ at x = .* mm"
-    refused(grid(element, shift=through_a_facet), check, build_space, match=message)
-
-
 @pytest.mark.parametrize("element", EVERY_ELEMENT)
 def test_every_neighbour_of_a_cell_that_is_turned_is_told(element):
     """Where the others pass, in meshes that are distorted, sheared and mirrored."""
     cell, dim = 7, dimension(element)
     shear, mirror = np.eye(dim) + 0.3 * np.eye(dim, k=1), np.diag([-1.0, *np.ones(dim - 1)])
-    for mesh in (
-        distorted(element),
-        *(grid(element, shift=lambda points, of=of: of @ points) for of in (shear, mirror)),
-    ):
+    images = (grid(element, shift=lambda points, of=of: of @ points) for of in (shear, mirror))
+    for mesh in (distorted(element), *images):
         turned = turned_cells(mesh)
         check_folds(mesh, turned)
         turned[cell] = not turned[cell]
@@ -167,7 +165,7 @@ def test_what_is_refused_are_areas_that_change_their_sign(element, data):
 
 
 @pytest.mark.parametrize("element", ["Q4", "T3", "T6", "T4"])
-def test_facets_between_regions_and_their_normals_are_those_of_the_interface(element):
+def test_facets_between_regions_have_the_normals_of_the_interface_and_those_of_the_outside_close(element):
     halves = {"low": lambda c: c[-1] < 0.5, "high": lambda c: c[-1] > 0.5}
     mesh = box(element, *[np.linspace(0.0, 1.0, 5)] * dimension(element), regions=halves)
     region = np.zeros(mesh.nelements, dtype=int)
@@ -183,12 +181,140 @@ def test_facets_between_regions_and_their_normals_are_those_of_the_interface(ele
     np.testing.assert_allclose(upwards[-1], 1.0)
     np.testing.assert_allclose(outward_normals(mesh, facets, first + second - below), -upwards)
 
-
-def test_normals_of_the_outside_close():
-    """The integral of the outward normal over a closed surface is zero."""
-    mesh = grid("T4")
+    # The integral of the outward normal over a closed surface is zero; all facets of a side are alike here.
     outside = mesh.boundary_facets()
-    normals = outward_normals(mesh, outside, mesh.f2t[0, outside])
+    normals, corners = outward_normals(mesh, outside, mesh.f2t[0, outside]), mesh.p[:, mesh.facets[:, outside]]
     np.testing.assert_allclose(np.linalg.norm(normals, axis=0), 1.0)
     np.testing.assert_allclose(normals.sum(axis=1), 0.0, atol=1e-12)
-    assert np.sum(normals * mesh.p[:, mesh.facets[:, outside]].mean(axis=1)) > 0.0
+    assert np.sum(normals * corners.mean(axis=1)) > 0.0
+
+
+def body(element, start):
+    """Return a block that begins at `start` along x, in 2D with a curved lower side."""
+    dim = dimension(element)
+    axes = np.linspace(start, start + 1.0, 3), *[np.linspace(0.0, 1.0, 3)] * (dim - 1)
+    return box(element, *axes, shift=curved(4.0) if dim == 2 else None)
+
+
+def in_order(points):
+    return points[np.lexsort(points.T)]
+
+
+@pytest.mark.parametrize("element", EVERY_ELEMENT)
+def test_bodies_keep_their_points_cells_and_names(element):
+    parts = {"left": body(element, 0.0), "right": body(element, 1.0)}
+    joined = fs.join_meshes(parts)
+    assert type(joined) is type(parts["left"])
+    spaces = [build_space(mesh) for mesh in (*parts.values(), joined)]
+    apart = np.vstack([own.positions for own in spaces[:2]])
+    assert len(spaces[2].positions) == len(apart), "nodes that touch stay two"
+    np.testing.assert_array_equal(in_order(spaces[2].positions), in_order(apart))
+    for name, mesh in parts.items():
+        for own, facets in mesh.boundaries.items():
+            of_part = mesh.p[:, mesh.facets[:, np.asarray(facets)]]
+            found = np.asarray(joined.boundaries[f"{name}_{own}"])
+            np.testing.assert_array_equal(joined.p[:, joined.facets[:, found]], of_part)
+        cells = joined.subdomains[f"{name}_bulk"]
+        np.testing.assert_array_equal(joined.p[:, joined.t[:, cells]], mesh.p[:, mesh.t])
+    assert len(joined.boundaries) == 2 * len(parts["left"].boundaries)
+
+
+def test_middles_of_curved_edges_and_sides_of_inner_boundaries_are_kept():
+    curved_one = fs.join_meshes({"a": body("T6", 0.0)})
+    bent = curved_one.doflocs.copy()
+    bent[1, curved_one.nvertices :] += 0.01 * np.sin(bent[0, curved_one.nvertices :])
+    mesh = type(curved_one)(bent, curved_one.t, curved_one._boundaries, curved_one._subdomains)
+    both = build_space(fs.join_meshes({"a": mesh, "b": mesh.translated((3.0, 0.0))})).positions
+    own = build_space(mesh).positions
+    for shift in (0.0, 3.0):
+        moved = own + np.array([shift, 0.0])
+        assert np.linalg.norm(both[:, None] - moved[None], axis=2).min(axis=0).max() < 1e-12
+    mesh = body("Q4", 0.0)
+    inner = mesh.facets_satisfying(lambda x: np.abs(x[0] - 0.5) < 1e-9)
+    mesh = mesh.with_boundaries({"cut": skfem.generic_utils.OrientedBoundary(inner, np.ones(inner.size, dtype=int))})
+    joined = fs.join_meshes({"a": mesh, "b": mesh})
+    assert joined.boundaries["b_cut"].ori.tolist() == [1, 1]
+
+
+def test_a_body_in_a_joined_mesh_moves_as_by_itself():
+    """The other one is held, and far away."""
+    alone = push_and_slide(programme=(fs.Press(0.4e-3, 8e-3), fs.Slide(0.4e-3, 8e-3)))
+    joined = dataclasses.replace(
+        alone,
+        mesh=fs.join_meshes({"pad": alone.mesh, "other": body("Q4", 1.0)}),
+        materials=dict.fromkeys(("pad_bulk", "other_bulk"), alone.materials["bulk"]),
+        supports={"pad_top": ("x", "y"), "other_bulk": ("x", "y")},
+        contacts=(fs.Contact("pad_bottom", friction=fs.Coulomb(0.4)),),
+    )
+    expected, history = fs.simulate(alone), fs.simulate(joined)
+    scale = 1e-9 * np.abs(expected.counterface_force.values).max()
+    np.testing.assert_allclose(history.counterface_force.values, expected.counterface_force.values, atol=scale)
+    np.testing.assert_allclose(history.support_force.values[:, :1], expected.support_force.values, atol=scale)
+
+
+def test_a_body_of_two_that_nothing_holds_is_named():
+    alone = {"contacts": (), "bodies": {}, "supports": {"left_left": ("x", "y")}, "support_motions": {}}
+    with pytest.raises(InputError, match=r"supports: leave translation along x.*of the piece around x = 10 mm, y = 0"):
+        fs.simulate(held(time=fs.QuasiStatic(1e-3, end=0.1), **alone))
+
+
+ALIKE = {"a": body("Q4", 0.0).with_subdomains({"b_bulk": np.array([0])}), "a_b": body("Q4", 0.0)}
+
+
+@pytest.mark.parametrize(
+    ("meshes", "message"),
+    [
+        ({}, r"meshes: got none"),
+        ({"a": body("Q4", 0.0), "b": body("T3", 0.0)}, r"got a: MeshQuad1, b: MeshTri1, needs cells of one kind"),
+        (ALIKE, r"two subdomains become 'a_b_bulk', needs names that stay apart; rename a body"),
+    ],
+)
+def test_meshes_that_cannot_be_joined_are_refused(meshes, message):
+    with pytest.raises(InputError, match=message):
+        fs.join_meshes(meshes)
+
+
+LAYERS = {"epidermis": lambda c: c[1] < 1e-3, "tissue": lambda c: c[1] > 1e-3}
+MESH = box("Q4", np.linspace(-4e-3, 4e-3, 17), np.linspace(0.0, 4e-3, 9), regions=LAYERS)
+
+
+def test_the_nearest_node_of_the_region_stands_for_a_site():
+    """Between two nodes, one of either layer, the region decides."""
+    at = (0.1e-3, 0.8e-3)
+    inner, outer = site_nodes(MESH, [Site("a", "probe", at, "tissue"), Site("b", "probe", at, "epidermis")])
+    assert MESH.p[:, inner] == pytest.approx([0.0, 1e-3])
+    assert MESH.p[:, outer] == pytest.approx([0.0, 1e-3])
+    (deeper,) = site_nodes(MESH, [Site("a", "probe", (0.1e-3, 0.6e-3), "tissue")])
+    (nearest,) = site_nodes(MESH, [Site("a", "probe", (0.1e-3, 0.6e-3))])
+    assert MESH.p[:, deeper] == pytest.approx([0.0, 1e-3])
+    assert MESH.p[:, nearest] == pytest.approx([0.0, 0.5e-3])
+    site = from_mapping(Site, {"name": "mine", "kind": "probe", "position": ["0 mm", "3.9 mm"]}, "x")
+    assert MESH.p[:, site_nodes(MESH, [site])[0]] == pytest.approx([0.0, 4e-3]), "by coordinates from a file"
+    assert site_nodes(MESH, []).shape == (0,)
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3", "T6", "T4"])
+def test_every_vertex_stands_for_itself(element):
+    grid = np.linspace(0.0, 1e-3, 5)
+    mesh = box(element, *[grid] * (3 if element == "T4" else 2), shift=jiggle(0.2))
+    vertices = np.arange(mesh.nvertices)
+    sites = [Site(str(number), "probe", tuple(mesh.p[:, number])) for number in vertices]
+    np.testing.assert_array_equal(site_nodes(mesh, sites), vertices)
+
+
+FAR = "site far: x = 0 mm, y = -1.5 mm is 1.5 mm from the nearest node of the mesh, needs <= 0.5 mm"
+
+
+@pytest.mark.parametrize(
+    ("site", "message"),
+    [
+        (Site("far", "probe", (0.0, -1.5e-3)), FAR),
+        (Site("deep", "probe", (0.0, 2e-3), "epidermis"), "is 1 mm from the nearest node of 'epidermis', needs <="),
+        (Site("FA-II-01", "FA-II", (0.0, -3e-3), "tissue"), "thinner than receptors.fa_ii_depth .* or leave FA-II out"),
+        (Site("nail", "probe", (0.0, 0.0), "nail"), "region 'nail' is not in the mesh, it has: epidermis, tissue"),
+        (Site("flat", "probe", (0.0, 0.0, 0.0)), "site flat: got 3 coordinates, needs 2"),
+    ],
+)
+def test_sites_outside_are_refused(site, message):
+    with pytest.raises(InputError, match=message):
+        site_nodes(MESH, [site])
