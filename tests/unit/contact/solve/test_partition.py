@@ -51,17 +51,20 @@ def test_a_partition_of_another_compliance_is_not_used():
 
 def test_a_partition_stays_as_it_is_when_a_step_begins_with_it():
     """Two motions may go on from one state, and a restored one from where it was saved."""
-    first, partition = solution_of(pressed_row(40, 0.1))
+    compliance, penalty, free, friction = pressed_row(40, 0.1)
+    first, partition = solution_of((compliance, penalty, free, friction))
+
+    def slid(slide):
+        row = compliance, penalty, free + np.array([0.0, slide]), friction
+        return solution_of(row, first.forces, partition=partition)
+
     copies = {name: np.copy(value) for name, value in vars(partition).items()}
-    paths = [
-        solution_of(pressed_row(40, 0.1 + slide), first.forces, partition=partition)[0].forces
-        for slide in (0.7, -0.7, 0.7)
-    ]
+    paths = [slid(slide)[0].forces for slide in (0.7, -0.7, 0.7)]
     np.testing.assert_array_equal(paths[0], paths[2])
     assert np.abs(paths[0] - paths[1]).max() > 0.0
     for name, value in copies.items():
         np.testing.assert_array_equal(getattr(partition, name), value)
-    assert solution_of(pressed_row(40, 0.1), first.forces, partition=partition)[1].inverse is partition.inverse
+    assert slid(1e-6)[1].inverse is partition.inverse
 
 
 def test_the_compiled_solver_takes_over_where_no_step_helps(monkeypatch):
