@@ -147,12 +147,7 @@ def material_names() -> tuple[str, ...]:
 
 
 def material(name: str) -> AnyMaterial:
-    """Return a material that ships.
-
-    Parameters
-    ----------
-    name : str
-        One of :func:`material_names`.
+    """Return a material that ships; `name` is one of :func:`material_names`.
 
     Raises
     ------
