@@ -147,12 +147,12 @@ def material_names() -> tuple[str, ...]:
 
 
 def material(name: str) -> AnyMaterial:
-    """Return a material that ships; `name` is one of :func:`material_names`.
+    """Return a material that ships.
 
-    Raises
-    ------
-    InputError
-        Where no material has that name.
+    Parameters
+    ----------
+    name : str
+        One of :func:`material_names`; any other is refused with an InputError.
 
     Examples
     --------
