@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.facets import Mesh, are_between, outward_normals, with_groups
-from fingerslip.mesh.gmsh_session import (
-    MILLIMETRES,
-    gmsh_errors,
-    gmsh_session,
-    node_positions,
-    sizes_from_fields_alone,
-)
+from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_errors, gmsh_session, node_positions, sizes_from_fields_alone
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.repair import smooth
 from fingerslip.mesh.source import GROWTH, GradedMesh, grade, size_at, subdivide
